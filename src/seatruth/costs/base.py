@@ -1,0 +1,94 @@
+"""The shared interface between every problem and every optimizer.
+
+A cost is a function of one parameter vector x (K,), in the parameters' own units. What a cost can give is said by its
+`gives`; what an optimizer needs is said by its `needs`; anything that fits can be combined.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.models.parameter import Parameter
+
+Array = NDArray[np.float64]
+Ability = Literal["values", "residuals", "derivatives", "regression"]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One linear regression: targets (n,) from regressors (n, k), whose coefficients are some of the parameters.
+
+    target = regressors @ x[columns] + intercept; `weights` (n,) are 1/sigma. `intercept` says whether an
+    unpenalised constant belongs to it (a constant thrust, say); `intercept_index` is the parameter that this
+    constant is, or None when it is a nuisance.
+    """
+
+    name: str
+    target: Array
+    regressors: Array
+    columns: NDArray[np.intp]
+    weights: Array
+    intercept: bool = False
+    intercept_index: int | None = None
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A cost seen as linear regressions over the same parameter vector, one block an equation."""
+
+    blocks: tuple[Block, ...]
+
+
+class Cost(ABC):
+    """Minus the log-likelihood (and log-prior) of the data, up to a constant: half a weighted sum of squares.
+
+    `parameters` are the K free ones, in the order of x; their `value` is the start. `noise_known` says whether the
+    weights are 1/sigma of a known noise; otherwise sigma is estimated from the residuals.
+    """
+
+    parameters: tuple[Parameter, ...]
+    gives: frozenset[Ability]
+    description: Mapping[str, Any]
+    noise_known: bool = True
+
+    @abstractmethod
+    def values(self, X: Array) -> Array:
+        """Cost of each candidate: X (P, K) -> (P,). A candidate that cannot be simulated costs inf."""
+
+    def residuals(self, x: Array) -> Array:
+        """Weighted residuals, data then priors: x (K,) -> (M,); values = 0.5 * sum(residuals**2)."""
+        raise NotImplementedError(f"{type(self).__name__} gives no residuals")
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivative of `residuals`: x (K,) -> (M, K)."""
+        raise NotImplementedError(f"{type(self).__name__} gives no derivatives")
+
+    def regression(self) -> Regression:
+        """The same problem as linear regressions, where it is one."""
+        raise NotImplementedError(f"{type(self).__name__} gives no regression")
+
+    def reweight(self, x: Array) -> bool:
+        """Re-estimates the innovation covariance at x where the criterion calls for it; True if it changed."""
+        return False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def start(self) -> Array:
+        return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds (K,), infinite where there are none."""
+        return (
+            np.array([parameter.min for parameter in self.parameters]),
+            np.array([parameter.max for parameter in self.parameters]),
+        )

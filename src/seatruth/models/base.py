@@ -1,0 +1,161 @@
+"""What a simulator believes about a vehicle: the Model interface.
+
+A model is plain equations. `rhs`, `output` and `initial_state` are static functions of named tuples:
+
+    s   the states             s.u, s.v, s.r, ...
+    i   the inputs             i.delta, i.n, ...
+    p   the parameters         p.Y_v, p.m, ...
+    e   the surroundings       e.t, e.u_c, e.X, ... (optional last argument of rhs and output)
+
+They return tuples in the order of `states` and `outputs`. They may call other plain functions, and arithmetic,
+comparisons, `abs`, `min`, `max`, and the functions of `math` or NumPy's scalar ones (sin, cos, tan, sinh, cosh, tanh,
+asin, acos, atan, atan2, exp, log, sqrt, hypot, copysign, pi). `if` expressions and statements work; the engine
+compiles the same functions for populations and takes exact derivatives from them.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.models.parameter import Parameter
+from seatruth.trials.channel import Channel
+
+
+class Surroundings(NamedTuple):
+    """What acts on the vehicle from outside its own equations; all zero unless an effect sets it.
+
+    `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
+    axes (a steady current has du_c = r v_c - q w_c and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment
+    in body axes about the model's origin.
+    """
+
+    t: Any = 0.0
+    u_c: Any = 0.0
+    v_c: Any = 0.0
+    w_c: Any = 0.0
+    du_c: Any = 0.0
+    dv_c: Any = 0.0
+    dw_c: Any = 0.0
+    X: Any = 0.0
+    Y: Any = 0.0
+    Z: Any = 0.0
+    K: Any = 0.0
+    M: Any = 0.0
+    N: Any = 0.0
+
+
+Equations = Callable[..., tuple[Any, ...]]
+
+
+class Model:
+    """Base of every model: names and units as class attributes, equations as static functions.
+
+    Subclasses set `name`, `title`, `kind`, `source`, `states`, `inputs`, `outputs`, `parameters` and define
+    `rhs(s, i, p[, e])`; `output(s, i, p[, e])` unless every output is a state of the same name; and
+    `initial_state(y, i, p)`, where y and i are the outputs and inputs at the start of a trial, unless every state is
+    an output of the same name. Creating an instance checks the declaration.
+    """
+
+    name: str = ""
+    title: str = ""
+    kind: str = ""
+    """"ship", "auv", "glider", "planing": which effects can act on it."""
+    source: str = ""
+    states: tuple[Channel, ...] = ()
+    inputs: tuple[Channel, ...] = ()
+    outputs: tuple[Channel, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+
+    rhs: Equations
+    output: Equations | None = None
+    initial_state: Equations | None = None
+
+    def __init__(self) -> None:
+        _check(self)
+
+    def parameter(self, name: str) -> Parameter:
+        """One parameter's declaration, by name."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        known = [parameter.name for parameter in self.parameters]
+        raise BadInput(f"model {self.name!r} has no parameter {name!r}", do=nearest(name, known))
+
+    def nominal(self) -> dict[str, float]:
+        """Nominal value of every parameter."""
+        return {parameter.name: parameter.value for parameter in self.parameters}
+
+    def first_state(
+        self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]
+    ) -> tuple[float, ...]:
+        """Initial state from the outputs and inputs at the start of a trial; shape (n_states,)."""
+        if self.initial_state is None:
+            return tuple(float(outputs[state.name]) for state in self.states)
+        y = record("Outputs", self.outputs)(**{c.name: outputs[c.name] for c in self.outputs})
+        i = record("Inputs", self.inputs)(**{c.name: inputs[c.name] for c in self.inputs})
+        p = record("Parameters", self.parameters)(**{q.name: parameters[q.name] for q in self.parameters})
+        state = call(type(self).__name__, "initial_state", self.initial_state, y, i, p)
+        return tuple(float(x) for x in state)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{q.name}</td><td>{q.value:g}</td><td>{q.unit}</td><td>{q.source}</td></tr>"
+            for q in self.parameters
+        )
+        return (
+            f"<p><b>{self.name}</b>: {self.title}<br>states {_names(self.states)}; inputs {_names(self.inputs)}; "
+            f"outputs {_names(self.outputs)}</p><table><tr><th>parameter</th><th>value</th><th>unit</th>"
+            f"<th>source</th></tr>{rows}</table>"
+        )
+
+
+def record(title: str, fields: tuple[Channel, ...] | tuple[Parameter, ...]) -> Any:
+    """The named tuple type that carries these fields through a model's equations."""
+    return namedtuple(title, [field.name for field in fields])  # type: ignore[misc]  # noqa: PYI024
+
+
+def takes_surroundings(function: Equations) -> bool:
+    """Whether `rhs` or `output` has the optional last argument e."""
+    return len(inspect.signature(function).parameters) == 4
+
+
+def call(owner: str, role: str, function: Equations, *arguments: Any) -> tuple[Any, ...]:
+    """Calls a model's function and turns anything it raises into one clear message."""
+    try:
+        return tuple(function(*arguments))
+    except Exception as problem:
+        raise PluginError(
+            f"{role} raised {type(problem).__name__}: {problem}", where=f"model {owner}", do="Correct the model file."
+        ) from problem
+
+
+def _names(fields: tuple[Channel, ...]) -> str:
+    return ", ".join(field.name for field in fields)
+
+
+def _check(model: Model) -> None:
+    where = f"model {model.name or type(model).__name__!r}"
+    for label in ("states", "inputs", "outputs", "parameters"):
+        names = [field.name for field in getattr(model, label)]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if twice:
+            raise BadInput(f"{label} lists {twice[0]!r} twice", where=where)
+        bad = [n for n in names if not n.isidentifier() or n.startswith("_")]
+        if bad:
+            raise BadInput(f"{bad[0]!r} cannot name one of its {label}", where=where, do="Use an identifier.")
+    if not model.states or not model.outputs:
+        raise BadInput("it declares no states or no outputs", where=where)
+    if not callable(getattr(model, "rhs", None)):
+        raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
+    state_names = {state.name for state in model.states}
+    missing = [c.name for c in model.outputs if c.name not in state_names]
+    if model.output is None and missing:
+        raise BadInput(f"output {missing[0]!r} is not a state and there is no output(s, i, p)", where=where)
+    output_names = {c.name for c in model.outputs}
+    unset = [s.name for s in model.states if s.name not in output_names]
+    if model.initial_state is None and unset:
+        raise BadInput(f"state {unset[0]!r} is not an output and there is no initial_state(y, i, p)", where=where)
