@@ -115,7 +115,7 @@ class Model:
 
 def record(title: str, fields: tuple[Channel, ...] | tuple[Parameter, ...]) -> Any:
     """The named tuple type that carries these fields through a model's equations."""
-    return namedtuple(title, [field.name for field in fields])  # type: ignore[misc]  # noqa: PYI024
+    return namedtuple(title, [field.name for field in fields])
 
 
 def takes_surroundings(function: Equations) -> bool:

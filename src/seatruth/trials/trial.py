@@ -95,7 +95,8 @@ class Trial:
         head = f"<p><b>{self.name}</b>: {len(self)} samples, {self.duration:.1f} s"
         label = " (synthetic)" if self.synthetic else ""
         summary = self.table().describe().T[["count", "mean", "std", "min", "max"]]
-        return f"{head}{label}</p>{summary.to_html(float_format='%.4g')}"
+        table = summary.to_html(float_format=lambda x: f"{x:.4g}")
+        return f"{head}{label}</p>{table}"
 
 
 class Trials(Sequence[Trial]):
