@@ -1,0 +1,380 @@
+"""What every experiment shares: its options, its results folder, its resumable stages.
+
+An experiment is `experiments/NAME.py`. It calls `main(NAME, about, body)`; `body(options, results)` does the work in
+stages and adds figures, tables and pictures. The helper writes, under `results/NAME/` (`results/NAME-quick/` with
+`--quick`), the tables (CSV), the pictures (PNG and SVG), `summary.md` and one `result.json` with the figures by name
+with their units, the seeds, the versions, the commit and the machine. Finished stages are kept in `stages/`, so an
+interrupted run goes on where it stopped. Nothing written names a folder of the machine it ran on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import importlib.metadata
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from seatruth.errors import BadInput, SeatruthError
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("seatruth", "numpy", "scipy", "numba", "llvmlite", "pandas", "scikit-learn", "pymoo", "pyswarms", "joblib")
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
+"""Colours that colour-blind readers tell apart (Okabe and Ito 2008)."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line asked for."""
+
+    quick: bool
+    out: Path
+    data: Path
+    workers: int
+    fresh: bool
+
+    def trials(self, *needed: str) -> Path:
+        """The folder of the real trials; a clear message where it, or a file needed in it, is missing."""
+        for name in ("", *needed):
+            if not (self.data / name).exists():
+                raise BadInput(
+                    f"the real trials are not there ({name or 'no such folder'})",
+                    where="--data",
+                    do="Give their folder with --data FOLDER; they are not part of this repository.",
+                )
+        return self.data
+
+
+def arguments(name: str, about: str, argv: Sequence[str] | None = None) -> Options:
+    """Reads the options that all experiments take."""
+    parser = argparse.ArgumentParser(prog=f"experiments/{name}.py", description=about)
+    parser.add_argument("--quick", action="store_true", help="a small version that shows that everything works")
+    parser.add_argument("--out", type=Path, help=f"where to write (default: results/{name} or results/{name}-quick)")
+    parser.add_argument("--data", type=Path, help="folder of the real trials (default: ../shared/data)")
+    parser.add_argument("--workers", type=int, default=cores(), help="threads or processes (default: all cores)")
+    parser.add_argument("--fresh", action="store_true", help="do not reuse stages that an earlier run finished")
+    given = parser.parse_args(argv)
+    if given.workers < 1:
+        raise BadInput(f"{given.workers} workers cannot work", where="--workers", do="Give 1 or more.")
+    return Options(
+        quick=given.quick,
+        out=given.out or ROOT / "results" / (f"{name}-quick" if given.quick else name),
+        data=given.data or ROOT.parent / "shared" / "data",
+        workers=given.workers,
+        fresh=given.fresh,
+    )
+
+
+def main(name: str, about: str, body: Callable[[Options, Results], None], seeds: Mapping[str, int] | None = None) -> int:
+    """Runs an experiment from the command line; returns the exit code (0; 1 failed; 2 bad input; 130 stopped)."""
+    try:
+        options = arguments(name, about)
+        results = Results(name, options, seeds=seeds)
+        body(options, results)
+        results.finish()
+    except SeatruthError as problem:
+        print(problem.message, file=sys.stderr)
+        return problem.exit_code
+    except KeyboardInterrupt:
+        print("Stopped. Finished stages are kept: the same command goes on from here.", file=sys.stderr)
+        return 130
+    return 0
+
+
+class Results:
+    """One experiment's results folder.
+
+    `seeds` by name go into result.json. `sources` are the files and folders (relative to the repository) whose content
+    a stage's outcome depends on: when one changes, finished stages are done again. The default is all of seatruth, its
+    optimizers and the experiments.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        options: Options,
+        *,
+        seeds: Mapping[str, int] | None = None,
+        sources: Sequence[str] = ("src", "optimizers", "experiments"),
+    ) -> None:
+        self.name, self.options = name, options
+        self.folder = options.out
+        self._seeds = dict(seeds or {})
+        self._code = fingerprint(sources)
+        self._figures: dict[str, dict[str, Any]] = {}
+        self._tables: dict[str, str] = {}
+        self._pictures: dict[str, list[str]] = {}
+        self._texts: list[str] = []
+        self._stages: dict[str, dict[str, Any]] = {}
+        self._expected = 0
+        self._started = datetime.now(UTC)
+        self._load = os.getloadavg() if hasattr(os, "getloadavg") else None
+        try:
+            (self.folder / "stages").mkdir(parents=True, exist_ok=True)
+        except OSError as problem:
+            raise BadInput(
+                f"the results folder cannot be made ({problem.strerror})", where=str(self.folder), do="Change --out."
+            ) from problem
+
+    def expect(self, stages: int) -> None:
+        """How many stages there will be, for the progress lines."""
+        self._expected = stages
+
+    def stage(
+        self, name: str, definition: Mapping[str, Any], work: Callable[[], Any], *, sources: Sequence[str] | None = None
+    ) -> Any:
+        """The outcome of `work()`, from an earlier run if it finished with the same definition and code.
+
+        `definition` holds everything the outcome depends on besides the code (settings, seeds, data hashes). The
+        outcome must be JSON: numbers, text, lists, mappings; arrays come back as lists. `sources` narrows which files
+        count as its code.
+        """
+        code = self._code if sources is None else fingerprint(sources)
+        key = digest({"definition": plain(definition), "code": code, "python": platform.python_version()})
+        file = self.folder / "stages" / f"{_safe(name)}.json"
+        position = f"[{len(self._stages) + 1}/{max(self._expected, len(self._stages) + 1)}]" if self._expected else "-"
+        kept = None if self.options.fresh else _read_stage(file, key)
+        if kept is not None:
+            say(f"{position} {name}: kept from an earlier run ({kept['seconds']:.1f} s)")
+            self._stages[name] = {"seconds": kept["seconds"], "resumed": True}
+            return kept["outcome"]
+        say(f"{position} {name} ...")
+        begin = time.perf_counter()
+        outcome = plain(work())
+        seconds = time.perf_counter() - begin
+        write(file, json.dumps({"key": key, "stage": name, "seconds": seconds, "outcome": outcome}, indent=1))
+        self._stages[name] = {"seconds": seconds, "resumed": False}
+        say(f"{position} {name}: {seconds:.1f} s")
+        return outcome
+
+    def add_figure(
+        self, name: str, value: float | None, unit: str, note: str = "", *, goal: str = "", met: bool | None = None
+    ) -> None:
+        """One number of the result. `goal` states what it was to be, `met` whether it is; None = not measured."""
+        number = None if value is None else plain(value)
+        if number is None and not note:
+            raise ValueError(f"figure {name!r} has no value and no note that says why")
+        entry: dict[str, Any] = {"value": number, "unit": unit, "note": note}
+        if goal:
+            entry |= {"goal": goal, "met": met}
+        self._figures[name] = entry
+
+    def add_table(self, name: str, table: pd.DataFrame) -> None:
+        """A table as CSV, numbers in full precision; the index is written if it has a name."""
+        file = f"{_safe(name)}.csv"
+        keep_index = any(level is not None for level in table.index.names)
+        write(self.folder / file, table.to_csv(index=keep_index, lineterminator="\n"))
+        self._tables[name] = file
+
+    def add_picture(self, name: str, figure: Any) -> None:
+        """A matplotlib figure as PNG and SVG; it is closed."""
+        import matplotlib as mpl
+        import matplotlib.pyplot as plt
+
+        files = []
+        with mpl.rc_context({"svg.hashsalt": self.name}):
+            for kind in ("png", "svg"):
+                file = f"{_safe(name)}.{kind}"
+                part = self.folder / (file + ".part")
+                figure.savefig(part, format=kind, dpi=160, bbox_inches="tight", metadata=_NO_DATE[kind])
+                os.replace(part, self.folder / file)
+                files.append(file)
+        plt.close(figure)
+        self._pictures[name] = files
+
+    def add_text(self, markdown: str) -> None:
+        """A piece of Markdown that opens summary.md, in the order of the calls."""
+        self._texts.append(markdown.strip())
+
+    def finish(self) -> dict[str, Any]:
+        """Writes summary.md and result.json, and prints the figures."""
+        now = datetime.now(UTC)
+        record = {
+            "experiment": self.name,
+            "quick": self.options.quick,
+            "figures": self._figures,
+            "tables": self._tables,
+            "pictures": self._pictures,
+            "seeds": self._seeds,
+            "versions": versions(),
+            **commit(),
+            "machine": machine() | {"load_at_start": None if self._load is None else round(self._load[0], 2)},
+            "workers": self.options.workers,
+            "stages": self._stages,
+            "started": self._started.isoformat(timespec="seconds"),
+            "finished": now.isoformat(timespec="seconds"),
+            "wall_s": round((now - self._started).total_seconds(), 1),
+        }
+        write(self.folder / "summary.md", self._summary(record))
+        write(self.folder / "result.json", json.dumps(record, indent=1) + "\n")
+        for name, figure in self._figures.items():
+            say(f"  {name}: {_shown(figure)}")
+        say(f"Written: result.json, summary.md and {len(self._tables) + 2 * len(self._pictures)} more files.")
+        return record
+
+    def _summary(self, record: Mapping[str, Any]) -> str:
+        box = record["machine"]
+        lines = [
+            f"# {self.name}{' (quick version)' if self.options.quick else ''}",
+            f"{box['cpu']}, {box['cores']} cores, Python {box['python']}, commit {record['commit'] or 'unknown'}"
+            f"{' with changes' if record['dirty'] else ''}, {record['finished']}.",
+            *self._texts,
+            "| figure | value | goal | met | note |\n|---|---|---|---|---|\n"
+            + "\n".join(
+                f"| {name} | {_number(f['value'])} {f['unit']} | {f.get('goal', '')} | "
+                f"{ {True: 'yes', False: 'no'}.get(f.get('met'), '') } | {f['note']} |"
+                for name, f in self._figures.items()
+            ),
+            *(f"![{name}]({files[0]})" for name, files in self._pictures.items()),
+            *(f"Table: [{name}]({file})" for name, file in self._tables.items()),
+        ]
+        return "\n\n".join(lines) + "\n"
+
+
+def cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def machine() -> dict[str, Any]:
+    """The machine in words that do not identify it: processor, cores, memory, system, Python."""
+    cpu = platform.processor() or platform.machine()
+    flags: set[str] = set()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        pairs = [line.split(":", 1) for line in info.read_text().splitlines() if ":" in line]
+        fields = {k.strip(): v.strip() for k, v in reversed(pairs)}
+        family = f" (family {fields.get('cpu family', '?')}, model {fields.get('model', '?')})"
+        cpu = fields["model name"] + family if "model name" in fields else cpu
+        flags = set(fields.get("flags", "").split())
+    return {
+        "cpu": cpu,
+        "cores": cores(),
+        "simd": next((s for s in ("avx512f", "avx2", "avx") if s in flags), "unknown"),
+        "memory_gb": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1)
+        if hasattr(os, "sysconf")
+        else None,
+        "system": f"{platform.system()} {platform.release().split('-')[0]}",
+        "python": platform.python_version(),
+    }
+
+
+def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str | None]:
+    """Installed versions; None where a package is not installed."""
+    return {name: _version(name) for name in packages}
+
+
+def commit() -> dict[str, Any]:
+    """The commit of the repository and whether the working tree differs from it."""
+
+    def git(*words: str) -> str | None:
+        try:
+            done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True)
+        except (OSError, subprocess.CalledProcessError):
+            return None
+        return done.stdout.strip()
+
+    status = git("status", "--porcelain")
+    return {"commit": git("rev-parse", "HEAD"), "dirty": None if status is None else bool(status)}
+
+
+def fingerprint(sources: Sequence[str]) -> str:
+    """Hash of the Python sources in these files and folders of the repository."""
+    parts = hashlib.sha256()
+    for source in sources:
+        path = ROOT / source
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            parts.update(str(file.relative_to(ROOT)).encode() + b"\0" + file.read_bytes() + b"\0")
+    return parts.hexdigest()
+
+
+def digest(content: Any) -> str:
+    """Hash of anything that is JSON."""
+    return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()
+
+
+def plain(content: Any) -> Any:
+    """Content as plain JSON: arrays become lists, tuples lists, numbers that are not finite None."""
+    if isinstance(content, Mapping):
+        return {str(k): plain(v) for k, v in content.items()}
+    if isinstance(content, np.ndarray):
+        return plain(content.tolist())
+    if isinstance(content, list | tuple | set | frozenset):
+        return [plain(v) for v in (sorted(content) if isinstance(content, set | frozenset) else content)]
+    if isinstance(content, np.generic):
+        return plain(content.item())
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if content is None or isinstance(content, str | int | bool):
+        return content
+    raise TypeError(f"{type(content).__name__} cannot be written as JSON")
+
+
+def write(file: Path, content: str) -> None:
+    """Writes a text file whole or not at all."""
+    try:
+        handle, part = tempfile.mkstemp(dir=file.parent, prefix=file.name, suffix=".part")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as stream:
+                stream.write(content)
+            os.chmod(part, 0o644)
+            os.replace(part, file)
+        finally:
+            Path(part).unlink(missing_ok=True)
+    except OSError as problem:
+        raise BadInput(
+            f"it could not be written ({problem.strerror})", where=str(file), do="Free some space or change --out."
+        ) from problem
+
+
+def say(line: str) -> None:
+    """One line of progress, at once."""
+    print(line, flush=True)
+
+
+_NO_DATE: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
+
+
+def _read_stage(file: Path, key: str) -> dict[str, Any] | None:
+    try:
+        kept = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return kept if isinstance(kept, dict) and kept.get("key") == key and "outcome" in kept else None
+
+
+def _safe(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+
+
+def _number(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"
+
+
+def _shown(figure: Mapping[str, Any]) -> str:
+    text = f"{_number(figure['value'])} {figure['unit']}"
+    if figure.get("goal"):
+        verdict = {True: "met", False: "NOT met"}.get(figure.get("met"), "not judged")
+        text += f"   (goal {figure['goal']}: {verdict})"
+    return text
+
+
+def _version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
