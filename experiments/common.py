@@ -79,7 +79,9 @@ def arguments(name: str, about: str, argv: Sequence[str] | None = None) -> Optio
     )
 
 
-def main(name: str, about: str, body: Callable[[Options, Results], None], seeds: Mapping[str, int] | None = None) -> int:
+def main(
+    name: str, about: str, body: Callable[[Options, Results], None], *, seeds: Mapping[str, int] | None = None
+) -> int:
     """Runs an experiment from the command line; returns the exit code (0; 1 failed; 2 bad input; 130 stopped)."""
     try:
         options = arguments(name, about)
@@ -88,7 +90,7 @@ def main(name: str, about: str, body: Callable[[Options, Results], None], seeds:
         results.finish()
     except SeatruthError as problem:
         print(problem.message, file=sys.stderr)
-        return problem.exit_code
+        return int(problem.exit_code)
     except KeyboardInterrupt:
         print("Stopped. Finished stages are kept: the same command goes on from here.", file=sys.stderr)
         return 130
@@ -236,7 +238,7 @@ class Results:
             "| figure | value | goal | met | note |\n|---|---|---|---|---|\n"
             + "\n".join(
                 f"| {name} | {_number(f['value'])} {f['unit']} | {f.get('goal', '')} | "
-                f"{ {True: 'yes', False: 'no'}.get(f.get('met'), '') } | {f['note']} |"
+                f"{_verdict(f, 'yes', 'no', '')} | {f['note']} |"
                 for name, f in self._figures.items()
             ),
             *(f"![{name}]({files[0]})" for name, files in self._pictures.items()),
@@ -368,9 +370,12 @@ def _number(value: float | None) -> str:
 def _shown(figure: Mapping[str, Any]) -> str:
     text = f"{_number(figure['value'])} {figure['unit']}"
     if figure.get("goal"):
-        verdict = {True: "met", False: "NOT met"}.get(figure.get("met"), "not judged")
-        text += f"   (goal {figure['goal']}: {verdict})"
+        text += f"   (goal {figure['goal']}: {_verdict(figure, 'met', 'NOT met', 'not judged')})"
     return text
+
+
+def _verdict(figure: Mapping[str, Any], met: str, missed: str, unknown: str) -> str:
+    return unknown if figure.get("met") is None else met if figure["met"] else missed
 
 
 def _version(name: str) -> str | None:
