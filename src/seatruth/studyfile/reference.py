@@ -1,0 +1,88 @@
+"""The reference of the study file, written from the schema's own descriptions so that it cannot drift from it."""
+
+from __future__ import annotations
+
+import inspect
+import types
+import typing
+from typing import Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from seatruth.studyfile import schema
+
+_TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
+    ("[study]", schema.StudyTable),
+    ("[model]", schema.ModelTable),
+    ("[formula]", schema.FormulaTable),
+    ("[parameters.NAME]", schema.ParameterTable),
+    ("prior = { ... } of a parameter", schema.PriorTable),
+    ("[time]", schema.TimeTable),
+    ("[channels.NAME]", schema.ChannelTable),
+    ("[[trials]]", schema.TrialTable),
+    ("[[prepare]]", schema.PrepareTable),
+    ("[noise]", schema.StudyFile),
+    ("[cost]", schema.CostTable),
+    ("[optimizer]", schema.OptimizerTable),
+    ("[budget]", schema.BudgetTable),
+    ("[output]", schema.OutputTable),
+)
+
+NOISE = (
+    'One entry a channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
+    '"estimate" (the default) to take it from the residuals.'
+)
+
+
+def markdown() -> str:
+    """The tables of docs/study-file.md, from the heading "Reference" on."""
+    parts = ["## Reference", ""]
+    for title, table in _TABLES:
+        parts += [f"### `{title}`" if title.startswith("[") else f"### {title}", ""]
+        if title == "[noise]":
+            parts += [NOISE, ""]
+            continue
+        parts += [inspect.cleandoc(table.__doc__ or "").replace("\n", " "), "", "| key | is | means |", "|---|---|---|"]
+        parts += [_row(name, field) for name, field in table.model_fields.items()]
+        parts.append("")
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def keys(table: type[BaseModel]) -> list[str]:
+    """The keys that a table knows."""
+    return list(table.model_fields)
+
+
+def _row(name: str, field: FieldInfo) -> str:
+    text = (field.description or "").replace("|", "\\|")
+    default = field.get_default(call_default_factory=True) if not field.is_required() else None
+    if field.is_required():
+        text += " **Required.**"
+    elif default not in (None, "", [], {}) and not isinstance(default, BaseModel):
+        text += f" Default: `{_toml(default)}`."
+    return f"| `{name}` | {kind(field.annotation)} | {text} |"
+
+
+def kind(annotation: Any) -> str:
+    """A type in plain words: "number", "true or false", "list of texts", or the words that may stand there."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is typing.Annotated:
+        return kind(arguments[0])
+    if origin is Literal:
+        return " or ".join(f"`{_toml(a)}`" for a in arguments)
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(kind(a) for a in arguments if a is not type(None)))
+    if origin is list:
+        return f"list of {kind(arguments[0])}s"
+    if origin is dict:
+        return f"table; each entry: {kind(arguments[1])}"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "table"
+    return {bool: "true or false", int: "whole number", float: "number", str: "text"}[annotation]
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else f"{value}"

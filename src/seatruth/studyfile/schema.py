@@ -1,0 +1,270 @@
+"""The study file: one vocabulary, written down as pydantic models.
+
+Every table and key of a study file is a field here with its description; docs/study-file.md is made from them. The
+models check types and spelling only. What needs the model, the trials or the plug-ins (does this parameter exist, is
+this file there) is checked where the study is built.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, PositiveFloat, PositiveInt
+
+
+class Table(BaseModel):
+    """Base of every table: unknown keys and wrong types are errors."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class OpenTable(Table):
+    """A table whose further keys are the options of a plug-in or a preparation step."""
+
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The keys that the schema does not name: options of what the table selects."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, (dict, str)) else value
+
+
+def _as_table(key: str) -> BeforeValidator:
+    """Lets a bare number or text stand for a table with one key."""
+
+    def widen(value: Any) -> Any:
+        return value if isinstance(value, (dict, bool)) else {key: value}
+
+    return BeforeValidator(widen)
+
+
+def _pair(value: Any) -> Any:
+    if isinstance(value, list) and len(value) == 2 and value[0] > value[1]:
+        raise ValueError(f"{value} must be [low, high]")
+    return value
+
+
+Pair = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2), BeforeValidator(_pair)]
+
+
+class StudyTable(Table):
+    """What the study is called and what makes it reproducible."""
+
+    name: str | None = Field(
+        default=None, description="Name of the study in results and reports; default: the file's name."
+    )
+    description: str = Field(default="", description="What the study is for; shown in the report.")
+    seed: Annotated[int, Field(ge=0)] = Field(
+        default=0, description="Seed of everything random. The same seed gives the same result."
+    )
+    synthetic: bool = Field(
+        default=False, description="True if the trials were made by a simulator; every result and report then says so."
+    )
+
+
+class ModelTable(Table):
+    """The vehicle's model."""
+
+    use: str = Field(
+        description='A model of `seatruth list models`, or a model of your own as "file.py:ClassName" (path relative '
+        "to the study file). That file is the only code that a study runs."
+    )
+    set: str | None = Field(
+        default=None, description='Parameter set that the model offers, as "KVLCC2"; default: its own.'
+    )
+    vary: list[str] = Field(
+        default=[],
+        description="Parameters to identify, by name or pattern (`*` and `?`); the same as `vary = true` in each of "
+        "their tables.",
+    )
+    constraints: list[str] = Field(
+        default=[], description='Relations between parameters that every answer must keep, as "Y_v * N_r > 0".'
+    )
+
+
+class PriorTable(Table):
+    """A normal prior N(mean, sd) on a parameter."""
+
+    mean: FiniteFloat = Field(description="Mean, in the parameter's unit.")
+    sd: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Standard deviation, in the parameter's unit.")
+
+
+class ParameterTable(Table):
+    """One parameter of the model, in its own unit. A bare number is short for `{ value = number }`."""
+
+    value: FiniteFloat | None = Field(
+        default=None, description="Value, and where the search starts; default: the model's."
+    )
+    min: float | None = Field(default=None, description="Lower bound.")
+    max: float | None = Field(default=None, description="Upper bound.")
+    vary: bool | None = Field(
+        default=None, description="True to identify it; default: fixed, unless [model] vary names it."
+    )
+    prior: PriorTable | None = Field(default=None, description="Prior knowledge, `{ mean = 0.3, sd = 0.05 }`.")
+    scale: Literal["linear", "log"] | None = Field(default=None, description="Search in the value or in its logarithm.")
+    start: Pair | None = Field(default=None, description="Region [low, high] of random starts; default: the bounds.")
+    tie: str | None = Field(default=None, description='Expression that sets it from other parameters, as "-0.5 * Y_v".')
+    unit: str | None = Field(default=None, description="Unit (formula studies only; a model states its own).")
+
+
+class ChannelTable(Table):
+    """Where a channel of the model is found in the files. A bare text is short for `{ column = text }`."""
+
+    column: str | None = Field(default=None, description="Column of the file; default: the channel's name.")
+    unit: str | None = Field(
+        default=None, description='Unit in the file, as "deg/s"; default: the unit the model uses.'
+    )
+    sign: Literal[-1, 1] = Field(default=1, description="-1 if the file counts the other way than the model.")
+    invalid_where: str | None = Field(
+        default=None, description='Samples that are not valid, as a condition on the file\'s columns: "pos_hold == 1".'
+    )
+    extra: bool = Field(
+        default=False,
+        description="True for a channel that neither the model nor the standard list has; preparation steps use it.",
+    )
+
+
+class TimeTable(Table):
+    """The time column. A bare text is short for `{ column = text }`."""
+
+    column: str = Field(default="t", description="Column of the file.")
+    unit: str = Field(default="s", description='Unit, or "date" for dates with times.')
+
+
+Channels = dict[str, Annotated[ChannelTable, _as_table("column")]]
+
+
+class PrepareTable(OpenTable):
+    """One preparation step; the further keys are its options. Steps run in the order in which they stand."""
+
+    step: str = Field(description="Name of the step.")
+    trials: list[str] | None = Field(
+        default=None, description="Names or patterns of the trials it acts on; default: all (only in shared steps)."
+    )
+
+
+class TrialTable(Table):
+    """One recorded run, or several with one entry."""
+
+    name: str | None = Field(default=None, description="Name; default: the file's name without its ending.")
+    file: str = Field(
+        description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) takes every "
+        "file that fits, each a trial of its own."
+    )
+    role: Literal["fit", "holdout"] = Field(
+        default="fit", description='"fit" takes part in the fit; "holdout" is only predicted.'
+    )
+    time: Annotated[TimeTable, _as_table("column")] | None = Field(
+        default=None, description="Overrides [time] for this trial."
+    )
+    channels: Channels = Field(default={}, description="Overrides [channels] for this trial, key by key.")
+    without: list[str] = Field(default=[], description="Outputs of the model that this trial did not record.")
+    conditions: dict[str, str | float | bool] = Field(
+        default={}, description="What held during the run (loading, depth, sea state); kept with the result."
+    )
+    prepare: list[PrepareTable] = Field(
+        default=[], description="Steps for this trial alone; they run before the shared [[prepare]] steps."
+    )
+
+
+class CostTable(Table):
+    """How a candidate is measured against the trials."""
+
+    kind: Literal["trajectory", "regression", "formula"] = Field(
+        default="trajectory",
+        description="trajectory: simulate the whole run, compare with the record. regression: fit accelerations "
+        "equation by equation. formula: fit a static formula to a table.",
+    )
+    hold: Literal["linear", "zero"] = Field(
+        default="linear", description="Inputs between samples: joined by lines, or held until the next sample."
+    )
+    max_step: PositiveFloat | None = Field(
+        default=None, description="Longest integration step, s; default: the sampling step."
+    )
+    initial: Literal["fixed", "free"] = Field(
+        default="fixed", description="Initial state of each trial: taken from its first samples, or estimated too."
+    )
+    initial_sd: dict[str, float | str] = Field(
+        default={},
+        description='How far the first samples may be off, by state, as { u = "0.05 m/s" }; with initial = "free".',
+    )
+    segments: PositiveFloat | None = Field(
+        default=None, description="Cut the trials into pieces of this length, s, each started from its own samples."
+    )
+    multiple_shooting: bool = Field(
+        default=False, description="Join the segments: their initial states are free and must meet."
+    )
+    criterion: Literal["weighted", "likelihood"] = Field(
+        default="weighted",
+        description="weighted: least squares with the noise of [noise]. likelihood: maximum likelihood with an "
+        "estimated innovation covariance.",
+    )
+    form: Literal["euler", "central", "trapezoid"] = Field(
+        default="trapezoid", description="How a regression differences the states."
+    )
+    equations: list[str] | None = Field(
+        default=None, description="States whose equations a regression uses; default: all that contain free parameters."
+    )
+
+
+class OptimizerTable(OpenTable):
+    """A solver; the further keys are its options (`seatruth list optimizers --long`). [[optimizer]] twice or more
+    makes a hybrid: each starts where the one before ended."""
+
+    use: str = Field(default="least_squares", description="A solver of `seatruth list optimizers`.")
+
+
+class BudgetTable(Table):
+    """When to stop."""
+
+    evaluations: PositiveInt | None = Field(
+        default=None, description="Simulations of all trials, finite differences counted."
+    )
+    seconds: PositiveFloat | None = Field(default=None, description="Wall time.")
+    stall: PositiveInt | None = Field(default=None, description="Stop after this many evaluations without progress.")
+    target: FiniteFloat | None = Field(default=None, description="Stop once the cost is this low.")
+
+
+class OutputTable(Table):
+    """What is written and what is computed besides the fit."""
+
+    folder: str | None = Field(
+        default=None, description="Folder of the result; default: NAME-result beside the study file."
+    )
+    report: bool = Field(default=True, description="Write report.html.")
+    cross_validate: bool = Field(
+        default=False, description="Leave out each trial in turn, fit the others and predict it."
+    )
+    profile: list[str] = Field(default=[], description="Parameters whose likelihood is profiled (names or patterns).")
+
+
+class FormulaTable(Table):
+    """A static formula instead of a model: y = f(columns, parameters)."""
+
+    expression: str = Field(
+        description='Equation, as "D = (a1*Fr**3 + a2*Fr) / T". Names in [parameters] are parameters, the others '
+        "columns."
+    )
+    file: str = Field(description="Table of data (CSV, Parquet or MATLAB), relative to the study file.")
+
+
+class StudyFile(Table):
+    """A whole study file."""
+
+    study: StudyTable = StudyTable()
+    model: ModelTable | None = None
+    formula: FormulaTable | None = None
+    parameters: dict[str, Annotated[ParameterTable, _as_table("value")]] = {}
+    time: Annotated[TimeTable, _as_table("column")] = TimeTable()
+    channels: Channels = {}
+    trials: list[TrialTable] = []
+    prepare: list[PrepareTable] = []
+    noise: dict[str, float | str] = {}
+    cost: CostTable = CostTable()
+    optimizer: Annotated[list[OptimizerTable], BeforeValidator(_as_list)] = [OptimizerTable()]
+    budget: BudgetTable = BudgetTable()
+    output: OutputTable = OutputTable()
