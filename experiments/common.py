@@ -88,6 +88,8 @@ def main(
         results = Results(name, options, seeds=seeds)
         body(options, results)
         results.finish()
+        if results.failures:
+            return 1
     except SeatruthError as problem:
         print(problem.message, file=sys.stderr)
         return int(problem.exit_code)
@@ -122,6 +124,7 @@ class Results:
         self._pictures: dict[str, list[str]] = {}
         self._texts: list[str] = []
         self._stages: dict[str, dict[str, Any]] = {}
+        self.failures: list[str] = []
         self._expected = 0
         self._started = datetime.now(UTC)
         self._load = os.getloadavg() if hasattr(os, "getloadavg") else None
@@ -156,6 +159,7 @@ class Results:
             return kept["outcome"]
         say(f"{position} {name} ...")
         begin = time.perf_counter()
+        self._stages[name] = {"seconds": None, "resumed": False}  # stays so if the work fails
         outcome = plain(work())
         seconds = time.perf_counter() - begin
         write(file, json.dumps({"key": key, "stage": name, "seconds": seconds, "outcome": outcome}, indent=1))
@@ -202,6 +206,10 @@ class Results:
         """A piece of Markdown that opens summary.md, in the order of the calls."""
         self._texts.append(markdown.strip())
 
+    def fail(self, what: str) -> None:
+        """Something that should have been measured was not: it is on record, and the experiment exits with 1."""
+        self.failures.append(what)
+
     def finish(self) -> dict[str, Any]:
         """Writes summary.md and result.json, and prints the figures."""
         now = datetime.now(UTC)
@@ -211,6 +219,7 @@ class Results:
             "figures": self._figures,
             "tables": self._tables,
             "pictures": self._pictures,
+            "failures": self.failures,
             "seeds": self._seeds,
             "versions": versions(),
             **commit(),

@@ -23,9 +23,9 @@ def load(threads: int) -> Any:
     """Imports JAX with one host device a thread and 64-bit numbers."""
     os.environ["XLA_FLAGS"] = f"--xla_force_host_platform_device_count={threads}"
     os.environ["JAX_PLATFORMS"] = "cpu"
+    os.environ["JAX_ENABLE_X64"] = "1"
     import jax
 
-    jax.config.update("jax_enable_x64", True)
     return jax
 
 

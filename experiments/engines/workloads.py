@@ -48,7 +48,7 @@ class Workload:
     @property
     def t(self) -> Array:
         """Sample times, s."""
-        return np.arange(len(self.inputs)) * self.h
+        return np.arange(len(self.inputs), dtype=np.float64) * self.h
 
     @property
     def observed(self) -> list[int]:
