@@ -1,0 +1,188 @@
+"""Which column of a log is which channel, guessed from its name, its unit and its range.
+
+A guess is only a start for the reader of the study file, who sees each with its reason. Names decide first ("rudder",
+"yaw rate"); the unit comes from the header ("[deg/s]", "(kn)", "_deg"), else from the range that the numbers span.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.errors import BadInput
+from seatruth.trials.channel import Channel
+from seatruth.units import is_unit, to_si
+
+_NAMES: dict[str, tuple[str, ...]] = {
+    "t": ("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time"),
+    "x": ("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
+    "y": ("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
+    "z": ("z", "z0", "pos z", "position z", "down"),
+    "depth": ("depth",),
+    "phi": ("phi", "roll", "roll angle", "heel", "heel angle", "bank"),
+    "theta": ("theta", "pitch", "pitch angle", "trim"),
+    "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
+    "u": (
+        *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx", "stw"),
+        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "sog"),
+    ),
+    "v": ("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
+    "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
+    "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
+    "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
+    "r": ("r", "yaw rate", "rot", "rate of turn", "turn rate", "omega z", "gyro z", "yaw velocity", "rate turn"),
+    "delta": ("delta", "rudder", "rudder angle", "helm", "rud", "rudder position", "delta r", "steering"),
+    "delta_s": ("delta s", "stern plane", "stern planes", "elevator", "fin", "fin angle", "plane", "elevator angle"),
+    "n": (
+        *("n", "rpm", "rps", "propeller", "propeller speed", "shaft speed", "prop", "revs", "propeller rate", "shaft"),
+        *(
+            "prop speed",
+            "propeller revs",
+            "propeller rpm",
+            "shaft rpm",
+            "prop rpm",
+            "propeller rps",
+            "n prop",
+            "engine",
+        ),
+    ),
+}
+_SUFFIXES = {
+    "deg": "deg",
+    "degrees": "deg",
+    "rad": "rad",
+    "degs": "deg/s",
+    "deg s": "deg/s",
+    "deg per s": "deg/s",
+    "deg sec": "deg/s",
+    "degps": "deg/s",
+    "dps": "deg/s",
+    "rads": "rad/s",
+    "rad s": "rad/s",
+    "rad per s": "rad/s",
+    "radps": "rad/s",
+    "deg min": "deg/min",
+    "m": "m",
+    "ft": "ft",
+    "ms": "m/s",
+    "m s": "m/s",
+    "mps": "m/s",
+    "m per s": "m/s",
+    "kn": "kn",
+    "kt": "kn",
+    "kts": "kn",
+    "knots": "kn",
+    "rpm": "rpm",
+    "rps": "rev/s",
+    "hz": "rev/s",
+    "s": "s",
+    "sec": "s",
+    "min": "min",
+    "millis": "ms",
+    "msec": "ms",
+}
+_BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")
+
+
+@dataclass(frozen=True)
+class Guess:
+    """One column taken for a channel: the unit of its numbers, and why."""
+
+    channel: str
+    column: str
+    unit: str
+    why: str
+
+
+def guess(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel]) -> dict[str, Guess]:
+    """Columns (name to numbers) that look like the wanted channels, at most one each, best match first."""
+    candidates: list[tuple[int, int, Guess]] = []
+    for order, (column, numbers) in enumerate(columns.items()):
+        for channel in wanted:
+            found = _match(column, numbers, channel)
+            if found is not None:
+                rank, hit = found
+                candidates.append((rank, order, hit))
+    taken: dict[str, Guess] = {}
+    used: set[str] = set()
+    for _, _, hit in sorted(candidates, key=lambda item: item[:2]):
+        if hit.channel not in taken and hit.column not in used:
+            taken[hit.channel] = hit
+            used.add(hit.column)
+    return taken
+
+
+def split_header(header: str) -> tuple[str, str]:
+    """Name and unit of a header: "yaw rate [deg/s]" -> ("yaw rate", "deg/s"); the unit is "" where it has none."""
+    text = header.strip()
+    bracket = _BRACKETS.match(text)
+    if bracket and (not bracket.group(2).strip() or is_unit(bracket.group(2))):
+        return _words(bracket.group(1)), bracket.group(2).strip()
+    parts = re.split(r"\s*[,;:|/]\s*", text, maxsplit=1)
+    if len(parts) == 2 and parts[1] and is_unit(parts[1]):
+        return _words(parts[0]), parts[1]
+    words = _words(text)
+    for length in (3, 2, 1):
+        pieces = words.split(" ")
+        suffix = " ".join(pieces[-length:])
+        if len(pieces) > length and suffix in _SUFFIXES:
+            return " ".join(pieces[:-length]), _SUFFIXES[suffix]
+    return words, ""
+
+
+def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, Guess] | None:
+    """How well a column fits a channel (smaller is better), or None."""
+    name, unit = split_header(column)
+    known = _NAMES.get(channel.name, (_words(channel.name),))
+    whole = _words(column)
+    rank = known.index(name) if name in known else known.index(whole) if whole in known else None
+    if rank is None:
+        return None
+    if unit and not _fits(unit, channel.unit):
+        unit = ""
+    if unit:
+        return rank, Guess(channel.name, column, unit, "unit from the header")
+    if whole in ("rpm", "rps"):
+        return rank, Guess(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
+    unit, why = _from_range(numbers, channel)
+    return rank, Guess(channel.name, column, unit, why)
+
+
+def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, str]:
+    """The unit that makes the numbers plausible; the channel's own where nothing speaks against it."""
+    finite = numbers[np.isfinite(numbers)]
+    if finite.size == 0:
+        return channel.unit, "no numbers to guess the unit from"
+    top = float(np.max(np.abs(finite)))
+    if channel.name == "t":
+        step = float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
+        return ("ms", "steps this large are milliseconds") if step >= 20 else ("s", "assumed; the header has no unit")
+    limits = {
+        "rad": ("deg", 2 * np.pi if channel.name in ("psi", "phi", "theta") else np.pi / 2),
+        "rad/s": ("deg/s", 1.0),
+        "rev/s": ("rpm", 25.0),
+        "m/s": ("kn", 20.0),
+    }
+    if channel.unit in limits:
+        other, limit = limits[channel.unit]
+        if top > limit:
+            return other, f"numbers up to {top:.3g} would be implausible in {channel.unit}"
+    return channel.unit, "assumed; the header has no unit"
+
+
+def _fits(unit: str, channel_unit: str) -> bool:
+    try:
+        to_si(unit, channel_unit)
+    except BadInput:
+        return False
+    return True
+
+
+def _words(text: str) -> str:
+    """Lower-case words of a name: "Rudder_Angle" and "rudderAngle" -> "rudder angle"."""
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text)
+    return re.sub(r"[^a-z0-9]+", " ", spaced.lower()).strip()

@@ -1,0 +1,174 @@
+"""What is wrong with a study file, in plain words: all of it in one message, each with its line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from seatruth.errors import BadInput, SeatruthError, nearest
+from seatruth.studyfile.lines import Lines, Path
+from seatruth.studyfile.schema import OpenTable, StudyFile
+
+_MOST = 12
+"""Problems shown in one message; a file with more of them is told so."""
+
+
+class Problems:
+    """Collects everything wrong with one study file and raises it as one BadInput."""
+
+    def __init__(self, source: str, lines: Lines | None = None) -> None:
+        self.source = source
+        self.lines = lines
+        self._found: list[tuple[str, str, str, type[SeatruthError]]] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._found)
+
+    def add(self, path: Sequence[str | int], what: str, do: str = "", kind: type[SeatruthError] = BadInput) -> None:
+        """Notes one problem at a key ("trials", 2, "file")."""
+        entry = (self._where(path), what, do, kind)
+        if entry not in self._found:
+            self._found.append(entry)
+
+    @contextmanager
+    def at(self, *path: str | int) -> Iterator[None]:
+        """Notes what is raised inside as a problem at that key and goes on."""
+        try:
+            yield
+        except SeatruthError as problem:
+            what = f"{problem.where}: {problem.what}" if problem.where else problem.what
+            self.add(path, what, problem.do, type(problem))
+
+    def stop(self) -> None:
+        """Raises the message if there is any problem; a plug-in's failure keeps its own kind."""
+        if not self._found:
+            return
+        kinds = [kind for *_, kind in self._found]
+        kind = BadInput if any(issubclass(k, BadInput) for k in kinds) else kinds[0]
+        if len(self._found) == 1:
+            place, what, do, _ = self._found[0]
+            raise kind(what, where=f"{self.source}, {place}" if place else self.source, do=do)
+        shown = [_sentence(place, what, do) for place, what, do, _ in self._found[:_MOST]]
+        hidden = len(self._found) - len(shown)
+        listing = "\n".join(f"  {line}" for line in shown) + (f"\n  and {hidden} more." if hidden else "")
+        raise kind(f"{len(self._found)} problems\n{listing}", where=self.source)
+
+    def _where(self, path: Sequence[str | int]) -> str:
+        line = self.lines.of(path) if self.lines else None
+        return ", ".join(part for part in (f"line {line}" if line else "", named(path)) if part)
+
+
+def named(path: Sequence[str | int]) -> str:
+    """A path as a reader of the file would call it: "[trials] 2, file"."""
+    if not path:
+        return ""
+    head, rest = str(path[0]), list(path[1:])
+    text = f"[{head}]"
+    if rest and isinstance(rest[0], int):
+        text += f" {rest[0] + 1}"
+        rest = rest[1:]
+    keys = ".".join(str(key + 1) if isinstance(key, int) else key for key in rest)
+    return f"{text} {keys}" if keys else text
+
+
+def add_schema_errors(problems: Problems, error: ValidationError, data: dict[str, Any]) -> None:
+    """Says in plain words what pydantic found."""
+    for detail in error.errors(include_url=False, include_context=True):
+        path: Path = tuple(part for part in detail["loc"] if _stands(part))
+        what, do = _plain(detail, path, data)
+        problems.add(path, what, do)
+
+
+def _stands(part: str | int) -> bool:
+    """Whether a part of pydantic's location is a key of the file, not the name of a branch of a union."""
+    return isinstance(part, int) or part not in ("str", "float", "bool", "int")
+
+
+def _plain(detail: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, str]:
+    kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
+    key = path[-1] if path else "the file"
+    if kind == "extra_forbidden":
+        return f"unknown key {key!r}", nearest(str(key), _known_keys(path[:-1]))
+    if kind == "missing":
+        return f"{key!r} is missing", ""
+    if kind == "literal_error":
+        allowed = str(context.get("expected", ""))
+        words = allowed.replace("'", "").replace(" or ", ", ").split(", ")
+        hint = nearest(given, words) if isinstance(given, str) else ""
+        return f"{key!r} is {_shown(given)}, not {allowed}", hint
+    if kind == "value_error":
+        return str(context.get("error", detail["msg"])), ""
+    expected = _expected(kind, context)
+    return f"{key!r} is {_shown(given)}, but must be {expected or detail['msg'].lower()}", ""
+
+
+def _expected(kind: str, context: dict[str, Any]) -> str:
+    words = {
+        "string_type": "text in quotes",
+        "float_type": "a number",
+        "float_parsing": "a number",
+        "int_type": "a whole number",
+        "int_from_float": "a whole number",
+        "bool_type": "true or false",
+        "list_type": "a list in square brackets",
+        "dict_type": "a table",
+        "model_type": "a table",
+        "model_attributes_type": "a table",
+        "finite_number": "a finite number",
+        "greater_than": f"greater than {context.get('gt')}",
+        "greater_than_equal": f"{context.get('ge')} or more",
+        "too_short": f"a list of {context.get('min_length')}",
+        "too_long": f"a list of {context.get('max_length')}",
+    }
+    return words.get(kind, "")
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'the text "{value}"' if len(value) <= 60 else "a long text"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    return f"{value}"
+
+
+def _known_keys(path: Path) -> list[str]:
+    """Keys that the table at `path` knows."""
+    table: Any = StudyFile
+    for part in path:
+        if isinstance(part, int):
+            continue
+        field = table.model_fields.get(part) if _is_table(table) else None
+        if field is not None:
+            table = _inner(field.annotation)
+        elif not _is_table(table):
+            return []
+        # otherwise `part` is a free name (a channel, a parameter) and `table` is already its entry's type
+    return list(table.model_fields) if _is_table(table) and not issubclass(table, OpenTable) else []
+
+
+def _inner(annotation: Any) -> Any:
+    """The table type inside a field's annotation: `dict[str, T]`, `list[T]`, `T | None`, `Annotated[T, ...]`."""
+    if _is_table(annotation):
+        return annotation
+    for argument in get_args(annotation):
+        found = _inner(argument)
+        if found is not None:
+            return found
+    return None
+
+
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _sentence(place: str, what: str, do: str) -> str:
+    what = what if what.endswith((".", "!", "?")) else what + "."
+    return f"{place}: {what} {do}".strip() if place else f"{what} {do}".strip()
