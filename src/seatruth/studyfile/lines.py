@@ -56,12 +56,12 @@ class Lines:
             if self._text.startswith("[[", self._at):
                 start, self._at = self._at, self._at + 2
                 table = self._array_table(self._key())
-                self._note(table, start)
+                self._note_all(table, start)
                 self._at += 2
             elif self._text[self._at] == "[":
                 start, self._at = self._at, self._at + 1
                 table = self._resolve(self._key())
-                self._note(table, start)
+                self._note_all(table, start)
                 self._at += 1
             else:
                 self._pair(table)
@@ -85,8 +85,7 @@ class Lines:
     def _pair(self, table: Path) -> None:
         start = self._at
         keys = self._key()
-        for stop in range(1, len(keys) + 1):
-            self._note((*table, *keys[:stop]), start)
+        self._note_all((*table, *keys), start)
         self._at += 1  # the equals sign
         self._skip(_SPACE)
         self._value((*table, *keys))
@@ -142,6 +141,11 @@ class Lines:
                 self._note((*path, index), self._at)
                 self._value((*path, index))
                 index += 1
+
+    def _note_all(self, path: Path, offset: int) -> None:
+        """Notes a key and the tables above it that it opens."""
+        for stop in range(1, len(path) + 1):
+            self._note(path[:stop], offset)
 
     def _note(self, path: Path, offset: int) -> None:
         self.positions.setdefault(path, bisect_right(self._starts, offset))
