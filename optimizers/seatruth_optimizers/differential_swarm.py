@@ -1,0 +1,89 @@
+"""The Differential Swarm of Chen, Yan and Wang (2011), with the readings of it that its symbols allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from seatruth.costs.base import Ability, Array
+from seatruth.optimizers import Optimizer, Problem, option
+
+VARIANTS = ("A", "A_prime", "B_component", "B_scalar", "C", "D")
+
+
+@dataclass(frozen=True)
+class DifferentialSwarm(Optimizer):
+    """A swarm that moves by differences of personal bests.
+
+    The paper prints symbols only: personal bests p_i, swarm best p_g, a random r in [0, 1], omega (usually 1) and the
+    personal bests of two random particles i1, i2. Variants (each particle, each step):
+
+    A            r p_i + (1 - r) p_g + omega (p_i1 - p_i2), one r a particle; the preferred reading
+    A_prime      the same with one r a component
+    B_component  as A, the difference also times a random number, one a component
+    B_scalar     as B_component with one random number a particle
+    C            x_i + r1 (p_i1 - p_i2) + r2 (p_g - x_i), omega on the difference
+    D            p_i + r (p_g - p_i) + omega r (p_i1 - p_i2), the same r
+
+    A component outside the bounds is drawn afresh within them; a personal best changes only on improvement. Only A
+    finds exact minima in the published setting, and it needs 1000 steps and more (Rosenbrock in 11 dimensions, 600
+    steps: median 5.6e-3 against 0.18 to 9 for the others).
+    """
+
+    name: ClassVar[str] = "differential_swarm"
+    title: ClassVar[str] = "Differential Swarm (Chen, Yan and Wang 2011)"
+    needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
+
+    particles: int = option(50, "size of the swarm", low=4, high=100_000)
+    omega: float = option(1.0, "weight of the difference of personal bests", low=0.0)
+    variant: str = option("A", "reading of the update", choices=VARIANTS)
+    spread: float = option(1e-10, "extent of the swarm, in search coordinates, at which it has converged", low=0.0)
+
+    def run(self, problem: Problem, rng: np.random.Generator) -> str:
+        low, high = problem.box
+        position = problem.population(rng, self.particles)
+        best, cost = position.copy(), problem.values(position)
+        while True:
+            leader = best[cost.argmin()]
+            if np.isfinite(cost).all() and np.ptp(best, axis=0).max() <= self.spread:
+                return f"the swarm has gathered within {self.spread:g} of the search range in every parameter"
+            position = self._move(position, best, leader, rng)
+            outside = (position < low) | (position > high)
+            if outside.any():
+                fresh = low + rng.random(position.shape) * (high - low)
+                position = np.where(outside, fresh, position)
+            values = problem.values(position)
+            better = values < cost
+            best[better], cost[better] = position[better], values[better]
+
+    def _move(self, position: Array, best: Array, leader: Array, rng: np.random.Generator) -> Array:
+        """New positions (n, d)."""
+        moved: Array
+        n, d = best.shape
+        first, second = _pairs(n, rng)
+        difference = self.omega * (best[first] - best[second])
+        if self.variant == "C":
+            moved = position + rng.random((n, 1)) * difference + rng.random((n, 1)) * (leader - position)
+            return moved
+        r = rng.random((n, d) if self.variant == "A_prime" else (n, 1))
+        if self.variant == "D":
+            moved = best + r * (leader - best) + r * difference
+            return moved
+        if self.variant == "B_component":
+            difference = rng.random((n, d)) * difference
+        elif self.variant == "B_scalar":
+            difference = rng.random((n, 1)) * difference
+        moved = r * best + (1 - r) * leader + difference
+        return moved
+
+
+def _pairs(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """For each particle two others, all three different."""
+    own = np.arange(n)
+    first = (own + rng.integers(1, n, n)) % n
+    # An offset among the n - 2 particles that are neither: steps over `first`, counted from the particle itself.
+    second = rng.integers(1, n - 1, n)
+    second += second >= (first - own) % n
+    return first, (own + second) % n

@@ -1,0 +1,55 @@
+"""Nonlinear least squares: SciPy's trust-region reflective method on the residuals, with their exact derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from seatruth.costs.base import Ability
+from seatruth.optimizers import Optimizer, Problem, option
+
+
+@dataclass(frozen=True)
+class LeastSquares(Optimizer):
+    """scipy.optimize.least_squares(method="trf") from the start values; bounds are kept at every step.
+
+    Branch, Coleman and Li (1999). The default for smooth problems with a fair start. Where the start itself cannot be
+    simulated, it tries `tries` random ones from the start regions.
+    """
+
+    name: ClassVar[str] = "least_squares"
+    title: ClassVar[str] = "Nonlinear least squares (trust region reflective)"
+    needs: ClassVar[frozenset[Ability]] = frozenset({"residuals", "derivatives"})
+
+    tolerance: float = option(1e-10, "relative change of cost, step and gradient at which it has converged", low=1e-15)
+    iterations: int = option(1000, "most trial steps", low=1)
+    tries: int = option(20, "random starts to try where the start diverges", low=0)
+
+    def run(self, problem: Problem, rng: np.random.Generator) -> str:
+        from scipy.optimize import least_squares
+
+        z = problem.start
+        for _ in range(self.tries):
+            if np.isfinite(problem.residuals(z)).all():
+                break
+            z = problem.sample(rng, 1)[0]
+        else:
+            if not np.isfinite(problem.residuals(z)).all():
+                problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
+        result = least_squares(
+            problem.residuals,
+            z,
+            jac=problem.jacobian,
+            bounds=(problem.lower, problem.upper),
+            x_scale="jac",
+            ftol=self.tolerance,
+            xtol=self.tolerance,
+            gtol=self.tolerance,
+            max_nfev=self.iterations,
+        )
+        if result.status == 0:
+            problem.finish("budget", f"the {self.iterations} trial steps it was given are used up")
+        words = {1: "the gradient vanished", 2: "the cost no longer falls", 3: "the steps became negligible"}
+        return words.get(result.status, "the cost and the steps no longer change")

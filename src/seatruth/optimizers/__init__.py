@@ -1,0 +1,37 @@
+"""Optimizers: the interface, the driver that runs them, and the registry that finds them.
+
+from seatruth.optimizers import Budget, minimise
+outcome = minimise(cost, ["differential_swarm", "least_squares"], budget=Budget(20_000), seed=1)
+"""
+
+from seatruth.optimizers.base import Optimizer, from_callable, option
+from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
+from seatruth.optimizers.chain import Chain
+from seatruth.optimizers.coordinates import Coordinates
+from seatruth.optimizers.driver import minimise
+from seatruth.optimizers.journal import StaleCheckpoint
+from seatruth.optimizers.ledger import Ledger, Progress
+from seatruth.optimizers.problem import Problem
+from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
+
+__all__ = [
+    "Budget",
+    "Chain",
+    "Code",
+    "Coordinates",
+    "Ledger",
+    "Optimizer",
+    "OptimizerInfo",
+    "OptionInfo",
+    "Outcome",
+    "Problem",
+    "Progress",
+    "StaleCheckpoint",
+    "Stop",
+    "as_optimizer",
+    "available",
+    "from_callable",
+    "make",
+    "minimise",
+    "option",
+]

@@ -1,0 +1,96 @@
+"""When a run ends, and how it ended."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import pandas as pd
+
+from seatruth.costs.base import Array
+from seatruth.errors import BadInput
+
+Code = Literal["converged", "budget", "stall", "deadline", "interrupted", "failed", "target"]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What a run may spend, and what is good enough.
+
+    `evaluations`: cost evaluations, where a population of P counts P, one residual vector 1 and one Jacobian K (its
+    number of columns), so that all kinds of solver pay the same price for the same information. `seconds`: wall time,
+    without the time that a stopped run lay still. `stall`: evaluations without the best value falling by more than
+    the fraction `tolerance`. `target`: a value that is good enough. None = no limit.
+    """
+
+    evaluations: int | None = 20_000
+    seconds: float | None = None
+    stall: int | None = None
+    tolerance: float = 1e-9
+    target: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("evaluations", "seconds", "stall"):
+            value = getattr(self, name)
+            if value is not None and (isinstance(value, bool) or not value > 0 or not math.isfinite(value)):
+                raise BadInput(f"{name} = {value!r} is no limit", where="budget", do="Give a positive number.")
+        for name in ("evaluations", "stall"):
+            value = getattr(self, name)
+            if value is not None and int(value) != value:
+                raise BadInput(f"{name} = {value!r} is not a whole number", where="budget")
+        if not self.tolerance >= 0 or not math.isfinite(self.tolerance):
+            raise BadInput(f"tolerance = {self.tolerance!r} is not a fraction", where="budget", do="Give 0 or more.")
+        if self.target is not None and math.isnan(self.target):
+            raise BadInput("target is not a number", where="budget")
+        if self.evaluations is None and self.seconds is None and self.stall is None:
+            raise BadInput("nothing limits the run", where="budget", do="Give evaluations, seconds or stall.")
+
+
+class Stop(BaseException):
+    """Raised out of a problem's methods to end a solver. Not an `Exception`, so that solvers let it through."""
+
+    def __init__(self, code: Code, reason: str) -> None:
+        super().__init__(reason)
+        self.code, self.reason = code, reason
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: the best parameters found and why it stopped there.
+
+    x (K,) in the parameters' units; `value` its cost (inf if no candidate could be evaluated: x is then the start);
+    `history` has columns evaluations, best, seconds (thinned to about 2000 rows); `diverged` counts candidates of
+    infinite cost, `clipped` those that had to be moved inside the bounds; `notes` are sentences a user should read.
+    """
+
+    x: Array
+    value: float
+    evaluations: int
+    code: Code
+    reason: str
+    history: pd.DataFrame
+    diverged: int
+    clipped: int
+    seed: int
+    optimizer: dict[str, Any]
+    wall_s: float
+    notes: tuple[str, ...] = field(default=())
+
+    def __str__(self) -> str:
+        return (
+            f"{self.optimizer.get('name', 'optimizer')}: cost {self.value:.6g} after {self.evaluations} evaluations "
+            f"in {self.wall_s:.2f} s; {self.code}: {self.reason}"
+        )
+
+    def same_as(self, other: Outcome) -> bool:
+        """Whether two runs gave the same bytes in everything but wall-clock times."""
+        return (
+            self.x.tobytes() == other.x.tobytes()
+            and (self.value, self.evaluations, self.code, self.reason, self.diverged, self.clipped, self.seed)
+            == (other.value, other.evaluations, other.code, other.reason, other.diverged, other.clipped, other.seed)
+            and json.dumps(self.optimizer, sort_keys=True, default=repr)
+            == json.dumps(other.optimizer, sort_keys=True, default=repr)
+            and self.history[["evaluations", "best"]].equals(other.history[["evaluations", "best"]])
+        )

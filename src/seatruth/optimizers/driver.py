@@ -1,0 +1,122 @@
+"""The one driver: it owns evaluation counts, budgets, stopping, failures, progress and checkpoints."""
+
+from __future__ import annotations
+
+import math
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seatruth.costs.base import Cost
+from seatruth.errors import BadInput, SeatruthError
+from seatruth.optimizers.base import Optimizer
+from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
+from seatruth.optimizers.coordinates import Coordinates
+from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
+from seatruth.optimizers.ledger import INTERRUPTED, Ledger, Progress
+from seatruth.optimizers.problem import Problem
+from seatruth.optimizers.registry import as_optimizer, fitting
+
+
+def minimise(
+    cost: Cost,
+    optimizer: str | Optimizer | Sequence[str | Optimizer] = "least_squares",
+    *,
+    budget: Budget | None = None,
+    seed: int = 0,
+    checkpoint: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Minimises a cost and says how that ended.
+
+    `optimizer` is a name, an Optimizer, or a list of them for a hybrid (global then local) on one budget. `seed` fixes
+    every random draw: the same seed gives the same bytes. `checkpoint` names a file in which every population
+    evaluation is kept; the same call on an existing file goes on where that run stopped and ends with the outcome that
+    it would have had (wall-clock times apart). `progress` is called about ten times a second with (evaluations, best
+    value, seconds, ""), and once at the end with the code.
+
+    Whatever happens in the solver, the best candidate so far is kept: an interrupt ends with code "interrupted", a
+    solver or a cost that raises with "failed" and its message as the reason. Raises BadInput where nothing could be
+    started: no parameters, an optimizer that needs what the cost does not give, a checkpoint of another run.
+    """
+    solver, budget = as_optimizer(optimizer), budget or Budget()
+    _check(cost, solver, seed)
+    begun = time.perf_counter()
+    journal = None
+    if checkpoint is not None:
+        journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed))
+    try:
+        ledger = Ledger(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
+        code, reason, notes = _run(solver, ledger, np.random.default_rng(seed))
+    finally:
+        if journal is not None:
+            journal.close()
+    x, value = ledger.coordinates.x_of(ledger.best_z), ledger.best_value
+    if ledger.answer is not None:
+        x, value = ledger.answer, ledger.answer_value
+    if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(ledger.best_value):
+        code = "failed"
+        reason = (
+            f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
+            "constraint. Check the units and signs of the data, the start values and the bounds."
+        )
+    if journal is not None and journal.trouble:
+        notes.append(journal.trouble)
+    ledger.report(code)
+    return Outcome(
+        x=x,
+        value=value,
+        evaluations=ledger.evaluations,
+        code=code,
+        reason=reason,
+        history=ledger.history.table(),
+        diverged=ledger.diverged,
+        clipped=ledger.clipped,
+        seed=int(seed),
+        optimizer=solver.describe(),
+        wall_s=time.perf_counter() - begun,
+        notes=tuple(notes),
+    )
+
+
+def _check(cost: Cost, solver: Optimizer, seed: int) -> None:
+    if not cost.parameters:
+        raise BadInput("no parameter varies", where="study", do="Set `vary = true` for at least one parameter.")
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise BadInput(f"{seed!r} is not a seed", where="seed", do="Give a whole number, 0 or more.")
+    missing = sorted(solver.needs - cost.gives)
+    if missing:
+        others = ", ".join(fitting(cost.gives))
+        raise BadInput(
+            f"it needs {' and '.join(missing)}, which this cost ({type(cost).__name__}) does not give",
+            where=f"optimizer {solver.name!r}",
+            do=f"Optimizers that fit it: {others}." if others else "",
+        )
+
+
+def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
+    """Runs the solver to its end: (code, reason, notes)."""
+    try:
+        reason = solver.run(Problem(ledger), rng)
+    except Stop as stop:
+        return stop.code, stop.reason, []
+    except KeyboardInterrupt:
+        return "interrupted", INTERRUPTED, []
+    except StaleCheckpoint:
+        raise
+    except SeatruthError as problem:
+        if not ledger.evaluations:
+            raise  # nothing was tried yet: it is the input that is wrong, not the run
+        return "failed", problem.message, []
+    except Exception as problem:
+        if ledger.stopped is not None:  # the solver answered the stop with an error of its own
+            return ledger.stopped.code, ledger.stopped.reason, []
+        frame = traceback.extract_tb(problem.__traceback__)[-1]
+        place = f"It raised in {Path(frame.filename).name}, line {frame.lineno}, in {frame.name}."
+        return "failed", f"the optimizer {solver.name!r} raised {type(problem).__name__}: {problem}", [place]
+    if ledger.stopped is not None:  # the solver swallowed the stop and returned
+        return ledger.stopped.code, ledger.stopped.reason, []
+    return "converged", str(reason or "it stopped by its own rule"), []

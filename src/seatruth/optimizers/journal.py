@@ -1,0 +1,232 @@
+"""The checkpoint: a journal of every population evaluation, from which any solver can be replayed.
+
+The file opens with one JSON line that says which study, optimizer and seed it belongs to. Each record after it holds a
+hash of the candidates, the elapsed seconds and their values. A resumed run starts the solver afresh from the same seed
+and answers it from the journal, so it takes the same decisions and goes on as if it had never stopped; nothing needs
+to be known about the solver's state. Records are appended by single writes and carry a checksum: whatever ends the
+process, all but the last one are whole, and a last one that is not is dropped.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import json
+import os
+import struct
+import time
+import zlib
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatruth.costs.base import Array, Cost
+from seatruth.errors import BadInput, SeatruthError
+
+try:
+    import fcntl
+except ImportError:  # not on Windows: two runs on one checkpoint are then not noticed
+    fcntl = None  # type: ignore[assignment]
+
+FORMAT = "seatruth checkpoint 1"
+_HEAD = struct.Struct("<4sI16sd")
+_TAIL = struct.Struct("<I")
+_MARK = b"strR"
+_SYNC_S = 2.0
+
+
+class StaleCheckpoint(SeatruthError):
+    """The journal does not fit the run that should continue it."""
+
+    exit_code = 2
+
+
+@dataclass(frozen=True)
+class Record:
+    """The values of some candidates, evaluated in one call; `key` is the hash of the candidates."""
+
+    key: bytes
+    seconds: float
+    values: Array
+
+
+class Journal:
+    """The checkpoint file of one run. `replay` holds the records that an earlier run left."""
+
+    def __init__(self, path: Path, identity: Mapping[str, Any]) -> None:
+        self.path = path
+        self.trouble = ""
+        self.replay: deque[Record] = deque()
+        self._synced = time.monotonic()
+        header = json.dumps({"format": FORMAT, **identity}, sort_keys=True).encode() + b"\n"
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 - closed by close()
+        except OSError as problem:
+            raise BadInput(
+                f"the checkpoint cannot be opened ({problem.strerror})", where=str(path), do="Choose another file."
+            ) from problem
+        try:
+            self._lock()
+            self._open(header, identity)
+        except OSError as problem:
+            self.close()
+            raise BadInput(
+                f"the checkpoint cannot be written ({problem.strerror})",
+                where=str(path),
+                do="Free some space or choose another file.",
+            ) from problem
+        except BaseException:
+            self.close()
+            raise
+
+    def take(self, Z: Array) -> Record | None:
+        """The record of the first of these candidates, if the earlier run had evaluated them."""
+        if not self.replay:
+            return None
+        record = self.replay.popleft()
+        n = len(record.values)
+        if n > len(Z) or key_of(Z[:n]) != record.key:
+            raise StaleCheckpoint(
+                "the checkpoint does not fit: the optimizer proposes other candidates than in the earlier run",
+                where=str(self.path),
+                do="The study's data or the versions of the libraries have changed, or the optimizer is not "
+                "repeatable. Delete the file or name another.",
+            )
+        return record
+
+    def append(self, Z: Array, values: Array, seconds: float) -> None:
+        """Keeps the values of these candidates. A disk that is full ends the checkpoint, not the run."""
+        if self.trouble:
+            return
+        body = _HEAD.pack(_MARK, len(values), key_of(Z), seconds) + values.tobytes()
+        body += _TAIL.pack(zlib.crc32(body))
+        try:
+            if self._file.write(body) != len(body):
+                raise OSError(28, "No space left on device")
+            now = time.monotonic()
+            if now - self._synced > _SYNC_S:
+                os.fsync(self._file.fileno())
+                self._synced = now
+        except OSError as problem:
+            self.trouble = (
+                f"The checkpoint {self.path} could not be continued ({problem.strerror}); the run went on without it. "
+                "Free some space before the next one."
+            )
+
+    def close(self) -> None:
+        """Writes what is left to disk and lets go of the file."""
+        with contextlib.suppress(OSError):
+            os.fsync(self._file.fileno())
+        self._file.close()
+
+    def _lock(self) -> None:
+        if fcntl is None:
+            return
+        try:
+            fcntl.flock(self._file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BadInput(
+                "another run is using this checkpoint", where=str(self.path), do="Wait for it or name another file."
+            ) from None
+        except OSError:
+            return  # a file system without locks: go on as on systems that have none
+
+    def _open(self, header: bytes, identity: Mapping[str, Any]) -> None:
+        self._file.seek(0)
+        content = self._file.read()
+        end = content.find(b"\n") + 1
+        if not end and header.startswith(content):
+            # New, or killed within the very first write.
+            self._file.truncate(0)
+            if self._file.write(header) != len(header):
+                raise OSError(28, "No space left on device")
+            return
+        self._check(content[:end], identity)
+        good = end
+        while (record := _record(content, good)) is not None:
+            self.replay.append(record)
+            good += _HEAD.size + 8 * len(record.values) + _TAIL.size
+        self._file.truncate(good)
+
+    def _check(self, line: bytes, identity: Mapping[str, Any]) -> None:
+        try:
+            header = json.loads(line)
+        except ValueError:
+            header = None
+        if not isinstance(header, dict) or header.get("format") != FORMAT:
+            raise StaleCheckpoint(
+                "this file is not a seatruth checkpoint; it is left as it was",
+                where=str(self.path),
+                do="Name another file.",
+            )
+        words = {"study": "study (data, model, parameters or cost)", "optimizer": "optimizer", "seed": "seed"}
+        wrong = [words.get(key, key) for key in identity if header.get(key) != identity[key]]
+        if wrong:
+            raise StaleCheckpoint(
+                f"this checkpoint belongs to another run: its {' and its '.join(wrong)} differ"
+                f"{'s' if len(wrong) == 1 else ''}",
+                where=str(self.path),
+                do="Delete it to start afresh, or name another file.",
+            )
+
+
+def identity_of(cost: Cost, optimizer: Mapping[str, Any], seed: int) -> dict[str, Any]:
+    """What a checkpoint belongs to: hashes of the cost with its parameters and of the optimizer, and the seed."""
+    parameters = [dataclasses.asdict(p) for p in cost.parameters]
+    study = {"kind": type(cost).__qualname__, "description": dict(cost.description), "parameters": parameters}
+    return {"study": _digest(study), "optimizer": _digest(optimizer), "seed": int(seed)}
+
+
+def key_of(Z: Array) -> bytes:
+    """Hash of candidates."""
+    return hashlib.blake2b(np.ascontiguousarray(Z).tobytes(), digest_size=16).digest()
+
+
+def _record(content: bytes, at: int) -> Record | None:
+    """The record at this place, or None where the journal ends or is damaged."""
+    if len(content) < at + _HEAD.size:
+        return None
+    mark, rows, key, seconds = _HEAD.unpack_from(content, at)
+    end = at + _HEAD.size + 8 * rows
+    if mark != _MARK or len(content) < end + _TAIL.size:
+        return None
+    if _TAIL.unpack_from(content, end)[0] != zlib.crc32(content[at:end]):
+        return None
+    return Record(key, seconds, np.frombuffer(content, dtype="<f8", count=rows, offset=at + _HEAD.size).astype(float))
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(_plain(content), sort_keys=True).encode()).hexdigest()
+
+
+def _plain(content: Any) -> Any:
+    """Content as JSON whose text depends on the content alone."""
+    if isinstance(content, Mapping):
+        return {str(key): _plain(value) for key, value in content.items()}
+    if isinstance(content, np.ndarray):
+        data = np.ascontiguousarray(content)
+        return [str(data.dtype), list(data.shape), hashlib.sha256(data.tobytes()).hexdigest()]
+    if isinstance(content, np.generic):
+        return _plain(content.item())
+    if isinstance(content, list | tuple):
+        return [_plain(value) for value in content]
+    if isinstance(content, set | frozenset):
+        return sorted(json.dumps(_plain(value), sort_keys=True) for value in content)
+    if content is None or isinstance(content, str | int | bool):
+        return content
+    if isinstance(content, float):
+        return content.hex()
+    if dataclasses.is_dataclass(content) and not isinstance(content, type):
+        return [type(content).__qualname__, _plain(dataclasses.asdict(content))]
+    if isinstance(content, Path):
+        return str(content)
+    raise BadInput(
+        f"a {type(content).__name__} in the description of a cost or an optimizer has no fixed form",
+        do="Describe it by numbers, texts, lists, mappings or arrays.",
+    )

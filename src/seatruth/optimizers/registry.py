@@ -1,0 +1,132 @@
+"""The optimizers that are installed: found through the entry points of every installed package."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from seatruth.costs.base import Ability
+from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.optimizers.base import Optimizer, with_options
+from seatruth.optimizers.chain import Chain
+
+GROUP = "seatruth.optimizers"
+
+
+@dataclass(frozen=True)
+class OptionInfo:
+    """One option of an optimizer, for lists and help texts."""
+
+    name: str
+    kind: str
+    default: Any
+    doc: str
+
+
+@dataclass(frozen=True)
+class OptimizerInfo:
+    """One installed optimizer; `error` says why it cannot be used, "" if it can."""
+
+    name: str
+    title: str
+    needs: frozenset[Ability]
+    options: tuple[OptionInfo, ...]
+    package: str
+    doc: str = ""
+    error: str = ""
+
+
+def available() -> dict[str, OptimizerInfo]:
+    """All installed optimizers by name. A plug-in that cannot be loaded is listed with its error; the others work."""
+    found = {}
+    for name, points in sorted(_points().items()):
+        package = ", ".join(dict.fromkeys(point.dist.name if point.dist else "?" for point in points))
+        try:
+            plugin = _load(name, points)
+        except PluginError as problem:
+            found[name] = OptimizerInfo(name, "", frozenset(), (), package, error=problem.message)
+            continue
+        kind = plugin if isinstance(plugin, type) else type(plugin)
+        options = () if isinstance(plugin, Optimizer) else tuple(_info(field) for field in dataclasses.fields(kind))
+        doc = inspect.getdoc(kind) or ""
+        found[name] = OptimizerInfo(name, plugin.title, plugin.needs, options, package, doc)
+    return found
+
+
+def make(name: str, **options: Any) -> Optimizer:
+    """The installed optimizer of this name with these options; wrong names are refused with the nearest one."""
+    points = _points()
+    if name not in points:
+        raise BadInput(f"no optimizer {name!r} is installed", where="optimizer", do=nearest(name, points))
+    plugin = _load(name, points[name])
+    if isinstance(plugin, type):
+        return with_options(plugin, options)
+    if options:
+        raise BadInput("it takes no options", where=f"optimizer {name!r}")
+    return plugin
+
+
+def as_optimizer(given: str | Optimizer | Sequence[str | Optimizer]) -> Optimizer:
+    """An optimizer from a name, an optimizer, or a list of these (a hybrid, run in turn)."""
+    if isinstance(given, str):
+        return make(given)
+    if isinstance(given, Optimizer):
+        return given
+    if isinstance(given, Sequence) and given:
+        stages = tuple(as_optimizer(stage) for stage in given)
+        return stages[0] if len(stages) == 1 else Chain(stages)
+    raise BadInput(
+        f"{given!r} is not an optimizer", where="optimizer", do="Give a name, an optimizer or a list of them."
+    )
+
+
+def fitting(gives: frozenset[Ability]) -> list[str]:
+    """Names of the installed optimizers that need no more than this."""
+    return [info.name for info in available().values() if not info.error and info.needs <= gives]
+
+
+def _points() -> dict[str, list[EntryPoint]]:
+    """Entry points by name; the same object registered twice (a package seen on two paths) counts once."""
+    points: dict[str, list[EntryPoint]] = {}
+    for point in entry_points(group=GROUP):
+        same = points.setdefault(point.name, [])
+        if all(point.value != other.value for other in same):
+            same.append(point)
+    return points
+
+
+def _load(name: str, points: Sequence[EntryPoint]) -> type[Optimizer] | Optimizer:
+    """The plug-in behind a name, or PluginError."""
+    where = f"optimizer {name!r} ({points[0].value})"
+    if len(points) > 1:
+        raise PluginError(
+            f"several packages provide it: {', '.join(point.value for point in points)}",
+            where=where,
+            do="Uninstall one.",
+        )
+    try:
+        plugin = points[0].load()
+    except Exception as problem:
+        raise PluginError(f"it cannot be loaded ({type(problem).__name__}: {problem})", where=where) from problem
+    if isinstance(plugin, Optimizer):
+        return plugin
+    if not (isinstance(plugin, type) and issubclass(plugin, Optimizer)):
+        raise PluginError("it is not an Optimizer", where=where, do="Derive it from seatruth.optimizers.Optimizer.")
+    if inspect.isabstract(plugin):
+        raise PluginError("it has no method `run`", where=where)
+    if not isinstance(getattr(plugin, "name", None), str):
+        raise PluginError("it has no `name`", where=where)
+    return plugin
+
+
+def _info(field: dataclasses.Field[Any]) -> OptionInfo:
+    kind = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", str(field.type))
+    default = None if field.default is dataclasses.MISSING else field.default
+    doc = str(field.metadata.get("doc", ""))
+    if field.metadata.get("choices"):
+        doc = f"{doc} ({', '.join(field.metadata['choices'])})"
+    return OptionInfo(field.name, kind, default, doc)
