@@ -60,7 +60,7 @@ class Conversion(NamedTuple):
 def _registry() -> Any:
     import pint
 
-    registry = pint.UnitRegistry(cache_folder=None)
+    registry: Any = pint.UnitRegistry()
     registry.define("@alias turn = rev")
     return registry
 
@@ -98,6 +98,15 @@ def parse_unit(unit: str) -> Any:
         except Exception:  # pint raises many kinds for text that is no unit; all mean the same to the user
             pass
     raise BadInput(f"unknown unit {unit!r}", do=nearest(unit, _COMMON))
+
+
+def inside_unit(unit: str) -> str:
+    """The unit that seatruth keeps a quantity in, for a channel that declares none: SI, rad, and rev/s for turns."""
+    parsed = parse_unit(unit)
+    if _counts_turns(parsed) or "revolutions" in str(parsed):
+        return "rev/s" if parsed.dimensionality == _registry().Unit("rev/s").dimensionality else "rad"
+    base = _registry().Quantity(1.0, parsed).to_base_units().units
+    return f"{base:~C}" or "1"
 
 
 def is_unit(text: str) -> bool:

@@ -1,0 +1,24 @@
+"""Recorded runs: reading them, preparing them on record, and checking them at the door.
+
+`read_trial` reads one run from a CSV, Parquet or MATLAB file; `apply_steps` runs named preparation steps, each of
+which leaves a Step in the trial; `check_trials` says what is wrong with the data before any fit.
+"""
+
+from seatruth.trials.channel import Channel
+from seatruth.trials.finding import Finding, findings_table
+from seatruth.trials.read import ColumnSpec, read_columns, read_trial
+from seatruth.trials.standard import STANDARD_CHANNELS
+from seatruth.trials.trial import Step, Trial, Trials
+
+__all__ = [
+    "STANDARD_CHANNELS",
+    "Channel",
+    "ColumnSpec",
+    "Finding",
+    "Step",
+    "Trial",
+    "Trials",
+    "findings_table",
+    "read_columns",
+    "read_trial",
+]

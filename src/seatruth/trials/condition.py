@@ -1,0 +1,73 @@
+"""Conditions on a file's columns ("pos_hold == 1", "sat < 4 or fix == 0"): compared, never run as code."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from seatruth.errors import BadInput
+from seatruth.trials.tables import Table
+
+_COMPARE: dict[str, Callable[[Any, float], Any]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<=": operator.le,
+    ">=": operator.ge,
+    "<": operator.lt,
+    ">": operator.gt,
+    "=": operator.eq,
+}
+_TERM = re.compile(r"^\s*(?P<column>.+?)\s*(?P<sign>==|!=|<=|>=|<|>|=)\s*(?P<number>[-+.\deE]+)\s*$")
+
+
+def rows_where(table: Table, condition: str) -> NDArray[np.bool_]:
+    """Which rows (n,) fulfil a condition: comparisons of a column with a number, joined by "and" and "or".
+
+    "and" binds closer than "or". A column's bare name is true where it is not zero. A missing value fulfils nothing.
+    """
+    result: NDArray[np.bool_] = np.zeros(len(table), dtype=np.bool_)
+    for alternative in re.split(r"\s+or\s+", condition.strip()):
+        every: NDArray[np.bool_] = np.ones(len(table), dtype=np.bool_)
+        for term in re.split(r"\s+and\s+", alternative):
+            every &= _term(table, term, condition)
+        result |= every
+    return result
+
+
+def _term(table: Table, term: str, condition: str) -> NDArray[np.bool_]:
+    where = f"{table.source}, condition {condition!r}"
+    match = _TERM.match(term)
+    if match is None:
+        if re.search(r"[<>=!]", term) or not term.strip():
+            raise BadInput(f"{term!r} is no comparison", where=where, do="Write it as COLUMN == NUMBER.")
+        values = _flags(table, _bare(term), where)
+        return np.asarray(np.isfinite(values) & (values != 0), dtype=np.bool_)
+    try:
+        number = float(match["number"])
+    except ValueError:
+        raise BadInput(f"{match['number']!r} is not a number", where=where, do="Write COLUMN == NUMBER.") from None
+    values = _flags(table, _bare(match["column"]), where)
+    return np.asarray(np.isfinite(values) & _COMPARE[match["sign"]](values, number), dtype=np.bool_)
+
+
+def _bare(column: str) -> str:
+    return column.strip().strip("`'\"")
+
+
+def _flags(table: Table, column: str, where: str) -> NDArray[np.float64]:
+    try:
+        series = table.column(column)
+    except BadInput as problem:
+        raise BadInput(problem.what, where=where, do=problem.do) from None
+    if not pd.api.types.is_numeric_dtype(series.dtype):
+        words = series.astype("string").str.strip().str.lower()
+        if bool(words.dropna().isin(["true", "false"]).all()):
+            flags = words.map({"true": 1.0, "false": 0.0})
+            return np.asarray(flags.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
+    return table.numbers(column)
