@@ -120,6 +120,7 @@ def _expected(kind: str, context: dict[str, Any]) -> str:
         "model_attributes_type": "a table",
         "finite_number": "a finite number",
         "greater_than": f"greater than {context.get('gt')}",
+        "less_than": f"less than {context.get('lt')}",
         "greater_than_equal": f"{context.get('ge')} or more",
         "too_short": f"a list of {context.get('min_length')}",
         "too_long": f"a list of {context.get('max_length')}",

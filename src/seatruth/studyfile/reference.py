@@ -20,6 +20,7 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("prior = { ... } of a parameter", schema.PriorTable),
     ("[time]", schema.TimeTable),
     ("[channels.NAME]", schema.ChannelTable),
+    ("[files]", schema.FilesTable),
     ("[[trials]]", schema.TrialTable),
     ("[[prepare]]", schema.PrepareTable),
     ("[noise]", schema.StudyFile),

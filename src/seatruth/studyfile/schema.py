@@ -119,6 +119,10 @@ class ChannelTable(Table):
         default=None, description='Unit in the file, as "deg/s"; default: the unit the model uses.'
     )
     sign: Literal[-1, 1] = Field(default=1, description="-1 if the file counts the other way than the model.")
+    scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, besides the unit.")
+    offset: FiniteFloat = Field(
+        default=0.0, description="Added to the numbers, in the model's unit (SI; rad; rev/s), after sign and scale."
+    )
     invalid_where: str | None = Field(
         default=None, description='Samples that are not valid, as a condition on the file\'s columns: "pos_hold == 1".'
     )
@@ -132,7 +136,21 @@ class TimeTable(Table):
     """The time column. A bare text is short for `{ column = text }`."""
 
     column: str = Field(default="t", description="Column of the file.")
-    unit: str = Field(default="s", description='Unit, or "date" for dates with times.')
+    unit: str | None = Field(
+        default=None, description='Unit, or "date" for dates with times; default: as the header or the dates say, or s.'
+    )
+    repeated: Literal["refuse", "first", "last"] = Field(
+        default="refuse", description="Samples with the same time: refuse the file, or keep the first or the last."
+    )
+
+
+class FilesTable(Table):
+    """How the trials' files are written, where it is not guessed rightly."""
+
+    separator: str | None = Field(default=None, description='"," ";" "|" "tab" or "space"; default: guessed.')
+    decimal: Literal[".", ","] | None = Field(default=None, description="Decimal mark; default: guessed.")
+    encoding: str | None = Field(default=None, description='As "utf-8" or "latin-1"; default: guessed.')
+    variable: str | None = Field(default=None, description="Variable of a MATLAB file that holds the columns.")
 
 
 Channels = dict[str, Annotated[ChannelTable, _as_table("column")]]
@@ -216,6 +234,9 @@ class OptimizerTable(OpenTable):
     makes a hybrid: each starts where the one before ended."""
 
     use: str = Field(default="least_squares", description="A solver of `seatruth list optimizers`.")
+    share: Annotated[FiniteFloat, Field(gt=0, lt=1)] | None = Field(
+        default=None, description="Part of the budget that this stage of a hybrid may use (all but the last stage)."
+    )
 
 
 class BudgetTable(Table):
@@ -226,6 +247,9 @@ class BudgetTable(Table):
     )
     seconds: PositiveFloat | None = Field(default=None, description="Wall time.")
     stall: PositiveInt | None = Field(default=None, description="Stop after this many evaluations without progress.")
+    tolerance: Annotated[FiniteFloat, Field(ge=0)] = Field(
+        default=1e-9, description="Relative fall of the cost that counts as progress."
+    )
     target: FiniteFloat | None = Field(default=None, description="Stop once the cost is this low.")
 
 
@@ -261,6 +285,7 @@ class StudyFile(Table):
     parameters: dict[str, Annotated[ParameterTable, _as_table("value")]] = {}
     time: Annotated[TimeTable, _as_table("column")] = TimeTable()
     channels: Channels = {}
+    files: FilesTable = FilesTable()
     trials: list[TrialTable] = []
     prepare: list[PrepareTable] = []
     noise: dict[str, float | str] = {}
