@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -17,20 +18,37 @@ _MOST = 12
 """Problems shown in one message; a file with more of them is told so."""
 
 
+@dataclass(frozen=True)
+class _Problem:
+    """One thing wrong; `line` is 0 where it has none."""
+
+    line: int
+    place: str
+    what: str
+    do: str
+    kind: type[SeatruthError]
+
+    def __str__(self) -> str:
+        what = self.what if self.what.endswith((".", "!", "?")) else self.what + "."
+        return f"{self.place}: {what} {self.do}".strip() if self.place else f"{what} {self.do}".strip()
+
+
 class Problems:
     """Collects everything wrong with one study file and raises it as one BadInput."""
 
     def __init__(self, source: str, lines: Lines | None = None) -> None:
         self.source = source
         self.lines = lines
-        self._found: list[tuple[str, str, str, type[SeatruthError]]] = []
+        self._found: list[_Problem] = []
 
     def __bool__(self) -> bool:
         return bool(self._found)
 
     def add(self, path: Sequence[str | int], what: str, do: str = "", kind: type[SeatruthError] = BadInput) -> None:
         """Notes one problem at a key ("trials", 2, "file")."""
-        entry = (self._where(path), what, do, kind)
+        line = self.lines.of(path) if self.lines else None
+        place = ", ".join(part for part in (f"line {line}" if line else "", named(path)) if part)
+        entry = _Problem(line or 0, place, what, do, kind)
         if entry not in self._found:
             self._found.append(entry)
 
@@ -47,19 +65,17 @@ class Problems:
         """Raises the message if there is any problem; a plug-in's failure keeps its own kind."""
         if not self._found:
             return
-        kinds = [kind for *_, kind in self._found]
+        kinds = [problem.kind for problem in self._found]
         kind = BadInput if any(issubclass(k, BadInput) for k in kinds) else kinds[0]
         if len(self._found) == 1:
-            place, what, do, _ = self._found[0]
-            raise kind(what, where=f"{self.source}, {place}" if place else self.source, do=do)
-        shown = [_sentence(place, what, do) for place, what, do, _ in self._found[:_MOST]]
-        hidden = len(self._found) - len(shown)
-        listing = "\n".join(f"  {line}" for line in shown) + (f"\n  and {hidden} more." if hidden else "")
-        raise kind(f"{len(self._found)} problems\n{listing}", where=self.source)
-
-    def _where(self, path: Sequence[str | int]) -> str:
-        line = self.lines.of(path) if self.lines else None
-        return ", ".join(part for part in (f"line {line}" if line else "", named(path)) if part)
+            only = self._found[0]
+            where = f"{self.source}, {only.place}" if only.place else self.source
+            raise kind(only.what, where=where, do=only.do)
+        ordered = sorted(self._found, key=lambda problem: problem.line)
+        hidden = len(ordered) - _MOST
+        listing = "\n".join(f"  {problem}" for problem in ordered[:_MOST])
+        listing += f"\n  and {hidden} more." if hidden > 0 else ""
+        raise kind(f"{len(ordered)} problems\n{listing}", where=self.source)
 
 
 def named(path: Sequence[str | int]) -> str:
@@ -75,12 +91,15 @@ def named(path: Sequence[str | int]) -> str:
     return f"{text} {keys}" if keys else text
 
 
-def add_schema_errors(problems: Problems, error: ValidationError, data: dict[str, Any]) -> None:
-    """Says in plain words what pydantic found."""
+def add_schema_errors(
+    problems: Problems, error: ValidationError, *, table: type[BaseModel] = StudyFile, at: Path = ()
+) -> None:
+    """Says in plain words what pydantic found in the table that stands at `at`."""
     for detail in error.errors(include_url=False, include_context=True):
         path: Path = tuple(part for part in detail["loc"] if _stands(part))
-        what, do = _plain(detail, path, data)
-        problems.add(path, what, do)
+        what, do = _plain(detail, path, at, table)
+        # A union reports once for each of its branches; the collector keeps one of equal messages.
+        problems.add((*at, *path), what, do)
 
 
 def _stands(part: str | int) -> bool:
@@ -88,22 +107,27 @@ def _stands(part: str | int) -> bool:
     return isinstance(part, int) or part not in ("str", "float", "bool", "int")
 
 
-def _plain(detail: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, str]:
+def _plain(detail: ErrorDetails, path: Path, at: Path, table: type[BaseModel]) -> tuple[str, str]:
     kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
-    key = path[-1] if path else "the file"
+    key = path[-1] if path else "the table"
+    named_key = f"item {key + 1}" if isinstance(key, int) else repr(key)
     if kind == "extra_forbidden":
-        return f"unknown key {key!r}", nearest(str(key), _known_keys(path[:-1]))
+        return f"unknown key {key!r}", nearest(str(key), _known_keys(path[:-1], table))
     if kind == "missing":
-        return f"{key!r} is missing", ""
+        return f"{named_key} is missing", ""
     if kind == "literal_error":
         allowed = str(context.get("expected", ""))
         words = allowed.replace("'", "").replace(" or ", ", ").split(", ")
-        hint = nearest(given, words) if isinstance(given, str) else ""
-        return f"{key!r} is {_shown(given)}, not {allowed}", hint
+        hint = nearest(given, words).split("Known:")[0].strip() if isinstance(given, str) else ""
+        return f"{named_key} is {_shown(given)}, not {allowed}", hint
     if kind == "value_error":
-        return str(context.get("error", detail["msg"])), ""
+        return f"{named_key}: {context.get('error', detail['msg'])}", ""
+    if kind == "list_type" and isinstance(given, dict) and len(path) == 1:
+        return f"[{key}] stands for several tables", f"Write [[{key}]], in double brackets."
     expected = _expected(kind, context)
-    return f"{key!r} is {_shown(given)}, but must be {expected or detail['msg'].lower()}", ""
+    if (*at, *path)[:1] == ("noise",):
+        expected = 'a number, a text with a unit or "estimate"'
+    return f"{named_key} is {_shown(given)}, but must be {expected or detail['msg'].lower()}", ""
 
 
 def _expected(kind: str, context: dict[str, Any]) -> str:
@@ -140,9 +164,9 @@ def _shown(value: Any) -> str:
     return f"{value}"
 
 
-def _known_keys(path: Path) -> list[str]:
-    """Keys that the table at `path` knows."""
-    table: Any = StudyFile
+def _known_keys(path: Path, top: type[BaseModel]) -> list[str]:
+    """Keys that the table at `path` below `top` knows."""
+    table: Any = top
     for part in path:
         if isinstance(part, int):
             continue
@@ -168,8 +192,3 @@ def _inner(annotation: Any) -> Any:
 
 def _is_table(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
-
-
-def _sentence(place: str, what: str, do: str) -> str:
-    what = what if what.endswith((".", "!", "?")) else what + "."
-    return f"{place}: {what} {do}".strip() if place else f"{what} {do}".strip()

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from seatruth.studyfile import schema
+from seatruth.trials.prepare import STEPS
 
 _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("[study]", schema.StudyTable),
@@ -47,12 +48,29 @@ def markdown() -> str:
         parts += [inspect.cleandoc(table.__doc__ or "").replace("\n", " "), "", "| key | is | means |", "|---|---|---|"]
         parts += [_row(name, field) for name, field in table.model_fields.items()]
         parts.append("")
+        if title == "[[prepare]]":
+            parts += _steps()
     return "\n".join(parts).rstrip() + "\n"
 
 
 def keys(table: type[BaseModel]) -> list[str]:
     """The keys that a table knows."""
     return list(table.model_fields)
+
+
+def _steps() -> list[str]:
+    """The preparation steps and their options, from the registry."""
+    parts = ["The steps and their options:", "", "| step | does | options |", "|---|---|---|"]
+    for name, step in sorted(STEPS.items()):
+        about = " ".join(inspect.cleandoc(step.options.__doc__ or "").split()).replace("|", "\\|")
+        options = [
+            f"`{key}` {kind(field.annotation)}"
+            + (", required" if field.is_required() else "")
+            + ("" if field.is_required() or field.default in (None, {}, []) else f" = `{_toml(field.default)}`")
+            for key, field in step.options.model_fields.items()
+        ]
+        parts.append(f"| `{name}` | {step.summary} {about} | {'; '.join(options)} |")
+    return [*parts, ""]
 
 
 def _row(name: str, field: FieldInfo) -> str:
@@ -80,7 +98,7 @@ def kind(annotation: Any) -> str:
         return f"table; each entry: {kind(arguments[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return "table"
-    return {bool: "true or false", int: "whole number", float: "number", str: "text"}[annotation]
+    return {bool: "true or false", int: "whole number", float: "number", str: "text"}.get(annotation, "value")
 
 
 def _toml(value: Any) -> str:

@@ -30,7 +30,9 @@ class OpenTable(Table):
 
 
 def _as_list(value: Any) -> Any:
-    return [value] if isinstance(value, (dict, str)) else value
+    if isinstance(value, str):
+        return [{"use": value}]
+    return [value] if isinstance(value, dict) else value
 
 
 def _as_table(key: str) -> BeforeValidator:
@@ -43,8 +45,9 @@ def _as_table(key: str) -> BeforeValidator:
 
 
 def _pair(value: Any) -> Any:
-    if isinstance(value, list) and len(value) == 2 and value[0] > value[1]:
-        raise ValueError(f"{value} must be [low, high]")
+    numbers = isinstance(value, list) and len(value) == 2 and all(isinstance(item, (int, float)) for item in value)
+    if numbers and value[0] > value[1]:
+        raise ValueError(f"{value} is not in order, it must be [low, high]")
     return value
 
 

@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
 from seatruth.errors import nearest
 from seatruth.models.base import Model
-from seatruth.studyfile.problems import Problems
+from seatruth.studyfile.problems import Problems, add_schema_errors
 from seatruth.studyfile.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
 
@@ -181,6 +183,12 @@ def _check_steps(file: StudyFile, names: Sequence[str], problems: Problems) -> N
     def check(step: PrepareTable, path: tuple[str | int, ...]) -> None:
         if step.step not in STEPS:
             problems.add((*path, "step"), f"there is no preparation step {step.step!r}", nearest(step.step, STEPS))
+            return
+        options = STEPS[step.step].options
+        try:
+            options.model_validate(step.options)
+        except ValidationError as error:
+            add_schema_errors(problems, error, table=options, at=path)
 
     for position, step in enumerate(file.prepare):
         check(step, ("prepare", position))

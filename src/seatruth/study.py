@@ -1,0 +1,85 @@
+"""From a study file to a study: `load_study("study.toml")` gives what `identify` takes.
+
+    plan = read_plan("study.toml")
+    estimate = identify(plan.study, plan.optimizer, budget=plan.budget, seed=plan.seed)
+
+Reading a study file never runs anything but the model file that it names. Everything wrong with it is said in one
+message, each problem with its line.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from seatruth.errors import BadInput
+from seatruth.models.base import Model
+from seatruth.studyfile import model_file
+from seatruth.studyfile.lines import Lines
+from seatruth.studyfile.problems import Problems, add_schema_errors
+from seatruth.studyfile.schema import StudyFile
+
+_LARGEST = 4_000_000
+"""Bytes; a study file is written by hand, so anything larger is another kind of file."""
+
+
+def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problems]:
+    """A study file's text checked against the schema, and the collector for what is found later.
+
+    Raises BadInput that lists every problem with its line.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise BadInput(
+            f"it is not valid TOML: {problem}", where=source, do="Texts need quotes; a table is [name]."
+        ) from None
+    except RecursionError:
+        raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
+    problems = Problems(source, Lines(text))
+    try:
+        file = StudyFile.model_validate(data)
+    except ValidationError as error:
+        add_schema_errors(problems, error)
+        problems.stop()
+        raise BadInput("it does not fit the schema", where=source) from None
+    return file, problems
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a study file; BadInput where there is none."""
+    file = Path(path)
+    try:
+        if file.is_dir():
+            raise BadInput("it is a folder", where=str(file), do="Name the study file in it.")
+        data = file.read_bytes()
+    except FileNotFoundError:
+        raise BadInput("no such study file", where=str(file), do=_siblings(file)) from None
+    except (OSError, ValueError) as problem:
+        raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
+    if not data.strip():
+        raise BadInput("the study file is empty", where=str(file), do="`seatruth init LOG.csv` writes one.")
+    if len(data) > _LARGEST:
+        raise BadInput(f"it has {len(data)} bytes, too many for a study file", where=str(file), do="Check the path.")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        line = data.count(b"\n", 0, problem.start) + 1
+        raise BadInput("it is not UTF-8 text", where=f"{file}, line {line}", do="Save it as UTF-8.") from None
+
+
+def load_model(use: str, folder: Path) -> Model:
+    """A model by its installed name or as "file.py:ClassName", relative to `folder`."""
+    if model_file.is_file(use):
+        return model_file.instance(model_file.load(use, folder), use)
+    raise NotImplementedError
+
+
+def _siblings(file: Path) -> str:
+    try:
+        beside = sorted(entry.name for entry in file.parent.glob("*.toml"))[:10]
+    except OSError:
+        beside = []
+    return f"Study files there: {', '.join(beside)}." if beside else "`seatruth init LOG.csv` writes one."
