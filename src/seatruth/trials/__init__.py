@@ -6,18 +6,21 @@ which leaves a Step in the trial; `check_trials` says what is wrong with the dat
 
 from seatruth.trials.channel import Channel
 from seatruth.trials.finding import Finding, findings_table
+from seatruth.trials.prepare import STEPS, apply_steps
 from seatruth.trials.read import ColumnSpec, read_columns, read_trial
 from seatruth.trials.standard import STANDARD_CHANNELS
 from seatruth.trials.trial import Step, Trial, Trials
 
 __all__ = [
     "STANDARD_CHANNELS",
+    "STEPS",
     "Channel",
     "ColumnSpec",
     "Finding",
     "Step",
     "Trial",
     "Trials",
+    "apply_steps",
     "findings_table",
     "read_columns",
     "read_trial",

@@ -155,7 +155,7 @@ def _guess_separator(sample: Sequence[tuple[int, str]], source: str) -> str:
         raise BadInput(
             "no separator (comma, semicolon, tab, bar or spaces) cuts its lines into equally many fields",
             where=f"{source}, line {first[0]}",
-            do="Write one header line and one line a sample, with one separator.",
+            do="Write one header line and one line a sample, with one separator (not a comma if decimals have commas).",
         )
     return best
 
