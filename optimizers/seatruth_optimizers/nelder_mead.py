@@ -35,20 +35,21 @@ class NelderMead(Optimizer):
         z, value = problem.start, np.inf
         edges = np.eye(d) * self.size
         for _ in range(self.restarts + 1):
-            result = minimize(
-                problem.value,
-                z,
-                method="Nelder-Mead",
-                bounds=bounds,
-                options={
-                    "initial_simplex": _simplex(z, edges, problem),
-                    "xatol": self.tolerance,
-                    "fatol": np.inf,
-                    "adaptive": d > 2,
-                    "maxiter": np.iinfo(np.int64).max,
-                    "maxfev": np.iinfo(np.int64).max,
-                },
-            )
+            with np.errstate(invalid="ignore"):  # a simplex of diverged corners: inf - inf in SciPy's test
+                result = minimize(
+                    problem.value,
+                    z,
+                    method="Nelder-Mead",
+                    bounds=bounds,
+                    options={
+                        "initial_simplex": _simplex(z, edges, problem),
+                        "xatol": self.tolerance,
+                        "fatol": np.inf,
+                        "adaptive": d > 2,
+                        "maxiter": np.iinfo(np.int64).max,
+                        "maxfev": np.iinfo(np.int64).max,
+                    },
+                )
             fall = value - result.fun
             z, value = np.asarray(result.x), float(result.fun)
             if np.isfinite(fall) and fall <= 1e-10 * abs(value):

@@ -40,7 +40,7 @@ class Newton(Optimizer):
         z = self._start(problem, rng)
         damping = self.first if self.damping == "levenberg" else 0.0
         for _ in range(self.iterations):
-            reweighted = problem.reweight(z)
+            problem.reweight(z)
             r = problem.residuals(z)
             value = 0.5 * float(r @ r)
             J = problem.jacobian(z)
@@ -60,8 +60,8 @@ class Newton(Optimizer):
             step = np.abs(moved - z).max()
             z = moved
             predicted = float(-(gradient[free] @ _solve(gradient, hessian, free, 0.0)[free]) / 2)
-            settled = predicted <= self.tolerance * value or step <= self.tolerance * (1 + np.abs(z).max())
-            if settled and not reweighted:
+            # Both are under the covariance estimated at this very point, so they settle for both together.
+            if predicted <= self.tolerance * value or step <= self.tolerance * (1 + np.abs(z).max()):
                 return "the cost and the steps no longer change"
         problem.finish("budget", f"the {self.iterations} steps it was given are used up")
 

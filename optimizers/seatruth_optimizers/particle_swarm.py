@@ -40,23 +40,18 @@ class ParticleSwarm(Optimizer):
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         with _quiet():
-            from pyswarms.backend import create_swarm, operators
+            from pyswarms.backend import operators
             from pyswarms.backend.handlers import BoundaryHandler, VelocityHandler
+            from pyswarms.backend.swarms import Swarm
             from pyswarms.backend.topology import Star
 
             boundary, velocity, star = BoundaryHandler(self.boundary), VelocityHandler("unmodified"), Star()
         move = _with_generator(operators.compute_velocity, rng)
         low, high = problem.box
         start = problem.population(rng, self.particles)
-        swarm = create_swarm(
-            self.particles,
-            problem.dimension,
-            init_pos=start,
-            bounds=(low, high),
-            options={"w": self.inertia, "c1": self.cognitive, "c2": self.social},
-        )
         # Half of the way to another random place: first velocities on the scale of the start region.
-        swarm.velocity = 0.5 * (problem.sample(rng, self.particles) - start)
+        first = 0.5 * (problem.sample(rng, self.particles) - start)
+        swarm = Swarm(start, first, options={"w": self.inertia, "c1": self.cognitive, "c2": self.social})
         swarm.pbest_pos, swarm.pbest_cost = start.copy(), np.full(self.particles, np.inf)
         swarm.best_pos = start[0].copy()
         while True:

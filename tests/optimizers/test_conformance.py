@@ -1,0 +1,143 @@
+"""Every built-in optimizer inherits the conformance suite."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from seatruth.optimizers import Chain, Optimizer, from_callable, make
+from seatruth.testing.optimizers import OptimizerConformance
+
+
+class TestDifferentialSwarm(OptimizerConformance):
+    tolerances: ClassVar = {"twelve_parameters": 1e-4}
+
+    @pytest.fixture(params=["A", "A_prime", "B_component", "B_scalar", "C", "D"])
+    def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
+        return make("differential_swarm", variant=request.param, particles=40)
+
+    @pytest.fixture(autouse=True)
+    def _only_a_is_exact(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+        if "[A-" not in request.node.name:
+            # The other readings end early or in the wrong place now and then; they need only come near.
+            monkeypatch.setattr(type(self), "tolerance", 0.02)
+            monkeypatch.setattr(type(self), "tolerances", {})
+
+
+class TestParticleSwarm(OptimizerConformance):
+    @pytest.fixture(params=["nearest", "reflective"])
+    def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
+        return make("particle_swarm", boundary=request.param)
+
+
+class TestPeriodicSwarm(OptimizerConformance):
+    """A particle that leaves at one end comes back at the other: poor at minima that lie at a bound."""
+
+    tolerances: ClassVar = {"at_bound": 0.05, "twelve_parameters": 1e-2}
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("particle_swarm", boundary="periodic")
+
+
+class TestGenetic(OptimizerConformance):
+    tolerance = 1e-4
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("genetic", population=100)
+
+
+class TestSimulatedAnnealing(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("simulated_annealing")
+
+
+class TestAnnealingAlone(OptimizerConformance):
+    """Without local searches: comes near, no more."""
+
+    tolerance = 0.02
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("simulated_annealing", local=False)
+
+
+class TestLSSVM(OptimizerConformance):
+    tolerance = 1e-9  # its penalty moves it off the minimum by 1/C
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("ls_svm")
+
+
+class TestNewton(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("newton")
+
+
+class TestUndampedNewton(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("newton", damping="none")
+
+
+class TestLeastSquares(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("least_squares")
+
+
+class TestNelderMead(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("nelder_mead")
+
+
+class TestDifferentialEvolution(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("differential_evolution")
+
+
+class TestCMAES(OptimizerConformance):
+    @pytest.fixture(params=[0, 2])
+    def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
+        return make("cma_es", restarts=request.param)
+
+
+class TestHybrid(OptimizerConformance):
+    """Global then local."""
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return Chain((make("differential_swarm"), make("least_squares")))
+
+
+class TestPlainFunction(OptimizerConformance):
+    """A third party's function: a pattern search that knows nothing of seatruth but the problem's methods."""
+
+    tolerances: ClassVar = {"rosenbrock": 1e-4}
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        def search(problem, rng):  # type: ignore[no-untyped-def]
+            z, value, step = problem.start, math.inf, 0.25
+            while step > 1e-9:
+                corners = z + step * np.vstack([np.eye(problem.dimension), -np.eye(problem.dimension)])
+                values = problem.values(corners)
+                if values.min() < value:
+                    z, value = np.clip(corners[values.argmin()], problem.lower, problem.upper), values.min()
+                else:
+                    step /= 2
+            return "the pattern has shrunk to a point"
+
+        return from_callable(search, name="pattern_search")
+
+    def test_describes_itself(self, optimizer: Optimizer) -> None:
+        assert optimizer.describe()["name"] == "pattern_search"
