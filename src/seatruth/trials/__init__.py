@@ -5,6 +5,7 @@ which leaves a Step in the trial; `check_trials` says what is wrong with the dat
 """
 
 from seatruth.trials.channel import Channel
+from seatruth.trials.check import check_trials, excitation_table
 from seatruth.trials.finding import Finding, findings_table
 from seatruth.trials.prepare import STEPS, apply_steps
 from seatruth.trials.read import ColumnSpec, read_columns, read_trial
@@ -21,6 +22,8 @@ __all__ = [
     "Trial",
     "Trials",
     "apply_steps",
+    "check_trials",
+    "excitation_table",
     "findings_table",
     "read_columns",
     "read_trial",

@@ -1,0 +1,60 @@
+"""Checks at the door: what is wrong with the data before any fit.
+
+    for finding in check_trials(trials, model):
+        print(finding)
+
+Every threshold stands with its reason in `limits`. Which parameters a log can move is computed elsewhere, from the
+model's sensitivities; here the data speak alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from seatruth.trials.check.excitation import check_coverage, check_inputs, check_rate, excitation_table
+from seatruth.trials.check.plausible import check_units
+from seatruth.trials.check.positions import check_depth, check_positions
+from seatruth.trials.check.rates import check_rates, check_steering
+from seatruth.trials.check.sensors import check_sensors
+from seatruth.trials.check.timing import check_missing, check_model_channels, check_time
+from seatruth.trials.check.together import check_duplicates
+from seatruth.trials.check.tools import Channels
+from seatruth.trials.finding import Finding, gravest_first
+from seatruth.trials.trial import Trial
+
+__all__ = ["check_trial", "check_trials", "excitation_table"]
+
+
+def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list[Finding]:
+    """All findings about trials, gravest first; `model` adds its units, and the channels that it needs."""
+    runs = list(trials)
+    findings = [finding for trial in runs for finding in check_trial(trial, model)]
+    findings += check_duplicates(runs)
+    findings += check_coverage(runs)
+    return gravest_first(findings)
+
+
+def check_trial(trial: Trial, model: Channels | None = None) -> list[Finding]:
+    """The findings about one trial."""
+    return list(_all(trial, model))
+
+
+def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
+    if model is not None:
+        yield from check_model_channels(trial, model)
+    yield from check_missing(trial)
+    in_time = list(check_time(trial))
+    yield from in_time
+    if any(finding.code == "time-order" for finding in in_time) or len(trial) < 3:
+        return
+    with np.errstate(all="ignore"):  # overflow in absurd data is what the checks are there to say in words
+        yield from check_units(trial, model)
+        yield from check_rates(trial)
+        yield from check_steering(trial, model)
+        yield from check_positions(trial)
+        yield from check_depth(trial)
+        yield from check_sensors(trial)
+        yield from check_inputs(trial, model)
+        yield from check_rate(trial)

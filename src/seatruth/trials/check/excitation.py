@@ -1,0 +1,182 @@
+"""How much the inputs and the vehicle moved, and whether the record is fast enough for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from seatruth.trials.check import limits
+from seatruth.trials.check.tools import Channels, degrees, found, has, unit_of
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Array, Trial
+
+
+def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
+    """Inputs that never move, hardly move, or move faster than they are sampled."""
+    still = []
+    for name, values in trial.inputs.items():
+        finite = values[np.isfinite(values)]
+        if finite.size < 2:
+            continue
+        span = float(np.ptp(finite))
+        if span <= limits.STILL * max(1.0, float(np.abs(finite).max())):
+            still.append(name)
+            continue
+        if unit_of(name, model) == "rad" and span < limits.SMALL_ANGLE_INPUT:
+            yield found(
+                trial,
+                "warning",
+                "input-small",
+                f"It moves by {degrees(span)} only.",
+                "Expect little from this trial about what the input does; check the unit.",
+                channel=name,
+            )
+        jump = np.abs(np.diff(finite))
+        crossing = np.flatnonzero(jump > limits.COARSE_INPUT_STEP * span)
+        if crossing.size and unit_of(name, model) == "rad":
+            yield found(
+                trial,
+                "note",
+                "input-jumps",
+                f"It crosses more than {100 * limits.COARSE_INPUT_STEP:.0f} % of its range between two samples in "
+                f"{crossing.size} place(s): a command, or sampled more slowly than the actuator moves.",
+                'If it is a command, use hold = "zero"; a measured angle at a higher rate is better.',
+                channel=name,
+                samples=crossing[:1] + 1,
+            )
+    if still and len(still) == len(trial.inputs):
+        names = ", ".join(still)
+        yield found(
+            trial,
+            "warning",
+            "input-constant",
+            f"No input moves ({names}): the trial shows the vehicle's own motion from its first state only.",
+            "Use trials in which the inputs move as well.",
+        )
+
+
+def check_rate(trial: Trial) -> Iterator[Finding]:
+    """Whether angular rates stay correlated over several samples."""
+    for name in ("r", "q", "p"):
+        if name not in trial.outputs or not has(trial, name):
+            continue
+        samples = correlation_samples(trial.outputs[name])
+        if samples is not None and samples < limits.CORRELATION_SAMPLES:
+            step = float(np.median(np.diff(trial.t)))
+            yield found(
+                trial,
+                "warning",
+                "slow-sampling",
+                f"It loses its correlation within {samples:.1f} samples of {step:.3g} s: the motion is faster than the "
+                "record, or the channel is mostly noise.",
+                "Record faster, or smooth the channel.",
+                channel=name,
+            )
+
+
+def correlation_samples(values: Array) -> float | None:
+    """Samples after which the autocorrelation of a channel falls below 1/e; None where it cannot be told."""
+    x = values - np.nanmean(values)
+    ok = np.isfinite(x)
+    if ok.sum() < limits.FEW_SAMPLES or not np.nanstd(x) > 0:
+        return None
+    x = np.where(ok, x, 0.0)
+    most = min(x.size // 2, 200)
+    previous = 1.0
+    for lag in range(1, most):
+        both = ok[lag:] & ok[:-lag]
+        if not both.any():
+            return None
+        power = float(np.mean(x[ok] ** 2))
+        now = float(np.sum(x[lag:] * x[:-lag]) / both.sum()) / power
+        if now < np.exp(-1.0):
+            return lag - 1 + (previous - np.exp(-1.0)) / max(previous - now, 1e-12)
+        previous = now
+    return float(most)
+
+
+def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
+    """Headings and speeds over all trials together."""
+    spans = [
+        float(np.nanmax(t.channel("psi")) - np.nanmin(t.channel("psi"))) for t in trials if has(t, "x", "y", "psi")
+    ]
+    if spans:
+        headings = np.concatenate(
+            [t.channel("psi")[np.isfinite(t.channel("psi"))] for t in trials if has(t, "x", "y", "psi")]
+        )
+        span = float(np.ptp(headings)) if max(spans) < limits.HEADING_COVERAGE else max(spans)
+        if span < limits.HEADING_COVERAGE:
+            yield Finding(
+                "note",
+                "heading-coverage",
+                f"All headings lie within {degrees(span)}: a steady current cannot be told from a speed error or a "
+                "heading offset.",
+                "all trials",
+                "Add a run on another course, best a full turn.",
+                channel="psi",
+            )
+    moving = [t.channel("u")[np.isfinite(t.channel("u"))] for t in trials if has(t, "u")]
+    if moving:
+        speeds = np.concatenate(moving)
+        low, middle, high = np.quantile(speeds, [0.01, 0.5, 0.99])
+        if middle > 0 and high - low < limits.SPEED_RANGE * middle:
+            yield Finding(
+                "note",
+                "speed-range",
+                f"The speed stays within {100 * (high - low) / middle:.0f} % of {middle:.3g} m/s: what depends on "
+                "speed, linear or quadratic drag say, cannot be told apart.",
+                "all trials",
+                "Add a run with a change of speed.",
+                channel="u",
+            )
+
+
+def excitation_table(trials: Sequence[Trial]) -> pd.DataFrame:
+    """One row a trial and input: range, reversals, part of the time in motion, and 95 % of its power below f95 (Hz)."""
+    rows = []
+    for trial in trials:
+        for name, values in trial.inputs.items():
+            finite = values[np.isfinite(values)]
+            span = float(np.ptp(finite)) if finite.size else 0.0
+            steps = np.diff(finite)
+            rows.append(
+                {
+                    "trial": trial.name,
+                    "input": name,
+                    "min": float(finite.min()) if finite.size else np.nan,
+                    "max": float(finite.max()) if finite.size else np.nan,
+                    "reversals": reversals(finite),
+                    "moving": float(np.mean(np.abs(steps) > 1e-4 * span)) if span else 0.0,
+                    "f95_Hz": _f95(trial.t, values),
+                }
+            )
+    return pd.DataFrame(rows, columns=["trial", "input", "min", "max", "reversals", "moving", "f95_Hz"])
+
+
+def reversals(values: Array) -> int:
+    """How often an input turns back by more than a fifth of its range."""
+    if values.size < 2 or np.ptp(values) == 0.0:
+        return 0
+    needed = 0.2 * float(np.ptp(values))
+    count, sense = 0, 0
+    low = high = float(values[0])
+    for value in values[np.concatenate([[True], np.diff(values) != 0.0])].tolist():
+        low, high = min(low, value), max(high, value)
+        if sense >= 0 and high - value > needed:
+            count += sense > 0
+            sense, low, high = -1, value, value
+        elif sense <= 0 and value - low > needed:
+            count += sense < 0
+            sense, low, high = 1, value, value
+    return count
+
+
+def _f95(t: Array, values: Array) -> float:
+    if values.size < limits.FEW_SAMPLES or not np.isfinite(values).all() or np.ptp(values) == 0.0:
+        return float("nan")
+    even = np.linspace(t[0], t[-1], values.size)
+    power = np.abs(np.fft.rfft(np.interp(even, t, values) - values.mean())) ** 2
+    part = np.cumsum(power) / power.sum()
+    return float(np.searchsorted(part, 0.95) / (t[-1] - t[0]))

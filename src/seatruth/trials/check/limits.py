@@ -1,0 +1,95 @@
+"""Every threshold of the checks, with its reason. A finding must be true, so each is set on the cautious side."""
+
+# Time
+GAP_STEPS = 5.0
+"""A pause longer than this many sampling steps: straight lines or holds of the inputs stop being a fair guess."""
+JITTER = 0.1
+"""Sampling steps that differ from their median by this part of it: filters and derivatives need resampled data."""
+FEW_SAMPLES = 20
+"""Below this a manoeuvre cannot be told from noise."""
+MISSING_PART = 0.5
+"""A channel that is mostly not valid hardly constrains anything."""
+LONG_MISSING_PART = 0.05
+"""A single stretch without valid samples this long, as a part of the trial, is worth knowing."""
+
+# Units and frames, from one channel alone
+ANGLE_LIMIT = 3.5
+"""rad: no rudder, pitch or roll goes beyond half a turn (3.14) plus a margin; in degrees nearly all do."""
+HEADING_SPAN = 130.0
+"""rad, 20 turns: no manoeuvre turns that far in one sense; 130 degrees of heading is a modest turn."""
+YAW_RATE = 6.0
+"""rad/s: a full turn a second; numbers beyond it are degrees a second."""
+SPEED = 40.0
+"""m/s, 78 knots."""
+PROPELLER = 60.0
+"""rev/s, 3600 rpm: beyond what propellers of ships, models and AUVs turn at; below it rpm cannot be told."""
+DEPTH_ABOVE = 1.0
+"""m above the surface for half of the time: the depth counts upward, or it is a height."""
+
+# Agreement between channels
+WINDOWS = 40
+"""The record is cut into about this many windows, over which changes of one channel are compared with integrals of
+another: integrals keep the noise of derivatives out."""
+FEWEST_WINDOWS = 8
+WINDOW_MOST = 10.0
+"""s: longest window, so that an unsteady current does not pass for a fault of the sensors."""
+ROTATION_NEEDED = 0.05
+"""rad, rms change of an angle over a window: below it there is nothing to compare."""
+AGREEMENT = 0.6
+"""Squared correlation below which two channels that should agree do not."""
+SCALE_AGREEMENT = 0.95
+"""Squared correlation above which a scale factor is worth stating."""
+SCALE_OFF = 0.05
+"""Scale errors below 5 % are calibration and belong to the fit; above it something is wrong."""
+KNOWN_SCALE = 0.06
+"""How near a scale must be to 57.3 or 0.5144 to be called degrees or knots."""
+SIGNIFICANT = 4.0
+"""Standard errors: about one chance in 16,000, so that forty checks of forty trials stay quiet on good data."""
+HEADING_OFF = 0.06
+"""rad, 3.4 deg: larger than a compass's deviation; basin axes that are not those of the heading show as more."""
+EXPLAINED = 0.35
+"""A fault is named only if undoing it brings the disagreement down to this part of what it was."""
+DISAGREEMENT = 0.25
+"""rms disagreement of displacements over their rms: below it no fault of sign or axes is looked for."""
+DRIFT_PART = 0.05
+"""Steady drift of the position against u, v and psi, as a part of the speed, that is worth knowing."""
+ARM_LEAST = 0.1
+"""m: a position sensor farther than this from the point whose velocity is recorded is worth knowing ..."""
+ARM_PART = 0.05
+"""... if it also explains this part of the disagreement and is less than ARM_MOST lengths of travel."""
+STEERING_CORRELATION = 0.3
+"""Partial correlation of turning acceleration with the rudder below which no sense of turning is claimed."""
+
+# Sensors
+HELD_PART = 0.01
+"""Part of samples that repeat the one before in a channel that otherwise changes at every sample."""
+STUCK_PART = 0.1
+"""Part of the trial (at least STUCK_SECONDS) that a sensor gives one value while related channels move."""
+STUCK_SECONDS = 5.0
+QUANTISED_PART = 0.02
+"""Resolution over the middle 90 % of a channel's range: coarser shows as steps in any plot of the residuals."""
+COARSER = 8.0
+"""Resolution in a part of the record over that in the rest."""
+OUTLIER_SIGMAS = 8.0
+"""Distance from the median of eleven neighbours, in their robust standard deviation: one in 1e15 for normal noise."""
+OUTLIER_STEPS = 10.0
+"""... and in the channel's typical step from sample to sample."""
+JUMP_SIGMAS = 15.0
+JUMP_STEPS = 15.0
+"""A step in position against its neighbours, in their robust standard deviation and in typical steps."""
+
+# Excitation
+STILL = 1e-9
+"""Relative range below which an input is constant."""
+SMALL_ANGLE_INPUT = 0.02
+"""rad, 1.1 deg: rudder movements below it drown in play and noise."""
+COARSE_INPUT_STEP = 0.35
+"""Part of an input's range that it crosses between two samples: how it moved in between is then a guess."""
+CORRELATION_SAMPLES = 4.0
+"""A rate must stay correlated for more samples than this, or the record is too slow for the vehicle."""
+HEADING_COVERAGE = 1.5708
+"""rad: below a quarter turn a current cannot be told from a speed error or a heading offset."""
+SPEED_RANGE = 0.1
+"""Relative speed range below which linear and quadratic drag cannot be told apart."""
+SAME_ROWS = 20
+"""Distinct samples that two trials must have in common, in every channel, to hold the same recording."""

@@ -1,0 +1,287 @@
+"""Positions against velocities and heading, depth against pitch and speed.
+
+Displacements over windows are compared with the integral of the velocities turned into earth axes. Both are complex
+numbers, north + i east, so that one complex factor holds a scale and a rotation: m = a p + d T, with a = 1 if all is
+well, d the drift over the window's time T (a current, if the velocities are through the water).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.trials.check import limits
+from seatruth.trials.check.tools import Windows, degrees, found, has, integral, rms, squared_correlation, windows
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Array, Trial
+
+Complex = NDArray[np.complex128]
+_KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Displacement (m,) that a hypothesis expects, and that measured, over the windows."""
+
+    expected: Complex
+    measured: Complex
+    turned: Complex
+    """Change of exp(i psi) over each window: what a metre of lever arm adds."""
+    seconds: Array
+
+
+def check_positions(trial: Trial) -> Iterator[Finding]:
+    """x and y against u, v and psi."""
+    if not has(trial, "x", "y", "u", "psi"):
+        return
+    if np.nanmax(np.abs(np.diff(trial.channel("psi")))) > 20.0:
+        return  # a heading in degrees is a finding of its own
+    w = _windows(trial)
+    if w is None:
+        return
+    plain = _motion(trial, w)
+    travel = rms(np.abs(plain.measured))
+    if travel == 0.0 or rms(np.abs(plain.expected)) == 0.0:
+        return
+    apart = rms(np.abs(plain.measured - plain.expected)) / travel
+    if apart > limits.DISAGREEMENT:
+        named = _named_fault(trial, w, plain, apart)
+        if named is not None:
+            yield named
+            return
+    yield from _fine(trial, plain, apart)
+
+
+def _windows(trial: Trial) -> Windows | None:
+    inside = [trial.channel(name) for name in ("u", "v", "psi") if has(trial, name)]
+    return windows(trial.t, inside, [trial.channel("x"), trial.channel("y")])
+
+
+def _motion(
+    trial: Trial,
+    w: Windows,
+    heading: Callable[[Array], Array] = lambda psi: psi,
+    body: Callable[[Complex], Complex] = lambda velocity: velocity,
+    earth: Callable[[Complex], Complex] = lambda position: position,
+) -> _Motion:
+    psi = heading(trial.channel("psi"))
+    sway = trial.channel("v") if has(trial, "v") else np.zeros(len(trial))
+    forward = trial.channel("u")
+    if has(trial, "theta"):
+        forward = forward * np.cos(trial.channel("theta"))
+        if has(trial, "w"):
+            forward = forward + trial.channel("w") * np.sin(trial.channel("theta"))
+    turn = np.exp(1j * psi)
+    velocity = body(forward + 1j * sway) * turn
+    expected = w.change(integral(trial.t, velocity.real)) + 1j * w.change(integral(trial.t, velocity.imag))
+    position = earth(trial.channel("x") + 1j * trial.channel("y"))
+    measured = position[w.last] - position[w.first]
+    turned = np.exp(1j * psi[w.last]) - np.exp(1j * psi[w.first])
+    return _Motion(expected, np.asarray(measured, dtype=np.complex128), turned, w.seconds)
+
+
+_FAULTS: tuple[tuple[str, str, str, dict[str, Callable[..., object]]], ...] = (
+    ("x and y are swapped.", "Swap their columns.", "x", {"earth": lambda z: z.imag + 1j * z.real}),
+    ("y counts the other way.", "Set sign = -1 for y.", "y", {"earth": np.conj}),
+    ("x counts the other way.", "Set sign = -1 for x.", "x", {"earth": lambda z: -np.conj(z)}),
+    (
+        "x and y both count the other way, or u and v do.",
+        "Set sign = -1 for x and y, or for u and v.",
+        "x",
+        {"earth": lambda z: -z},
+    ),
+    (
+        "psi counts counter-clockwise.",
+        "Set sign = -1 for psi (and for r, if it agrees with psi).",
+        "psi",
+        {"heading": lambda psi: -psi},
+    ),
+    (
+        "psi counts counter-clockwise from y (a mathematician's heading).",
+        "Set sign = -1 and an offset of 90 deg for psi, or swap x and y.",
+        "psi",
+        {"heading": lambda psi: np.pi / 2 - psi},
+    ),
+    ("v counts to port.", "Set sign = -1 for v.", "v", {"body": np.conj}),
+    (
+        "psi and v count the other way (axes y to port or z up).",
+        "Set sign = -1 for psi, r and v.",
+        "psi",
+        {"heading": lambda psi: -psi, "body": np.conj},
+    ),
+)
+
+
+def _named_fault(trial: Trial, w: Windows, plain: _Motion, apart: float) -> Finding | None:
+    """The one fault that, undone, explains the disagreement; nothing where two faults explain it as well."""
+    scores: list[tuple[float, int]] = []
+    for number, (_, _, channel, undo) in enumerate(_FAULTS):
+        if channel == "v" and not has(trial, "v"):
+            continue
+        motion = _motion(trial, w, **undo)  # type: ignore[arg-type]
+        scores.append((rms(np.abs(motion.measured - motion.expected)) / rms(np.abs(motion.measured)), number))
+    scores.sort()
+    best, number = scores[0]
+    if best > limits.EXPLAINED * apart or abs(_scale(plain)) == 0.0:
+        return None
+    # A similarity (a scale or a turn) that explains as much is the simpler fault, and is named where scales are.
+    if _rest(plain) < 1.5 * best:
+        return None
+    alike = [_FAULTS[other][0] for score, other in scores[1:] if score < 1.5 * best]
+    text, do, channel, _ = _FAULTS[number]
+    also = f" It would also fit that {alike[0][0].lower()}{alike[0][1:]}" if alike else ""
+    return found(
+        trial,
+        "error",
+        "position-axes",
+        f"Displacements disagree with u, v and psi by {100 * apart:.0f} %, and by {100 * best:.0f} % if {text}{also}",
+        do,
+        channel=channel,
+    )
+
+
+def _scale(motion: _Motion) -> complex:
+    """Best complex factor from expected to measured displacement."""
+    bottom = float(np.sum(np.abs(motion.expected) ** 2))
+    return complex(np.vdot(motion.expected, motion.measured) / bottom) if bottom else 0.0
+
+
+def _rest(motion: _Motion) -> float:
+    return rms(np.abs(motion.measured - _scale(motion) * motion.expected)) / rms(np.abs(motion.measured))
+
+
+def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
+    """Scale, rotation, drift and lever arm, each with its standard error."""
+    fit = _regression(motion)
+    if fit is None:
+        return
+    (a, drift, arm), (a_error, drift_error, arm_error), explained = fit
+    if explained < limits.AGREEMENT:
+        yield found(
+            trial,
+            "warning",
+            "position-disagree",
+            f"Displacements and the integral of u, v and psi have little in common (disagreement {100 * apart:.0f} %).",
+            "Check the columns, their units and their clocks.",
+            channel="x",
+        )
+        return
+    size, turn = abs(a), float(np.angle(a))
+    if explained > limits.SCALE_AGREEMENT:
+        scaled = abs(size - 1.0) > max(limits.SCALE_OFF, limits.SIGNIFICANT * a_error)
+        if scaled:
+            yield _scale_finding(trial, size, a_error)
+        if abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
+            yield found(
+                trial,
+                "warning",
+                "heading-offset",
+                f"Displacements point {degrees(turn)} clockwise of where psi, u and v say (standard error "
+                f"{degrees(a_error / size)}).",
+                "Check that x, y and psi refer to the same axes, and that u, v are not through the water.",
+                channel="psi",
+            )
+    speed = rms(np.abs(motion.measured) / motion.seconds)
+    if abs(drift) > max(limits.SIGNIFICANT * drift_error, limits.DRIFT_PART * speed):
+        yield found(
+            trial,
+            "note",
+            "drift",
+            f"Positions drift by {abs(drift):.2g} m/s (standard error {drift_error:.1g}) towards "
+            f"{np.degrees(np.angle(drift)) % 360:.0f} deg against u, v and psi.",
+            "Either u and v are through the water and there is a current, or they have an offset.",
+            channel="x",
+        )
+    if abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.ARM_LEAST):
+        without = rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds)) ** 2
+        with_arm = (
+            rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds - arm * motion.turned)) ** 2
+        )
+        if without - with_arm > limits.ARM_PART * without:
+            yield found(
+                trial,
+                "note",
+                "lever-arm",
+                f"x, y move like a point {arm.real:.2g} m forward and {arm.imag:.2g} m to starboard (standard error "
+                f"{arm_error:.1g}) of the point whose velocity is u, v.",
+                "If the sensors sit apart, use the step 'lever_arm' on one of them.",
+                channel="x",
+            )
+
+
+def _regression(
+    motion: _Motion,
+) -> tuple[tuple[complex, complex, complex], tuple[float, float, float], float] | None:
+    """Factor, drift and lever arm by complex least squares, their standard errors, and the explained part."""
+    columns = np.column_stack([motion.expected, motion.seconds.astype(np.complex128), motion.turned])
+    gram = columns.conj().T @ columns
+    scale = np.sqrt(np.real(np.diag(gram)))
+    if (scale == 0.0).any():
+        return None
+    if np.linalg.cond(gram / np.outer(scale, scale)) > 1e6:
+        return None
+    values = np.linalg.solve(gram, columns.conj().T @ motion.measured)
+    rest = motion.measured - columns @ values
+    freedom = max(motion.measured.size - 3, 1)
+    total = float(np.sum(np.abs(motion.measured) ** 2))
+    explained = 1.0 - float(np.sum(np.abs(rest) ** 2)) / total if total else 0.0
+    # Residuals of neighbouring windows are alike (slow currents, drifting fixes): count the independent ones only.
+    lag = float(np.real(np.vdot(rest[:-1], rest[1:])) / max(float(np.sum(np.abs(rest) ** 2)), 1e-300))
+    inflation = (1 + max(lag, 0.0)) / max(1 - max(lag, 0.0), 0.05)
+    variance = float(np.sum(np.abs(rest) ** 2)) / freedom * inflation
+    errors = np.sqrt(variance * np.real(np.diag(np.linalg.inv(gram))))
+    a, d, b = (complex(value) for value in values)
+    return (a, d, b), (float(errors[0]), float(errors[1]), float(errors[2])), explained
+
+
+def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
+    for factor, unit in _KNOWN_SCALES:
+        if abs(size / factor - 1.0) < limits.KNOWN_SCALE:
+            return found(
+                trial,
+                "error",
+                "unit",
+                f"Displacements are {size:.3g} times what u, v and psi say: u and v are in {unit}.",
+                f"State unit = '{unit}' for u and v.",
+                channel="u",
+            )
+    return found(
+        trial,
+        "warning",
+        "speed-scale",
+        f"Displacements are {size:.3f} times what u, v and psi say (standard error {error:.3f}).",
+        "Check the speed sensor's calibration and the units of x, y, u and v.",
+        channel="u",
+    )
+
+
+def check_depth(trial: Trial) -> Iterator[Finding]:
+    """Depth against pitch and speed: nose up must bring the vehicle up."""
+    name = next((name for name in ("z", "depth") if has(trial, name, "theta")), None)
+    if name is None:
+        return
+    theta = trial.channel("theta")
+    speed = trial.channel("u") if has(trial, "u") else np.ones(len(trial))
+    sinking = -speed * np.sin(theta)
+    complete = has(trial, "u") and has(trial, "w")
+    if has(trial, "w"):
+        sinking = sinking + trial.channel("w") * np.cos(theta)
+    w = windows(trial.t, [sinking], [trial.channel(name)])
+    if w is None:
+        return
+    change, expected = w.change(trial.channel(name)), w.change(integral(trial.t, sinking))
+    if min(rms(change), rms(expected)) == 0.0:
+        return
+    agreement = squared_correlation(change, expected)
+    if change @ expected < 0 and agreement > (limits.AGREEMENT if complete else 0.3):
+        yield found(
+            trial,
+            "warning",
+            "depth-pitch-sign",
+            f"{name} grows while the nose is up (squared correlation {agreement:.2f}).",
+            "Depth counts down and theta is positive nose up: change the sign of one of them.",
+            channel=name,
+        )

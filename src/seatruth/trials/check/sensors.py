@@ -1,0 +1,219 @@
+"""Stuck, held and quantised sensors, outliers and jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.trials.check import limits
+from seatruth.trials.check.tools import found, resolution, typical_step
+from seatruth.trials.finding import Finding
+from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
+from seatruth.trials.prepare.filters import hampel_outliers
+from seatruth.trials.trial import Array, Trial
+
+
+def check_sensors(trial: Trial) -> Iterator[Finding]:
+    """Each output by itself; a sensor with one fault is not searched for its consequences."""
+    for name, values in trial.outputs.items():
+        finite = values[np.isfinite(values)]
+        if finite.size < limits.FEW_SAMPLES:
+            continue
+        if np.ptp(finite) == 0.0:
+            yield found(
+                trial,
+                "warning",
+                "constant",
+                f"It is {finite[0]:.4g} at every sample.",
+                "A sensor that is off or stuck tells nothing: leave it out.",
+                channel=name,
+            )
+            continue
+        coarse = list(_quantised(trial, name, values))
+        yield from coarse
+        if not coarse:
+            yield from _held(trial, name, values)
+        yield from _outliers(trial, name, values)
+
+
+def _runs_of_same(values: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Starts and lengths (in repeats) of stretches in which a value repeats exactly."""
+    same = np.concatenate([[False], np.diff(values) == 0.0, [False]]).astype(np.int8)
+    edges = np.diff(same)
+    starts = np.flatnonzero(edges == 1)
+    return starts, np.flatnonzero(edges == -1) - starts
+
+
+def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+    starts, repeats = _runs_of_same(values)
+    if not starts.size:
+        return
+    lsb, step = resolution(values), typical_step(values)
+    longest = int(np.argmax(repeats))
+    seconds = float(trial.t[starts[longest] + repeats[longest]] - trial.t[starts[longest]])
+    rows = np.arange(starts[longest], starts[longest] + repeats[longest] + 1)
+    moved = _change_elsewhere(trial, name, rows)
+    if seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration) and moved:
+        yield found(
+            trial,
+            "warning",
+            "stuck",
+            f"It stays exactly {values[rows[0]]:.4g} for {seconds:.3g} s while {moved} changes.",
+            "Mark that stretch as not valid with 'mark_invalid'.",
+            channel=name,
+            samples=rows,
+        )
+        return
+    # With a step of many resolutions from sample to sample, chance repeats of a value are rare.
+    if step > 10 * lsb and repeats.sum() > limits.HELD_PART * values.size:
+        chance = _chance_repeats(values, lsb)
+        held = np.flatnonzero(np.concatenate([[False], np.diff(values) == 0.0]))
+        if held.size > 3 * chance + 5:
+            yield found(
+                trial,
+                "warning",
+                "held",
+                f"{held.size} of {values.size} samples repeat the one before exactly (up to {seconds:.3g} s): the "
+                "sensor gave nothing new, and the repeated values are not measurements.",
+                "Mark them as not valid: invalid_where with the sensor's flag, or 'mark_invalid' with held = true.",
+                channel=name,
+                samples=held,
+            )
+
+
+def _chance_repeats(values: Array, lsb: float) -> float:
+    """How many repeats rounding alone would give: as many as steps of one and of minus one resolution, halved."""
+    steps = np.abs(np.diff(values))
+    return float(np.sum((steps > 0.5 * lsb) & (steps < 1.5 * lsb)))
+
+
+_RELATED = {
+    "x": ("u", "v"),
+    "y": ("u", "v"),
+    "psi": ("r",),
+    "theta": ("q", "depth", "z"),
+    "depth": ("theta", "w"),
+    "z": ("theta", "w"),
+    "u": ("x", "y"),
+    "v": ("x", "y"),
+    "r": ("psi",),
+    "q": ("theta",),
+    "p": ("phi",),
+    "phi": ("p",),
+}
+
+
+def _change_elsewhere(trial: Trial, name: str, rows: NDArray[np.int64]) -> str:
+    """A related channel that moves in those samples by more than a quarter of its spread; empty if none does."""
+    for other in _RELATED.get(name, ()):
+        values = trial.outputs.get(other)
+        if values is None:
+            continue
+        inside, whole = values[rows], values[np.isfinite(values)]
+        inside = inside[np.isfinite(inside)]
+        if inside.size > 2 and whole.size > 2 and np.std(inside) > 0.25 * np.std(whole) > 0:
+            return other
+    return ""
+
+
+def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+    finite = values[np.isfinite(values)]
+    lsb = resolution(values)
+    span = float(np.quantile(finite, 0.95) - np.quantile(finite, 0.05))
+    if span > 0 and lsb > limits.QUANTISED_PART * span and np.unique(finite).size < 0.2 * finite.size:
+        yield found(
+            trial,
+            "note",
+            "quantised",
+            f"Its resolution, {lsb:.3g}, is {100 * lsb / span:.0f} % of its range.",
+            f"Give it a noise of at least {lsb / np.sqrt(12):.2g} (resolution / sqrt 12).",
+            channel=name,
+        )
+        return
+    rows, step = _coarse_stretch(values, lsb)
+    if rows.size:
+        yield found(
+            trial,
+            "warning",
+            "quantised-part",
+            f"{rows.size} of {values.size} samples come in steps of {step:.4g}"
+            + (f" ({np.degrees(step):.3g} deg)" if is_angle(name) else "")
+            + f", the others in steps of {lsb:.2g}.",
+            f"Give the channel a noise of at least {step / np.sqrt(12):.2g}, or mark the stretch with 'mark_invalid'.",
+            channel=name,
+            samples=rows,
+        )
+
+
+def _coarse_stretch(values: Array, lsb: float) -> tuple[NDArray[np.int64], float]:
+    """Samples between plateaus that are whole coarse steps apart, though the channel resolves finer elsewhere."""
+    if lsb <= 0:
+        return np.empty(0, dtype=np.int64), 0.0
+    edges = np.flatnonzero((np.diff(values) != 0.0) & np.isfinite(np.diff(values)))
+    sizes = np.abs(np.diff(values))[edges]
+    # A coarse step has a plateau of at least two equal samples on both sides.
+    before = np.diff(edges, prepend=-1)
+    after = np.diff(edges, append=values.size - 1)
+    plateau = (before >= 3) & (after >= 3) & (sizes > limits.COARSER * lsb)
+    if plateau.sum() < 5:
+        return np.empty(0, dtype=np.int64), 0.0
+    step = float(np.median(sizes[plateau]))
+    alike = plateau & (np.abs(sizes / step - np.round(sizes / step)) < 0.15) & (sizes > 0.5 * step)
+    if alike.sum() < 5 or alike.sum() < 0.8 * plateau.sum():
+        return np.empty(0, dtype=np.int64), 0.0
+    marked = np.zeros(values.size, dtype=bool)
+    for k in np.flatnonzero(alike):
+        marked[edges[k] + 1 - before[k] : edges[k] + 1 + after[k]] = True
+    return np.flatnonzero(marked), step
+
+
+def _outliers(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+    step = typical_step(values)
+    if is_angle(name) and (np.abs(np.diff(values[np.isfinite(values)])) > WRAP_JUMP).any():
+        return  # wrapped angles are a finding of their own
+    bad, _ = hampel_outliers(values, 11, limits.OUTLIER_SIGMAS, limits.OUTLIER_STEPS * step)
+    # An outlier comes back: the sample before and the sample after it agree better with each other than with it.
+    rows = np.array([k for k in np.flatnonzero(bad) if _comes_back(values, int(k))], dtype=np.int64)
+    if rows.size:
+        yield found(
+            trial,
+            "warning",
+            "outliers",
+            f"{rows.size} sample(s) stand far from their neighbours (first at t = {trial.t[rows[0]]:.4g} s).",
+            "Remove them with 'hampel' or 'mark_invalid'.",
+            channel=name,
+            samples=rows,
+        )
+    if name in ("x", "y", "z", "depth"):
+        yield from _jumps(trial, name, values, rows)
+
+
+def _comes_back(values: Array, k: int) -> bool:
+    around = [j for j in (k - 2, k - 1, k + 1, k + 2) if 0 <= j < values.size and np.isfinite(values[j])]
+    left, right = [j for j in around if j < k], [j for j in around if j > k]
+    if not left or not right:
+        return False
+    a, b = values[left[0]], values[right[-1]]
+    return bool(abs(values[k] - 0.5 * (a + b)) > 3.0 * abs(a - b))
+
+
+def _jumps(trial: Trial, name: str, values: Array, outliers: NDArray[np.int64]) -> Iterator[Finding]:
+    steps = np.diff(values) / np.diff(trial.t)
+    typical = typical_step(steps)
+    bad, median = hampel_outliers(steps, 21, limits.JUMP_SIGMAS, limits.JUMP_STEPS * typical)
+    rows = np.setdiff1d(np.flatnonzero(bad) + 1, np.concatenate([outliers, outliers + 1]))
+    if not rows.size:
+        return
+    sizes = np.abs(steps - median)[rows - 1] * np.diff(trial.t)[rows - 1]
+    k = int(np.argmax(sizes))
+    yield found(
+        trial,
+        "warning",
+        "jumps",
+        f"{rows.size} jump(s) against its neighbours, the largest {sizes[k]:.3g} m at t = {trial.t[rows[k]]:.4g} s.",
+        "Mark the samples before or after as not valid, or let positions weigh less.",
+        channel=name,
+        samples=rows,
+    )
