@@ -33,9 +33,7 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
-        raise BadInput(
-            f"it is not valid TOML: {problem}", where=source, do="Texts need quotes; a table is [name]."
-        ) from None
+        raise _toml_problem(problem, text, source) from None
     except RecursionError:
         raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
     problems = Problems(source, Lines(text))
@@ -46,6 +44,20 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
         problems.stop()
         raise BadInput("it does not fit the schema", where=source) from None
     return file, problems
+
+
+def _toml_problem(problem: tomllib.TOMLDecodeError, text: str, source: str) -> BadInput:
+    """The TOML reader's message with the line and column where a message of ours has them."""
+    what, _, place = str(problem).removesuffix(")").rpartition(" (at ")
+    if not what:
+        what, place = str(problem), ""
+    if place == "end of document":
+        place = f"line {len(text.rstrip().splitlines())}, at its end"
+    return BadInput(
+        f"it is not valid TOML: {what[:1].lower()}{what[1:]}",
+        where=f"{source}, {place}" if place else source,
+        do="Texts need quotes; a table is [name].",
+    )
 
 
 def read_text(path: str | Path) -> str:
