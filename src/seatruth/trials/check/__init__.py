@@ -50,11 +50,16 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
     if any(finding.code == "time-order" for finding in in_time) or len(trial) < 3:
         return
     with np.errstate(all="ignore"):  # overflow in absurd data is what the checks are there to say in words
-        yield from check_units(trial, model)
-        yield from check_rates(trial)
-        yield from check_steering(trial, model)
-        yield from check_positions(trial)
-        yield from check_depth(trial)
+        alone = [*check_units(trial, model), *check_rates(trial)]
+        yield from alone
+        wrong = {finding.channel for finding in alone if finding.severity == "error" and finding.code != "wrapped"}
+        # What is built on a channel that is wrong already would only repeat it in other words.
+        if not wrong & {"psi", "r", "delta"}:
+            yield from check_steering(trial, model)
+        if not wrong & {"psi", "theta", "phi"}:
+            yield from check_positions(trial)
+        if "theta" not in wrong:
+            yield from check_depth(trial)
         yield from check_sensors(trial)
         yield from check_inputs(trial, model)
         yield from check_rate(trial)

@@ -41,8 +41,8 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
                 "note",
                 "input-jumps",
                 f"It crosses more than {100 * limits.COARSE_INPUT_STEP:.0f} % of its range between two samples in "
-                f"{crossing.size} place(s): a command, or sampled more slowly than the actuator moves.",
-                'If it is a command, use hold = "zero"; a measured angle at a higher rate is better.',
+                f"{crossing.size} place(s): it is a command, or sampled more slowly than the actuator moves.",
+                'If it is a command, use hold = "zero" and expect the actuator\'s lag in the residuals.',
                 channel=name,
                 samples=crossing[:1] + 1,
             )
@@ -92,7 +92,7 @@ def correlation_samples(values: Array) -> float | None:
         power = float(np.mean(x[ok] ** 2))
         now = float(np.sum(x[lag:] * x[:-lag]) / both.sum()) / power
         if now < np.exp(-1.0):
-            return lag - 1 + (previous - np.exp(-1.0)) / max(previous - now, 1e-12)
+            return float(lag - 1 + (previous - np.exp(-1.0)) / max(previous - now, 1e-12))
         previous = now
     return float(most)
 

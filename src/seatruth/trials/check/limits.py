@@ -61,8 +61,14 @@ STEERING_CORRELATION = 0.3
 """Partial correlation of turning acceleration with the rudder below which no sense of turning is claimed."""
 
 # Sensors
+TREND_SAMPLES = 6
+"""Samples to each side over which a channel's local speed is taken: long against one hold."""
 HELD_PART = 0.01
-"""Part of samples that repeat the one before in a channel that otherwise changes at every sample."""
+"""Part of the samples in fast motion (the fastest quarter) that repeat the one before exactly."""
+HELD_LEAST = 8
+"""Fewest holds in fast motion from which the catching-up can be told."""
+HELD_CATCH_UP = 1.25
+"""Step after a repeated value over the usual step: 2 after one held sample, 1 if rounding made the repeat."""
 STUCK_PART = 0.1
 """Part of the trial (at least STUCK_SECONDS) that a sensor gives one value while related channels move."""
 STUCK_SECONDS = 5.0
@@ -70,6 +76,10 @@ QUANTISED_PART = 0.02
 """Resolution over the middle 90 % of a channel's range: coarser shows as steps in any plot of the residuals."""
 COARSER = 8.0
 """Resolution in a part of the record over that in the rest."""
+COARSE_STEPS = 8
+"""Fewest plateaus whose steps agree from which a coarser resolution is told ..."""
+COARSE_PART = 0.05
+"""... and the least part of the record that they must fill."""
 OUTLIER_SIGMAS = 8.0
 """Distance from the median of eleven neighbours, in their robust standard deviation: one in 1e15 for normal noise."""
 OUTLIER_STEPS = 10.0

@@ -37,8 +37,6 @@ def check_positions(trial: Trial) -> Iterator[Finding]:
     """x and y against u, v and psi."""
     if not has(trial, "x", "y", "u", "psi"):
         return
-    if np.nanmax(np.abs(np.diff(trial.channel("psi")))) > 20.0:
-        return  # a heading in degrees is a finding of its own
     w = _windows(trial)
     if w is None:
         return
@@ -206,8 +204,10 @@ def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
                 "note",
                 "lever-arm",
                 f"x, y move like a point {arm.real:.2g} m forward and {arm.imag:.2g} m to starboard (standard error "
-                f"{arm_error:.1g}) of the point whose velocity is u, v.",
-                "If the sensors sit apart, use the step 'lever_arm' on one of them.",
+                f"{arm_error:.1g}) of the point whose velocity is u, v; a clock of x, y {arm.real / speed:.2g} s "
+                "ahead of u, v and psi looks nearly the same.",
+                "If the sensors sit apart, use 'lever_arm' on one of them; if smoothing delayed some channels, use "
+                "'shift_time'.",
                 channel="x",
             )
 

@@ -54,9 +54,10 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     if w is None:
         return
     change, expected = w.change(values), w.change(integral(trial.t, speed))
-    quiet = np.abs(change) < np.pi  # a window with the jump of a wrapped angle tells nothing
-    if np.nanmax(np.abs(change)) > 20.0:  # degrees, in which jumps are 360
-        quiet = np.abs(change) < 180.0
+    turning = np.abs(expected) > 0.3 * rms(expected)
+    in_degrees = bool(turning.any()) and float(np.median(np.abs(change[turning]) / np.abs(expected[turning]))) > 20.0
+    half_turn = 180.0 if in_degrees else np.pi
+    quiet = np.abs(change) < half_turn  # a window with the jump of a wrapped angle tells nothing
     change, expected = change[quiet], expected[quiet]
     if change.size < limits.FEWEST_WINDOWS or min(rms(change), rms(expected)) == 0.0:
         return

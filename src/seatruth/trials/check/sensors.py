@@ -33,9 +33,9 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
             continue
         coarse = list(_quantised(trial, name, values))
         yield from coarse
-        if not coarse:
+        if not coarse:  # what follows would find the steps of a coarse sensor again
             yield from _held(trial, name, values)
-        yield from _outliers(trial, name, values)
+            yield from _outliers(trial, name, values)
 
 
 def _runs_of_same(values: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -50,7 +50,6 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     starts, repeats = _runs_of_same(values)
     if not starts.size:
         return
-    lsb, step = resolution(values), typical_step(values)
     longest = int(np.argmax(repeats))
     seconds = float(trial.t[starts[longest] + repeats[longest]] - trial.t[starts[longest]])
     rows = np.arange(starts[longest], starts[longest] + repeats[longest] + 1)
@@ -66,27 +65,47 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
             samples=rows,
         )
         return
-    # With a step of many resolutions from sample to sample, chance repeats of a value are rare.
-    if step > 10 * lsb and repeats.sum() > limits.HELD_PART * values.size:
-        chance = _chance_repeats(values, lsb)
-        held = np.flatnonzero(np.concatenate([[False], np.diff(values) == 0.0]))
-        if held.size > 3 * chance + 5:
-            yield found(
-                trial,
-                "warning",
-                "held",
-                f"{held.size} of {values.size} samples repeat the one before exactly (up to {seconds:.3g} s): the "
-                "sensor gave nothing new, and the repeated values are not measurements.",
-                "Mark them as not valid: invalid_where with the sensor's flag, or 'mark_invalid' with held = true.",
-                channel=name,
-                samples=held,
-            )
+    held = held_samples(values)
+    if held.size:
+        yield found(
+            trial,
+            "warning",
+            "held",
+            f"{held.size} samples repeat the one before exactly while the channel is moving, and the next sample "
+            "catches up: the sensor gave nothing new there, and the repeated values are not measurements.",
+            "Mark them as not valid: invalid_where with the sensor's flag, or 'mark_invalid' with held = true.",
+            channel=name,
+            samples=held,
+        )
 
 
-def _chance_repeats(values: Array, lsb: float) -> float:
-    """How many repeats rounding alone would give: as many as steps of one and of minus one resolution, halved."""
+def held_samples(values: Array) -> NDArray[np.int64]:
+    """Samples in fast motion that repeat the one before because the sensor held it; none if rounding explains them.
+
+    Rounding repeats values where a channel moves slowly, less than its resolution a sample, and the step after them is
+    one resolution like any other. A held value repeats at any speed, and the step after it is twice the usual.
+    """
+    nothing = np.empty(0, dtype=np.int64)
     steps = np.abs(np.diff(values))
-    return float(np.sum((steps > 0.5 * lsb) & (steps < 1.5 * lsb)))
+    moved = steps[steps > 0]
+    reach = limits.TREND_SAMPLES
+    if moved.size < limits.FEW_SAMPLES or values.size < 4 * reach:
+        return nothing
+    trend = np.full(values.size, np.nan)
+    trend[reach:-reach] = np.abs(values[2 * reach :] - values[: -2 * reach]) / (2 * reach)
+    trend = trend[1:]
+    if not np.isfinite(trend).any():
+        return nothing
+    fast = trend > max(float(np.nanquantile(trend, 0.75)), 3.0 * float(np.quantile(moved, 0.1)))
+    same = steps == 0.0
+    catching_up = np.concatenate([[False], same[:-1]]) & (steps > 0) & fast
+    usual = (steps > 0) & fast & ~catching_up
+    held = np.flatnonzero(same & fast) + 1
+    enough = catching_up.sum() >= limits.HELD_LEAST and held.size > limits.HELD_PART * fast.sum()
+    if not enough or not usual.any():
+        return nothing
+    ratio = float(np.median(steps[catching_up]) / np.median(steps[usual]))
+    return held if ratio > limits.HELD_CATCH_UP else nothing
 
 
 _RELATED = {
@@ -153,19 +172,21 @@ def _coarse_stretch(values: Array, lsb: float) -> tuple[NDArray[np.int64], float
         return np.empty(0, dtype=np.int64), 0.0
     edges = np.flatnonzero((np.diff(values) != 0.0) & np.isfinite(np.diff(values)))
     sizes = np.abs(np.diff(values))[edges]
-    # A coarse step has a plateau of at least two equal samples on both sides.
+    # A coarse step has a plateau of at least two equal samples on each side.
     before = np.diff(edges, prepend=-1)
     after = np.diff(edges, append=values.size - 1)
-    plateau = (before >= 3) & (after >= 3) & (sizes > limits.COARSER * lsb)
-    if plateau.sum() < 5:
+    plateau = (before >= 2) & (after >= 2) & (sizes > limits.COARSER * lsb)
+    if plateau.sum() < limits.COARSE_STEPS:
         return np.empty(0, dtype=np.int64), 0.0
     step = float(np.median(sizes[plateau]))
     alike = plateau & (np.abs(sizes / step - np.round(sizes / step)) < 0.15) & (sizes > 0.5 * step)
-    if alike.sum() < 5 or alike.sum() < 0.8 * plateau.sum():
+    if alike.sum() < limits.COARSE_STEPS or alike.sum() < 0.8 * plateau.sum():
         return np.empty(0, dtype=np.int64), 0.0
     marked = np.zeros(values.size, dtype=bool)
     for k in np.flatnonzero(alike):
         marked[edges[k] + 1 - before[k] : edges[k] + 1 + after[k]] = True
+    if marked.sum() < limits.COARSE_PART * values.size:
+        return np.empty(0, dtype=np.int64), 0.0
     return np.flatnonzero(marked), step
 
 

@@ -1,0 +1,259 @@
+"""Every check fires on a trial with its fault put in, and stays quiet on the same trial without it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from known_motion import Array, altered, zigzag
+
+from seatruth.trials import Channel, Finding, Trial, check_trials, findings_table
+from seatruth.trials.check import check_trial, excitation_table
+from seatruth.trials.check.excitation import reversals
+
+GOOD = zigzag(amplitude=0.5, period=80)
+DEG = 180 / np.pi
+
+
+def codes(findings: list[Finding]) -> set[str]:
+    return {finding.code for finding in findings}
+
+
+def test_good_data_raise_no_finding() -> None:
+    assert check_trials([GOOD]) == []
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    noise=st.floats(0.0, 2.0),
+    amplitude=st.floats(0.1, 0.6),
+    period=st.floats(20, 100),
+    course=st.floats(-3, 3),
+    speed=st.floats(0.5, 3),
+)
+def test_no_false_alarm_on_any_good_zigzag(
+    seed: int, noise: float, amplitude: float, period: float, course: float, speed: float
+) -> None:
+    trial = zigzag(
+        seed, seconds=200, rate=5, noise=noise, amplitude=amplitude, period=period, course=course, speed=speed
+    )
+    assert [f for f in check_trial(trial) if f.severity != "note"] == []
+
+
+def test_no_false_alarm_on_many_trials_together() -> None:
+    trials = [zigzag(k, seconds=150, period=40, name=f"run{k}") for k in range(6)]
+    assert codes(check_trials(trials)) <= {"heading-coverage", "speed-range"}  # both true: 44 deg, 11 %
+
+
+def spoil(first: int, stop: int, value: float) -> Callable[[Array], Array]:
+    def change(values: Array) -> Array:
+        values[first:stop] = value
+        return values
+
+    return change
+
+
+def spike(values: Array) -> Array:
+    values[[400, 900, 1700]] += 0.5
+    return values
+
+
+def step_at(values: Array) -> Array:
+    values[1500:] += 1.0
+    return values
+
+
+def hold(every: int) -> Callable[[Array], Array]:
+    def change(values: Array) -> Array:
+        values[every::every] = values[every - 1 : -1 : every][: values[every::every].size]
+        return values
+
+    return change
+
+
+def coarse_beyond(limit: float, lsb: float) -> Callable[[Array], Array]:
+    return lambda values: np.where(values > limit, np.round(values / lsb) * lsb, values)
+
+
+FAULTS: list[tuple[str, str, str, dict[str, Callable[[Array], Array]]]] = [
+    ("psi in degrees", "unit", "psi", {"psi": lambda a: a * DEG}),
+    ("psi as a compass in degrees", "unit", "psi", {"psi": lambda a: (a * DEG + 330) % 360}),
+    ("r in degrees a second", "unit", "r", {"r": lambda a: a * DEG}),
+    ("delta in degrees", "unit", "delta", {"delta": lambda a: a * DEG}),
+    ("u and v in knots", "unit", "u", {"u": lambda a: a / 0.514444, "v": lambda a: a / 0.514444}),
+    ("n in rpm", "unit", "n", {"n": lambda a: a * 60}),
+    ("wrapped psi", "wrapped", "psi", {"psi": lambda a: np.mod(a + 5.7, 2 * np.pi)}),
+    ("r to port", "psi-r-sign", "psi", {"r": lambda a: -a}),
+    ("gyro scale", "psi-r-scale", "r", {"r": lambda a: 1.15 * a}),
+    ("another r", "psi-r-disagree", "psi", {"r": lambda a: a[::-1].copy()}),
+    ("rudder to port", "rudder-sign", "delta", {"delta": lambda a: -a}),
+    ("y to port", "position-axes", "y", {"y": lambda a: -a}),
+    ("x astern", "position-axes", "x", {"x": lambda a: -a}),
+    ("speed scale", "speed-scale", "u", {"u": lambda a: 1.2 * a, "v": lambda a: 1.2 * a}),
+    ("heading offset", "heading-offset", "psi", {"psi": lambda a: a + 0.3}),
+    ("dead sensor", "constant", "v", {"v": lambda a: 0 * a}),
+    ("stuck sensor", "stuck", "psi", {"psi": spoil(1000, 1500, 0.1)}),
+    ("held psi", "held", "psi", {"psi": hold(4)}),
+    ("held position", "held", "x", {"x": hold(5)}),
+    ("coarse heading", "quantised", "psi", {"psi": lambda a: np.round(a / 0.05) * 0.05}),
+    ("coarse in part", "quantised-part", "psi", {"psi": coarse_beyond(0.6, 0.0175)}),
+    ("spikes", "outliers", "psi", {"psi": spike}),
+    ("position jump", "jumps", "x", {"x": step_at}),
+    ("no valid sample", "output-empty", "v", {"v": lambda a: a * np.nan}),
+    ("mostly missing", "output-missing", "v", {"v": spoil(0, 2000, np.nan)}),
+    ("a long gap", "output-gap", "v", {"v": spoil(500, 800, np.nan)}),
+    ("missing input", "input-missing", "delta", {"delta": spoil(5, 9, np.nan)}),
+    ("tiny rudder", "input-small", "delta", {"delta": lambda a: a * 0.01}),
+    ("commanded rudder", "input-jumps", "delta", {"delta": lambda a: 0.35 * np.sign(a)}),
+]
+
+
+@pytest.mark.parametrize(("fault", "code", "channel", "changes"), FAULTS, ids=[f[0] for f in FAULTS])
+def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, Callable[[Array], Array]]) -> None:
+    found = check_trials([altered(GOOD, changes)])
+    hits = [f for f in found if f.code == code and f.channel == channel]
+    assert hits, [str(f) for f in found]
+    assert "zigzag" in hits[0].where
+    assert channel in hits[0].where
+    assert hits[0].do
+
+
+def test_swapped_axes_and_wrong_senses_are_named() -> None:
+    swapped = replace(GOOD, outputs={**GOOD.outputs, "x": GOOD.outputs["y"], "y": GOOD.outputs["x"]})
+    assert any(f.code == "position-axes" and "swapped" in f.message for f in check_trials([swapped]))
+    left = altered(GOOD, {"psi": lambda a: -a, "r": lambda a: -a})
+    assert any(f.code == "position-axes" and "counter-clockwise" in f.message for f in check_trials([left]))
+
+
+def test_torpedo_convention_shows() -> None:
+    """Axes y up: yaw, yaw rate and lateral velocity keep or change their sense, and depth counts upward."""
+    torpedo = altered(GOOD, {"psi": lambda a: -a, "r": lambda a: -a})
+    assert {"rudder-sign", "position-axes"} <= codes(check_trials([torpedo]))
+    dive = diving()
+    upward = altered(dive, {"z": lambda a: -a})
+    assert codes(check_trials([dive])) == set()
+    assert {"depth-up", "depth-pitch-sign"} <= codes(check_trials([upward]))
+
+
+def diving() -> Trial:
+    t = np.arange(0, 300, 0.1)
+    theta = 0.2 * np.sin(2 * np.pi * t / 60)
+    q = 0.2 * 2 * np.pi / 60 * np.cos(2 * np.pi * t / 60)
+    u = 1.5 + 0.2 * np.sin(2 * np.pi * t / 97)
+    z = 30 + np.concatenate([[0], np.cumsum(-(u * np.sin(theta))[:-1] * 0.1)])
+    rng = np.random.default_rng(1)
+    noisy = {k: a + 1e-3 * rng.standard_normal(t.size) for k, a in {"theta": theta, "q": q, "u": u, "z": z}.items()}
+    return Trial("dive", t, {"delta_s": -0.1 * theta, "n": 20 + np.sin(t / 9)}, noisy)
+
+
+def test_pitch_against_its_rate() -> None:
+    assert "theta-q-sign" in codes(check_trials([altered(diving(), {"q": lambda a: -a})]))
+
+
+def test_current_and_lever_arm_are_measured() -> None:
+    """Drift and arm are stated to within their own standard errors' scale, and only where they are."""
+    drifting = zigzag(current=0.2 * np.exp(1j * 1.0), amplitude=0.6, seconds=600, period=150)
+    note = next(f for f in check_trials([drifting]) if f.code == "drift")
+    assert "0.2 m/s" in note.message
+    assert "57 deg" in note.message
+    apart = zigzag(arm=2.0 + 0.5j, amplitude=0.5)
+    note = next(f for f in check_trials([apart]) if f.code == "lever-arm")
+    assert "2 m forward and 0.5 m to starboard" in note.message
+    assert not {"drift", "lever-arm"} & codes(check_trials([zigzag(amplitude=0.5)]))
+
+
+def test_time_axis() -> None:
+    t = np.array(GOOD.t)
+    t[1500:] += 30
+    assert "time-gap" in codes(check_trials([replace(GOOD, t=t)]))
+    uneven = GOOD.t + 0.03 * np.sin(7.0 * np.arange(len(GOOD)))
+    assert "time-irregular" in codes(check_trials([replace(GOOD, t=uneven)]))
+    assert "time-order" in codes(check_trials([replace(GOOD, t=GOOD.t[::-1])]))
+    assert "few-samples" in codes(check_trials([GOOD.section(0, 10)]))
+
+
+def test_slow_sampling_is_found() -> None:
+    rng = np.random.default_rng(3)
+    noise = altered(GOOD, {"r": lambda a: rng.standard_normal(a.size) * 0.01})
+    assert "slow-sampling" in codes(check_trials([noise]))
+
+
+def test_still_inputs() -> None:
+    still = altered(GOOD, {"delta": lambda a: 0 * a, "n": lambda a: 0 * a + 10})
+    assert "input-constant" in codes(check_trials([still]))
+    assert "input-constant" not in codes(check_trials([altered(GOOD, {"n": lambda a: 0 * a + 10})]))
+
+
+def test_duplicates_and_overlaps() -> None:
+    copy = replace(GOOD, name="again")
+    found = [f for f in check_trials([GOOD, copy]) if f.code == "duplicate"]
+    assert found[0].severity == "error"
+    first, second = GOOD.section(0, 1700, "first"), GOOD.section(1500, 3000, "second")
+    found = [f for f in check_trials([first, second]) if f.code == "duplicate"]
+    assert found[0].severity == "warning"
+    assert "200 samples" in found[0].message or "199 samples" in found[0].message
+    assert "duplicate" not in codes(check_trials([GOOD.section(0, 1500, "a"), GOOD.section(1500, 3000, "b")]))
+
+
+def test_coverage_of_headings_and_speeds() -> None:
+    straight = zigzag(amplitude=0.1, period=20)
+    found = codes(check_trials([straight]))
+    assert {"heading-coverage", "speed-range"} <= found
+    other = zigzag(amplitude=0.1, period=20, course=2.5, speed=2.4, name="other")
+    assert not {"heading-coverage", "speed-range"} & codes(check_trials([straight, other]))
+
+
+class _Model:
+    inputs = (Channel("delta", "rad", "rudder, positive to port"), Channel("n", "rev/s"))
+    outputs = (Channel("u", "m/s"), Channel("w", "m/s"))
+
+
+def test_model_states_its_channels_and_its_rudder() -> None:
+    found = check_trials([altered(GOOD, {"delta": lambda a: -a})], _Model())
+    assert "rudder-sign" not in codes(found)
+    assert [f.channel for f in found if f.code == "channel-missing"] == ["w"]
+    without = replace(GOOD, inputs={"n": GOOD.inputs["n"]})
+    missing = next(f for f in check_trials([without], _Model()) if f.channel == "delta")
+    assert missing.severity == "error"
+
+
+def test_findings_are_gravest_first_and_show_as_a_table() -> None:
+    found = check_trials([altered(GOOD, {"psi": lambda a: a * DEG, "x": step_at, "delta": lambda a: 0.3 * np.sign(a)})])
+    order = [f.severity for f in found]
+    assert order == sorted(order, key=["error", "warning", "note"].index)
+    table = findings_table(found)
+    assert list(table["code"]) == [f.code for f in found]
+    assert "zigzag" in str(found[0])
+
+
+def test_excitation_table_counts_reversals() -> None:
+    table = excitation_table([GOOD]).set_index("input")
+    assert table.loc["delta", "reversals"] == 7  # 300 s of an 80 s zigzag: a reversal every 40 s
+    assert table.loc["delta", "max"] == pytest.approx(0.5)
+    assert 0.01 < table.loc["delta", "f95_Hz"] < 0.1
+    assert reversals(np.array([0.0, 1.0, 0.0, 1.0, 0.0])) == 3
+    assert reversals(np.zeros(5)) == 0
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 60))
+def test_no_data_break_the_checks(seed: int, n: int) -> None:
+    """Absurd values end in findings, not in exceptions or warnings of NumPy."""
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.choice([1e-3, 0.1, 0.1, 0.1, 50.0], n))
+
+    def column() -> Array:
+        values = rng.standard_normal(n) * 10.0 ** rng.integers(-8, 12)
+        values = np.round(values) if rng.random() < 0.3 else values
+        values = values * 0 + 1 if rng.random() < 0.2 else values
+        return np.where(rng.random(n) < rng.choice([0, 0.3, 1.0], p=[0.6, 0.3, 0.1]), np.nan, values)
+
+    names = ("x", "y", "z", "psi", "theta", "phi", "u", "v", "w", "p", "q", "r")
+    trial = Trial("any", t, {"delta": column(), "n": column()}, {k: column() for k in names})
+    with np.errstate(all="raise"):
+        assert isinstance(check_trials([trial]), list)
