@@ -21,8 +21,9 @@ class Newton(Optimizer):
     With residuals r weighted by the inverse root of the covariance and their derivatives J, the gradient is J'r and
     the Hessian nearly J'J (Gauss-Newton). "none" takes theta - H^-1 grad as published, which diverges from starts that
     are 20 to 40 % off; "levenberg" solves (H + lambda diag H) step = -grad, refuses steps that raise the cost (or flip
-    a sign, with `keep_signs`) and then raises lambda. Steps are projected on the bounds; parameters that sit at a bound
-    and are pushed against it are held there.
+    a sign, with `keep_signs`) and then raises lambda. Its diagonal is the largest seen so far (More 1978), so that a
+    parameter which the data cease to see does not run away. Steps are projected on the bounds; parameters that sit at
+    a bound and are pushed against it are held there.
     """
 
     name: ClassVar[str] = "newton"
@@ -38,6 +39,7 @@ class Newton(Optimizer):
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         z = self._start(problem, rng)
+        scale = np.zeros(problem.dimension)
         damping = self.first if self.damping == "levenberg" else 0.0
         for _ in range(self.iterations):
             problem.reweight(z)
@@ -45,21 +47,22 @@ class Newton(Optimizer):
             value = 0.5 * float(r @ r)
             J = problem.jacobian(z)
             gradient, hessian = J.T @ r, J.T @ J
+            scale = np.maximum(scale, np.diag(hessian))
             free = ~(((z <= problem.lower) & (gradient > 0)) | ((z >= problem.upper) & (gradient < 0)))
             if not free.any() or not gradient[free].any():
                 return "the gradient vanished"
             if self.damping == "none":
-                moved = self._project(problem, z + _solve(gradient, hessian, free, 0.0))
+                moved = self._project(problem, z + _solve(gradient, hessian, free))
                 if not np.isfinite(problem.residuals(moved)).all():
                     problem.finish("failed", "an undamped step left the region that can be simulated; use damping")
             else:
-                trial = self._damped(problem, z, value, gradient, hessian, free, damping)
+                trial = self._damped(problem, z, value, gradient, hessian, free, damping, scale)
                 if trial is None:
                     return "no step lowers the cost"
                 moved, damping = trial
             step = np.abs(moved - z).max()
             z = moved
-            predicted = float(-(gradient[free] @ _solve(gradient, hessian, free, 0.0)[free]) / 2)
+            predicted = float(-(gradient[free] @ _solve(gradient, hessian, free)[free]) / 2)
             # Both are under the covariance estimated at this very point, so they settle for both together.
             if predicted <= self.tolerance * value or step <= self.tolerance * (1 + np.abs(z).max()):
                 return "the cost and the steps no longer change"
@@ -82,10 +85,11 @@ class Newton(Optimizer):
         hessian: Array,
         free: NDArray[np.bool_],
         damping: float,
+        scale: Array,
     ) -> tuple[Array, float] | None:
         """The first step that lowers the cost and the damping to go on with, or None where there is none."""
         while damping <= _MAX_DAMPING:
-            moved = self._project(problem, z + _solve(gradient, hessian, free, damping))
+            moved = self._project(problem, z + _solve(gradient, hessian, free, damping * scale))
             if np.array_equal(moved, z):
                 return None
             if not (self.keep_signs and (np.sign(problem.x_of(moved)) * np.sign(problem.x_of(z)) < 0).any()):
@@ -100,16 +104,16 @@ class Newton(Optimizer):
         return np.clip(z, problem.lower, problem.upper)
 
 
-def _solve(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: float) -> Array:
-    """The step (K,) of the free coordinates, 0 for the others.
+def _solve(gradient: Array, hessian: Array, free: NDArray[np.bool_], added: Array | float = 0.0) -> Array:
+    """The step (K,) of the free coordinates, 0 for the others; `added` (K,) goes onto the diagonal.
 
     Scaled to a unit diagonal first, so that units do not decide what counts as singular; directions that the data do
     not see at all get no step.
     """
     step = np.zeros(len(gradient))
-    size = np.sqrt(np.diag(hessian)[free])
+    damped = (hessian + np.diag(np.broadcast_to(added, step.shape)))[np.ix_(free, free)]
+    size = np.sqrt(np.diag(damped))
     size[size == 0] = 1.0
-    scaled = hessian[np.ix_(free, free)] / np.outer(size, size)
-    np.fill_diagonal(scaled, np.diag(scaled) * (1 + damping))
+    scaled = damped / np.outer(size, size)
     step[free] = -np.linalg.lstsq(scaled, gradient[free] / size, rcond=1e-14)[0] / size
     return step

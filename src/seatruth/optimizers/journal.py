@@ -64,6 +64,9 @@ class Journal:
         self.replay: deque[Record] = deque()
         self._synced = time.monotonic()
         header = json.dumps({"format": FORMAT, **identity}, sort_keys=True).encode() + b"\n"
+        if path.exists() and not path.is_file():
+            # A device or a pipe may be endless to read; a folder cannot be opened at all.
+            raise BadInput("the checkpoint must be a file", where=str(path), do="Name another one.")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 - closed by close()
@@ -95,8 +98,8 @@ class Journal:
             raise StaleCheckpoint(
                 "the checkpoint does not fit: the optimizer proposes other candidates than in the earlier run",
                 where=str(self.path),
-                do="The study's data or the versions of the libraries have changed, or the optimizer is not "
-                "repeatable. Delete the file or name another.",
+                do="The data, the versions of the libraries or the budget of a hybrid have changed, or the optimizer "
+                "is not repeatable. Delete the file or name another.",
             )
         return record
 

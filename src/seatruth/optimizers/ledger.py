@@ -106,22 +106,25 @@ class Ledger:
         """Cost of each candidate: (P, K) in search coordinates -> (P,)."""
         self._again()
         Z = self._inside(Z)
+        self._affordable(1)
         result = np.full(len(Z), np.inf)
-        done = 0
-        while done < len(Z):
+        done, seconds = 0, self._booked
+        # More than one round only where an earlier run ended within this population: its part is in the journal.
+        while done < len(Z) and (rows := min(len(Z) - done, self._affordable(0) - done)) > 0:
             record = self._journal.take(Z[done:]) if self._journal is not None else None
             if record is not None:
-                part, seconds = record.values, record.seconds
+                part, seconds = record.values[:rows], record.seconds
                 self._earlier, self._begun = seconds, time.perf_counter()
             else:
-                rows = min(len(Z) - done, self._affordable(1))
                 part = self._evaluate(Z[done : done + rows])
                 seconds = self.seconds
                 if self._journal is not None:
                     self._journal.append(Z[done : done + rows], part, seconds)
             result[done : done + len(part)] = part
-            self._book(Z[done : done + len(part)], part, len(part), seconds)
             done += len(part)
+        self._book(Z[:done], result[:done], done, seconds)
+        if done < len(Z):
+            self._affordable(len(Z) - done)  # raises: the rest of the population is not covered
         return result
 
     def residuals(self, z: Array) -> Array:
@@ -156,17 +159,16 @@ class Ledger:
         return derivative * self.coordinates.slope(inside)
 
     def reweight(self, z: Array) -> bool:
-        """Lets the cost re-estimate its weights at z. Values from before no longer compare: the best is redone."""
+        """Lets the cost re-estimate its weights at z; counts 2 where they change, as the best is then evaluated anew."""
         self._again()
         self._affordable(2)
         z = self._inside(z[None])[0]
         changed = bool(self._ask(self.cost.reweight, self.coordinates.x_of(z)))
-        self._count(1, self.seconds)
         if changed:
             value = self._evaluate(self.best_z[None])
             self.best_value = float(value[0])
             self._reference, self._mark = self.best_value, self.evaluations
-            self._count(1, self.seconds)
+            self._count(2, self.seconds)
         return changed
 
     def propose(self, x: Array) -> float:
