@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatruth.costs.base import Ability, Array
 from seatruth.optimizers import Optimizer, Problem, option
@@ -37,47 +39,59 @@ class Genetic(Optimizer):
         low, high = problem.box
         people = problem.population(rng, self.population)
         cost = problem.values(people)
+        order = np.argsort(cost, kind="stable")
+        people, cost = people[order], cost[order]
+        breed = self._breeder(low, high, rng)
         for _ in range(self.generations):
-            children = self._children(people, cost, low, high, rng)
-            everyone, costs = np.vstack([people, children]), np.concatenate([cost, problem.values(children)])
+            children = breed(people)
+            costs = np.concatenate([cost, problem.values(children)])
             order = np.argsort(costs, kind="stable")[: self.population]
-            people, cost = everyone[order], costs[order]
+            people, cost = np.concatenate([people, children])[order], costs[order]
         problem.finish("budget", f"the {self.generations} generations it was given are used up")
 
-    def _children(self, people: Array, cost: Array, low: Array, high: Array, rng: np.random.Generator) -> Array:
-        """The next candidates (n, d), inside the search range."""
+    def _breeder(self, low: Array, high: Array, rng: np.random.Generator) -> Callable[[Array], Array]:
+        """The function from people (n, d), the best first, to the next candidates (n, d) inside the search range."""
         from pymoo.operators.crossover.sbx import cross_sbx
         from pymoo.operators.mutation.pm import mut_pm
 
-        n, d = people.shape
+        n, d = self.population, len(low)
         pairs = (n + 1) // 2
-        parents = people[_tournament(cost, 2 * pairs, rng)].reshape(2, pairs, d)
-        crossed = cross_sbx(
-            parents,
-            low,
-            high,
-            np.full((pairs, 1), self.crossover_index),
-            np.full((pairs, 1), 0.5),  # each gene of a crossed pair with probability 1/2, as in Deb and Agrawal
-            np.full((pairs, 1), 0.5),
-            random_state=rng,
-        )
-        together = rng.random(pairs) < self.crossover
-        children = np.where(together[:, None], crossed, parents).reshape(2 * pairs, d)
-        copies = (children == parents.reshape(2 * pairs, d)).all(axis=1)
-        eta = np.full(2 * pairs, self.mutation_index)
-        mutated: Array = mut_pm(children, low, high, eta, np.full(2 * pairs, self.mutation), False, random_state=rng)
-        copies &= (mutated == children).all(axis=1)
-        if copies.any():
-            same = int(copies.sum())
-            mutated[copies] = mut_pm(
-                children[copies], low, high, eta[:same], np.full(same, self.mutation), True, random_state=rng
+        half = np.full((pairs, 1), 0.5)  # each gene of a crossed pair with probability 1/2, as in Deb and Agrawal
+        crossover_index = np.full((pairs, 1), self.crossover_index)
+        mutation_index, mutation = np.full(2 * pairs, self.mutation_index), np.full(2 * pairs, self.mutation)
+        width = high - low
+
+        def breed(people: Array) -> Array:
+            parents = people[_tournament(n, 2 * pairs, rng)]
+            # A pair that is not crossed has probability 0 for each of its genes.
+            gene = half * (rng.random((pairs, 1)) < self.crossover)
+            couples = parents.reshape(2, pairs, d)
+            crossed = cross_sbx(couples, low, high, crossover_index, gene, half, random_state=rng)
+            children: Array = mut_pm(
+                crossed.reshape(2 * pairs, d), low, high, mutation_index, mutation, False, random_state=rng
             )
-        return mutated[:n]
+            copies = np.flatnonzero((children == parents).all(axis=1))
+            if len(copies):
+                at = rng.integers(0, d, len(copies))
+                moved = children[copies, at] + self._step(rng.random(len(copies))) * width[at]
+                children[copies, at] = np.minimum(np.maximum(moved, low[at]), high[at])
+            return children[:n]
+
+        return breed
+
+    def _step(self, u: Array) -> Array:
+        """Polynomial mutation of one gene, in widths of its range, from random numbers u in [0, 1)."""
+        size = 1.0 - np.minimum(2 * u, 2 - 2 * u) ** (1.0 / (self.mutation_index + 1.0))
+        step: Array = np.where(u < 0.5, -size, size)
+        return step
 
 
-def _tournament(cost: Array, n: int, rng: np.random.Generator) -> Array:
-    """Indices (n,) of the winners of binary tournaments, each candidate in as many as any other (within one)."""
-    rounds = -(-2 * n // len(cost))
-    entrants = np.concatenate([rng.permutation(len(cost)) for _ in range(rounds)])[: 2 * n].reshape(n, 2)
-    winners: Array = np.where(cost[entrants[:, 0]] <= cost[entrants[:, 1]], entrants[:, 0], entrants[:, 1])
+def _tournament(people: int, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Winners (n,) of binary tournaments among people that stand in order, the best first.
+
+    Each takes part as often as any other, within one.
+    """
+    rounds = -(-2 * n // people)
+    entrants = np.concatenate([rng.permutation(people) for _ in range(rounds)])[: 2 * n]
+    winners: NDArray[np.intp] = np.minimum(entrants[:n], entrants[n:])
     return winners

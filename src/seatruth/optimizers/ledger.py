@@ -159,7 +159,7 @@ class Ledger:
         return derivative * self.coordinates.slope(inside)
 
     def reweight(self, z: Array) -> bool:
-        """Lets the cost re-estimate its weights at z; counts 2 where they change, as the best is then evaluated anew."""
+        """Lets the cost re-estimate its weights at z; counts 2 if they change, as the best is then evaluated anew."""
         self._again()
         self._affordable(2)
         z = self._inside(z[None])[0]
@@ -220,22 +220,27 @@ class Ledger:
                 "was expected"
             )
         inside = self.coordinates.clip(Z)
-        self.clipped += int(np.count_nonzero(((inside != Z) & ~np.isnan(Z)).any(axis=1)))
+        moved = inside != Z
+        if moved.any():
+            self.clipped += int(np.count_nonzero((moved & ~np.isnan(Z)).any(axis=1)))
         return inside
 
     def _evaluate(self, Z: Array) -> Array:
         """Values of candidates inside the bounds, inf where they are not numbers or diverge."""
-        finite = np.isfinite(Z).all(axis=1)
-        values = np.full(len(Z), np.inf)
-        if finite.any():
-            X = self.coordinates.x_of(Z if finite.all() else Z[finite])
-            found = np.asarray(self._ask(self.cost.values, X), dtype=float)
-            if found.shape != (len(X),):
-                raise PluginError(
-                    f"the cost returned values of shape {found.shape} for {len(X)} candidates", where=_owner(self.cost)
-                )
-            values[finite] = found
-        return np.where(np.isfinite(values), values, np.inf)
+        finite = np.isfinite(Z)
+        if not finite.all():
+            good = finite.all(axis=1)
+            values = np.full(len(Z), np.inf)
+            if good.any():
+                values[good] = self._evaluate(Z[good])
+            return values
+        found = np.array(self._ask(self.cost.values, self.coordinates.x_of(Z)), dtype=float)
+        if found.shape != (len(Z),):
+            raise PluginError(
+                f"the cost returned values of shape {found.shape} for {len(Z)} candidates", where=_owner(self.cost)
+            )
+        found[~np.isfinite(found)] = np.inf
+        return found
 
     def _affordable(self, price: int) -> int:
         """Evaluations that are left, if at least `price`; stops otherwise."""
