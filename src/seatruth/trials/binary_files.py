@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.errors import BadInput, nearest
+from seatruth.trials import mat_child
 from seatruth.trials.tables import Table, named
 
 
@@ -25,7 +28,9 @@ def parquet(file: Path, data: bytes) -> Table:
     except BadInput:
         raise
     except Exception as problem:  # pyarrow raises many kinds for a damaged file
-        raise BadInput(f"it cannot be read as Parquet ({_first_line(problem)})", where=str(file)) from None
+        raise BadInput(
+            f"it cannot be read as Parquet ({_first_line(problem)})", where=str(file), do="Write the file again."
+        ) from None
     for name, field in zip(names, table.schema, strict=True):
         unit = (field.metadata or {}).get(b"unit")
         if unit and name not in units:
@@ -38,21 +43,17 @@ def parquet(file: Path, data: bytes) -> Table:
 
 def matlab(file: Path, data: bytes, variable: str | None = None) -> Table:
     """The columns of a MATLAB file up to version 7.2: vectors of one length, or a struct of such vectors."""
-    import scipy.io
-
     if data.startswith(b"MATLAB 7.3") or data.startswith(b"\x89HDF"):
         raise BadInput("MATLAB files of version 7.3 cannot be read", where=str(file), do="Save it with -v7.")
-    try:
-        stream: Any = io.BytesIO(data)
-        content = scipy.io.loadmat(stream, simplify_cells=True)
-    except Exception as problem:  # scipy raises many kinds for a damaged file
-        raise BadInput(f"it cannot be read as a MATLAB file ({_first_line(problem)})", where=str(file)) from None
-    content = {name: value for name, value in content.items() if not name.startswith("__")}
+    flat = _vectors(file, data)
     if variable is not None:
-        if variable not in content:
-            raise BadInput(f"no variable {variable!r}", where=str(file), do=nearest(variable, content))
-        content = {variable: content[variable]}
-    flat = dict(_vectors(content))
+        chosen = {name: values for name, values in flat.items() if _belongs(name, variable)}
+        if not chosen:
+            known = {name.partition(".")[0].partition("(")[0] for name in flat}
+            raise BadInput(
+                f"no variable {variable!r} with columns of numbers", where=str(file), do=nearest(variable, known)
+            )
+        flat = chosen
     if not flat:
         raise BadInput("it holds no columns of numbers", where=str(file), do="Store vectors of one length.")
     lengths = {name: len(values) for name, values in flat.items()}
@@ -72,25 +73,24 @@ def matlab(file: Path, data: bytes, variable: str | None = None) -> Table:
     return Table(str(file), {n: pd.Series(values) for n, values in zip(names, kept.values(), strict=True)}, units)
 
 
-def _vectors(content: Mapping[str, Any], prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:
-    """All vectors in nested structs, as ("struct.field", values); a matrix gives one vector a column."""
-    found: list[tuple[str, Any]] = []
-    for name, value in content.items():
-        full = f"{prefix}{name}"
-        if isinstance(value, Mapping) and depth < 8:
-            found += _vectors(value, f"{full}.", depth + 1)
-        elif isinstance(value, np.ndarray) and value.dtype.kind in "buif" and value.size:
-            if value.ndim == 1:
-                found.append((full, _native(value)))
-            elif value.ndim == 2 and min(value.shape) == 1:
-                found.append((full, _native(value.ravel())))
-            elif value.ndim == 2:
-                found += [(f"{full}({k + 1})", _native(value[:, k])) for k in range(value.shape[1])]
-    return found
+def _vectors(file: Path, data: bytes) -> dict[str, Any]:
+    """Every vector in the file by its name, read in a process of its own (see mat_child)."""
+    child = Path(mat_child.__file__)
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-P", str(child)], input=data, capture_output=True, env=environment, check=False
+    )
+    if done.returncode != 0:
+        said = done.stderr.decode("utf-8", "replace").strip()
+        why = f" ({said})" if done.returncode == mat_child.REFUSED and said else ""
+        raise BadInput(f"it is not a sound MATLAB file{why}", where=str(file), do="Save it again with -v7.")
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
+        names = arrays["arr_0"].tolist()
+        return {name: arrays[f"arr_{k + 1}"] for k, name in enumerate(names)}
 
 
-def _native(values: Any) -> Any:
-    return values.astype(values.dtype.newbyteorder("="))
+def _belongs(name: str, variable: str) -> bool:
+    return name == variable or name.startswith((f"{variable}.", f"{variable}("))
 
 
 def _short_names(names: list[str]) -> list[str]:

@@ -53,7 +53,9 @@ def read(
     rows[1:] = [row[: len(rows[0])] for row in rows[1:]]
     decimal = _guess_decimal(rows, separator) if decimal is None else decimal
     if decimal not in (".", ",") or decimal == separator:
-        raise BadInput(f"decimal mark {decimal!r} cannot be used with separator {separator!r}", where=source)
+        raise BadInput(
+            f"decimal mark {decimal!r} cannot be used with separator {separator!r}", where=source, do="Use . or ,"
+        )
     header, skip = _header(rows, comments, separator, decimal)
     names, units = named(header or [str(k + 1) for k in range(len(rows[0]))], source)
     if len(names) > _MOST_COLUMNS:

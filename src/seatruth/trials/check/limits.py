@@ -49,7 +49,7 @@ HEADING_OFF = 0.06
 """rad, 3.4 deg: larger than a compass's deviation; basin axes that are not those of the heading show as more."""
 EXPLAINED = 0.35
 """A fault is named only if undoing it brings the disagreement down to this part of what it was."""
-DISAGREEMENT = 0.25
+DISAGREEMENT = 0.1
 """rms disagreement of displacements over their rms: below it no fault of sign or axes is looked for."""
 DRIFT_PART = 0.05
 """Steady drift of the position against u, v and psi, as a part of the speed, that is worth knowing."""
