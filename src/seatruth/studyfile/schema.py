@@ -232,6 +232,15 @@ class CostTable(Table):
     )
 
 
+_TIMED = ("hold", "max_step", "initial", "initial_sd", "segments", "multiple_shooting", "criterion")
+COST_KEYS: dict[str, tuple[str, ...]] = {
+    "trajectory": _TIMED,
+    "regression": ("form", "equations"),
+    "formula": (),
+}
+"""Which keys of [cost] belong to which kind."""
+
+
 class OptimizerTable(OpenTable):
     """A solver; the further keys are its options (`seatruth list optimizers --long`). [[optimizer]] twice or more
     makes a hybrid: each starts where the one before ended."""
