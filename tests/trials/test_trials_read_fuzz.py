@@ -110,14 +110,9 @@ def test_mangled_matlab(tmp_path: Path, edits: list[tuple[str, int, bytes]]) -> 
 
 
 def test_a_file_that_crashes_scipy_is_refused(tmp_path: Path) -> None:
-    """Some single changed bytes make scipy's reader end its process; the user gets a message all the same."""
-    refused = 0
-    for place in (176, 188, 232, 240, 296):
-        content = bytearray(_mat())
-        content[place : place + 4] = b"\xff\xff\xff\x7f"
-        attempt(tmp_path / "a.mat", bytes(content))
-        try:
-            read_columns(tmp_path / "a.mat")
-        except BadInput as refusal:
-            refused += "sound MATLAB file" in str(refusal)
-    assert refused >= 3
+    """Four zero bytes at 264 make scipy 1.17's reader end its process; the user gets a message all the same."""
+    content = bytearray(_mat())
+    content[264:268] = bytes(4)
+    (tmp_path / "a.mat").write_bytes(bytes(content))
+    with pytest.raises(BadInput, match="not a sound MATLAB file"):
+        read_columns(tmp_path / "a.mat")

@@ -95,8 +95,8 @@ SMALL_ANGLE_INPUT = 0.02
 """rad, 1.1 deg: rudder movements below it drown in play and noise."""
 COARSE_INPUT_STEP = 0.35
 """Part of an input's range that it crosses between two samples: how it moved in between is then a guess."""
-CORRELATION_SAMPLES = 4.0
-"""A rate must stay correlated for more samples than this, or the record is too slow for the vehicle."""
+CORRELATION_SAMPLES = 1.5
+"""A rate must stay correlated (above 1/e) for more samples than this: a sine has then eight samples a period."""
 HEADING_COVERAGE = 1.5708
 """rad: below a quarter turn a current cannot be told from a speed error or a heading offset."""
 SPEED_RANGE = 0.1
