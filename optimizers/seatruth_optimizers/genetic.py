@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatruth.costs.base import Ability, Array
 from seatruth.optimizers import Optimizer, Problem, option
@@ -62,7 +61,8 @@ class Genetic(Optimizer):
         width = high - low
 
         def breed(people: Array) -> Array:
-            parents = people[_tournament(n, 2 * pairs, rng)]
+            # People stand in order, so the first of two wins their tournament.
+            parents = people[rng.integers(0, n, (2, 2 * pairs)).min(axis=0)]
             # A pair that is not crossed has probability 0 for each of its genes.
             gene = half * (rng.random((pairs, 1)) < self.crossover)
             couples = parents.reshape(2, pairs, d)
@@ -72,8 +72,8 @@ class Genetic(Optimizer):
             )
             copies = np.flatnonzero((children == parents).all(axis=1))
             if len(copies):
-                at = rng.integers(0, d, len(copies))
-                moved = children[copies, at] + self._step(rng.random(len(copies))) * width[at]
+                u, at = rng.random(len(copies)), rng.integers(0, d, len(copies))
+                moved = children[copies, at] + self._step(u) * width[at]
                 children[copies, at] = np.minimum(np.maximum(moved, low[at]), high[at])
             return children[:n]
 
@@ -81,17 +81,6 @@ class Genetic(Optimizer):
 
     def _step(self, u: Array) -> Array:
         """Polynomial mutation of one gene, in widths of its range, from random numbers u in [0, 1)."""
-        size = 1.0 - np.minimum(2 * u, 2 - 2 * u) ** (1.0 / (self.mutation_index + 1.0))
-        step: Array = np.where(u < 0.5, -size, size)
+        v = 2 * u - 1
+        step: Array = np.sign(v) * (1 - (1 - np.abs(v)) ** (1 / (self.mutation_index + 1)))
         return step
-
-
-def _tournament(people: int, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Winners (n,) of binary tournaments among people that stand in order, the best first.
-
-    Each takes part as often as any other, within one.
-    """
-    rounds = -(-2 * n // people)
-    entrants = np.concatenate([rng.permutation(people) for _ in range(rounds)])[: 2 * n]
-    winners: NDArray[np.intp] = np.minimum(entrants[:n], entrants[n:])
-    return winners
