@@ -10,19 +10,95 @@ message, each problem with its line.
 from __future__ import annotations
 
 import tomllib
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
-from seatruth.studyfile import model_file
+from seatruth.optimizers import Budget, Optimizer
+from seatruth.studyfile import build, models, solver
 from seatruth.studyfile.lines import Lines
 from seatruth.studyfile.problems import Problems, add_schema_errors
 from seatruth.studyfile.schema import StudyFile
 
+if TYPE_CHECKING:
+    from seatruth.identify import Study
+
 _LARGEST = 4_000_000
 """Bytes; a study file is written by hand, so anything larger is another kind of file."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that a study file says: the study, and how to run it."""
+
+    study: Study
+    optimizer: Optimizer
+    budget: Budget
+    seed: int
+    folder: Path
+    """Folder of the result."""
+    report: bool = True
+    cross_validate: bool = False
+    profile: tuple[str, ...] = ()
+    """Names of the free parameters whose likelihood is profiled."""
+    source: Path | None = None
+
+    def but(
+        self,
+        *,
+        folder: Path | None = None,
+        seed: int | None = None,
+        evaluations: int | None = None,
+        profile: list[str] | None = None,
+    ) -> Plan:
+        """A copy in which what is not None replaces what the file says; `profile` takes names and patterns."""
+        profiled = self.profile
+        if profile:
+            problems = Problems("--profile")
+            profiled = build.profiled(profile, self.study.parameters, (), problems)
+            problems.stop()
+        return replace(
+            self,
+            folder=self.folder if folder is None else folder,
+            seed=self.seed if seed is None else seed,
+            budget=solver.but(self.budget, evaluations),
+            profile=profiled,
+        )
+
+
+def load_study(path: str | Path) -> Study:
+    """The study that a file describes: model, prepared trials, parameters and how they are compared."""
+    return read_plan(path).study
+
+
+def read_plan(path: str | Path) -> Plan:
+    """A study file with everything it says. Raises BadInput that lists all problems with their lines."""
+    source = Path(path)
+    file, problems = parse(read_text(source), str(source))
+    name = file.study.name or source.stem
+    optimizer = solver.optimizer(file.optimizer, problems)
+    budget = solver.budget(file.budget, problems)
+    study = build.study(file, source, name, problems)
+    profile = build.profiled(file.output.profile, study.parameters if study else (), ("output", "profile"), problems)
+    problems.stop()
+    assert study is not None  # otherwise there was a problem
+    assert optimizer is not None
+    folder = source.parent / (file.output.folder or f"{source.stem}-result")
+    return Plan(
+        study=study,
+        optimizer=optimizer,
+        budget=budget,
+        seed=file.study.seed,
+        folder=folder,
+        report=file.output.report,
+        cross_validate=file.output.cross_validate,
+        profile=profile,
+        source=source,
+    )
 
 
 def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problems]:
@@ -82,11 +158,9 @@ def read_text(path: str | Path) -> str:
         raise BadInput("it is not UTF-8 text", where=f"{file}, line {line}", do="Save it as UTF-8.") from None
 
 
-def load_model(use: str, folder: Path) -> Model:
+def load_model(use: str, folder: Path, parameter_set: str | None = None) -> Model:
     """A model by its installed name or as "file.py:ClassName", relative to `folder`."""
-    if model_file.is_file(use):
-        return model_file.instance(model_file.load(use, folder), use)
-    raise NotImplementedError
+    return models.load(use, folder, parameter_set)
 
 
 def _siblings(file: Path) -> str:

@@ -1,0 +1,120 @@
+"""The command line: `seatruth identify|init|check|simulate|list|demo`.
+
+Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted. Whatever happens ends in one message, never in a traceback.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from seatruth.commands import check, demo, identify, init, listing, simulate
+from seatruth.commands.common import Result, Session, fail, version, write_json
+
+app = typer.Typer(
+    name="seatruth",
+    help="Identifies the parameters of a marine vehicle's model from its trials and says where the two disagree.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"seatruth {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and stop.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    if isinstance(context.obj, Session):
+        context.obj.command = context.invoked_subcommand or ""
+
+
+class _Ended(Exception):
+    """Carries whatever a command raised past typer, which would swallow interrupts and broken pipes."""
+
+    def __init__(self, problem: BaseException) -> None:
+        super().__init__(str(problem))
+        self.problem = problem
+
+
+def _carried(command: Callable[..., Result]) -> Callable[..., Result]:
+    @functools.wraps(command)
+    def carry(*arguments: Any, **options: Any) -> Result:
+        try:
+            return command(*arguments, **options)
+        except (Exception, KeyboardInterrupt) as problem:
+            raise _Ended(problem) from problem
+
+    return carry
+
+
+for _name, _command in (
+    ("identify", identify.identify),
+    ("init", init.init),
+    ("check", check.check),
+    ("simulate", simulate.simulate),
+    ("list", listing.listing),
+    ("demo", demo.demo),
+):
+    app.command(_name)(_carried(_command))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs one command and gives its exit code."""
+    session = Session(json_file=_json_file(arguments))
+    try:
+        return _answer(session, arguments)
+    except BrokenPipeError:
+        # The reader of a pipe has gone (`| head`): nothing is wrong, and nothing more can be said.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (Exception, KeyboardInterrupt) as problem:
+        return fail(session, problem)
+
+
+def _answer(session: Session, arguments: Sequence[str]) -> int:
+    try:
+        answer: Any = typer.main.get_command(app).main(
+            args=list(arguments) or ["--help"], prog_name="seatruth", standalone_mode=False, obj=session
+        )
+    except _Ended as ended:
+        raise ended.problem from None
+    if isinstance(answer, Result):
+        write_json(session, answer.exit_code, answer.data, None)
+        sys.stdout.flush()
+        return answer.exit_code
+    return answer if isinstance(answer, int) else 0
+
+
+def _json_file(arguments: Sequence[str]) -> Path | None:
+    """The file of `--json`, read before anything else so that even a wrong option is reported there."""
+    for position, argument in enumerate(arguments):
+        if argument.startswith("--json="):
+            return Path(argument.removeprefix("--json="))
+        if argument == "--json" and position + 1 < len(arguments):
+            return Path(arguments[position + 1])
+    return None
+
+
+def main() -> None:
+    """Entry point of the `seatruth` command."""
+    sys.exit(run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()

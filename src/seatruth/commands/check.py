@@ -1,0 +1,79 @@
+"""`seatruth check STUDY.toml`: what is wrong with the study and its data, and what the log can move, before any fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
+from seatruth.study import read_plan
+from seatruth.trials.check import check_trials
+from seatruth.trials.finding import Finding
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from seatruth.identify import Study
+
+_STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
+
+
+def check(
+    study: StudyPath,
+    preview: Annotated[
+        bool, typer.Option("--preview/--no-preview", help="Also say which parameters the trials can move.")
+    ] = True,
+    json_file: JsonFile = None,
+) -> Result:
+    """Say what is wrong with a study and its data."""
+    plan = read_plan(study)
+    trials = [*plan.study.trials, *plan.study.holdout]
+    rows = [[trial.name, str(len(trial)), f"{trial.duration:.1f}", _steps(trial.steps)] for trial in trials]
+    console().print(table(["trial", "samples", "seconds", "steps"], rows, numbers=("samples", "seconds")))
+    findings = check_trials(trials, plan.study.model)
+    _show(findings)
+    errors = sum(finding.severity == "error" for finding in findings)
+    moved = None
+    if preview and not errors:
+        moved = _preview(plan.study)
+    elif preview:
+        say("\nThe preview of what the trials can move is left out until the errors are put right.")
+    data = {
+        "trials": [
+            {"name": t.name, "samples": len(t), "duration_s": t.duration, "source": t.source, "steps": _steps(t.steps)}
+            for t in trials
+        ],
+        "findings": [vars(finding) for finding in findings],
+        "errors": errors,
+        "preview": moved,
+    }
+    return Result(data, 1 if errors else 0)
+
+
+def _steps(steps: Sequence[Any]) -> str:
+    return ", ".join(step.name for step in steps)
+
+
+def _show(findings: Sequence[Finding]) -> None:
+    if not findings:
+        say("\nNothing is wrong with the data.")
+        return
+    counts = {kind: sum(finding.severity == kind for finding in findings) for kind in _STYLES}
+    say("\n" + ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in counts.items() if count))
+    for finding in findings:
+        say(str(finding), style=_STYLES[finding.severity])
+
+
+def _preview(study: Study) -> pd.DataFrame:
+    """Which parameters the trials can move, from the model's sensitivities at the start values."""
+    from seatruth.uncertainty import excitation
+
+    frame = excitation(study)
+    say("\nWhat the trials can move, at the start values and the stated noise:")
+    rows = [
+        [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
+    ]
+    console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
+    return frame

@@ -1,0 +1,213 @@
+"""What all commands share: the session, output that reads well piped or not, and results as JSON."""
+
+from __future__ import annotations
+
+import errno
+import importlib.metadata
+import json
+import math
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from seatruth.errors import SeatruthError
+
+DEBUG = "SEATRUTH_DEBUG"
+"""Set this environment variable to see the traceback of an unexpected error."""
+
+
+@dataclass
+class Session:
+    """One call of the command line: which command, where its JSON goes."""
+
+    command: str = ""
+    json_file: Path | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command found. `data` goes to `--json`; `exit_code` is 0 unless the command says that something failed."""
+
+    data: Mapping[str, Any]
+    exit_code: int = 0
+
+
+def _remember(context: typer.Context, value: Path | None) -> Path | None:
+    if isinstance(context.obj, Session):
+        context.obj.json_file = value
+    return value
+
+
+JsonFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Also write the result, or the error, as JSON.",
+        is_eager=True,
+        callback=_remember,
+    ),
+]
+StudyPath = Annotated[Path, typer.Argument(metavar="STUDY.toml", help="The study file.")]
+
+
+def version() -> str:
+    """Version of the installed package."""
+    return importlib.metadata.version("seatruth")
+
+
+class _Console(Console):
+    """A console that lets a broken pipe through, where rich would end the program with exit code 1."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
+def console() -> Console:
+    """Standard output: colours on a terminal only, 80 columns or what the terminal has."""
+    return _Console(highlight=False)
+
+
+def error_console() -> Console:
+    """Standard error, for progress and messages."""
+    return Console(stderr=True, highlight=False)
+
+
+def say(text: str, style: str = "") -> None:
+    """Prints a line of plain text: brackets in it are not markup."""
+    console().print(Text(text, style=style))
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = ()) -> Table:
+    """A table without boxes; `numbers` names the columns that are aligned to the right."""
+    built = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for column in columns:
+        built.add_column(column, justify="right" if column in numbers else "left", overflow="fold")
+    for row in rows:
+        built.add_row(*(Text(cell) for cell in row))
+    return built
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON knows it: frames as lists of rows, arrays as lists, not-a-number as null, paths as text."""
+    if isinstance(value, pd.DataFrame):
+        frame = value.reset_index() if value.index.name or value.index.nlevels > 1 else value
+        return [plain(dict(zip(frame.columns, row))) for row in frame.itertuples(index=False, name=None)]
+    if isinstance(value, pd.Series):
+        return plain(value.to_dict())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    return str(value)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a file whole or not at all: what stood there survives a full disk."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def write_json(
+    session: Session, exit_code: int, data: Mapping[str, Any] | None, error: Mapping[str, str] | None
+) -> None:
+    """Writes the file of `--json`: command, ok, exit_code, and result or error."""
+    if session.json_file is None:
+        return
+    content = {
+        "seatruth": version(),
+        "command": session.command,
+        "ok": exit_code == 0,
+        "exit_code": exit_code,
+        "result": plain(data) if data is not None else None,
+        "error": dict(error) if error is not None else None,
+    }
+    write_text(session.json_file, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
+    """Exit code and message of anything that ended a command."""
+    if isinstance(problem, SeatruthError):
+        kind = type(problem).__name__
+        parts = {"what": problem.what, "where": problem.where, "do": problem.do}
+        return problem.exit_code, {"kind": kind, "message": problem.message, **parts}
+    if isinstance(problem, (KeyboardInterrupt, typer.Abort)):
+        return 130, _message("Interrupted", "interrupted", "Run the same command again to go on.")
+    usage = getattr(problem, "format_message", None)
+    if callable(usage):
+        return 2, _message("Usage", str(usage()), _help_hint(problem))
+    if isinstance(problem, OSError):
+        return _os_problem(problem)
+    if isinstance(problem, MemoryError):
+        return 1, _message("MemoryError", "the machine has too little memory for this", "Use fewer or shorter trials.")
+    place = traceback.extract_tb(problem.__traceback__)[-1:] or [None]
+    at = f" ({Path(place[0].filename).name}, line {place[0].lineno})" if place[0] else ""
+    return 1, _message(
+        "Unexpected",
+        f"unexpected {type(problem).__name__}{at}: {' '.join(str(problem).split())[:300]}",
+        f"This is a fault in seatruth. Please report it with the output of {DEBUG}=1.",
+    )
+
+
+def _os_problem(problem: OSError) -> tuple[int, dict[str, str]]:
+    name = f" {problem.filename}" if problem.filename else ""
+    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return 1, _message(
+            "DiskFull", f"no space left on the disk{name and ' for' + name}", "Free some space and run it again."
+        )
+    return 1, _message(
+        type(problem).__name__, f"{problem.strerror or problem}{name and ':' + name}", "Check the path and its rights."
+    )
+
+
+def _message(kind: str, what: str, do: str) -> dict[str, str]:
+    end = "" if what.endswith((".", "!", "?")) else "."
+    return {"kind": kind, "message": f"{what}{end} {do}".strip(), "what": what, "where": "", "do": do}
+
+
+def _help_hint(problem: BaseException) -> str:
+    context = getattr(problem, "ctx", None)
+    path = getattr(context, "command_path", "seatruth")
+    return f"See {path} --help."
+
+
+def fail(session: Session, problem: BaseException) -> int:
+    """Prints one message, writes it to `--json`, and gives the exit code."""
+    code, error = explain(problem)
+    if os.environ.get(DEBUG):
+        traceback.print_exception(problem)
+    error_console().print(Text(f"seatruth: {error['message']}"), soft_wrap=not sys.stderr.isatty())
+    try:
+        write_json(session, code, None, error)
+    except OSError as second:
+        error_console().print(Text(f"seatruth: the JSON file could not be written: {second.strerror}"))
+    return code

@@ -1,0 +1,205 @@
+"""`seatruth identify STUDY.toml`: from a study to parameters with error bars, saved and reported."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import pandas as pd
+import typer
+from rich.text import Text
+
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
+from seatruth.commands.progress import ProgressLine
+from seatruth.study import Plan, read_plan
+
+if TYPE_CHECKING:
+    from seatruth.identify import Estimate
+
+CHECKPOINT = "checkpoint.journal"
+_MOST_NOTES = 6
+
+
+def identify(
+    study: StudyPath,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of the result.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Replaces the study's seed.")] = None,
+    evaluations: Annotated[
+        int | None, typer.Option("--evaluations", min=1, help="Replaces the study's budget of evaluations.")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
+    ] = None,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes of the cross-validation.")] = 1,
+    profile: Annotated[
+        str | None, typer.Option("--profile", metavar="NAMES", help="Profile these, comma-separated; * is a wildcard.")
+    ] = None,
+    cross_validate: Annotated[
+        bool, typer.Option("--cross-validate", help="Leave out each trial in turn and predict it.")
+    ] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do not go on with an interrupted run.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+    json_file: JsonFile = None,
+) -> Result:
+    """Identify a study's parameters; writes the result and a report."""
+    plan = read_plan(study).but(folder=out, seed=seed, evaluations=evaluations, profile=names(profile))
+    plan = replace(plan, cross_validate=plan.cross_validate or cross_validate)
+    return run(plan, threads=threads, workers=workers, fresh=fresh, quiet=quiet)
+
+
+def run(
+    plan: Plan, *, threads: int | None = None, workers: int = 1, fresh: bool = False, quiet: bool = False
+) -> Result:
+    """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
+    from seatruth.identify import identify as identify_study
+
+    checkpoint = plan.folder / CHECKPOINT
+    plan.folder.mkdir(parents=True, exist_ok=True)
+    if fresh:
+        checkpoint.unlink(missing_ok=True)
+    resumed = checkpoint.exists()
+    if resumed and not quiet:
+        error_console().print(Text(f"Going on with the interrupted run in {plan.folder} (--fresh starts again)."))
+    with ProgressLine(plan.budget.evaluations, quiet=quiet) as progress:
+        estimate = identify_study(
+            plan.study,
+            plan.optimizer,
+            budget=plan.budget,
+            seed=plan.seed,
+            checkpoint=checkpoint,
+            progress=progress,
+            cross_validate=plan.cross_validate,
+            profile=plan.profile,
+            threads=threads,
+            workers=workers,
+        )
+        progress.show("Writing the result", now=False)
+        estimate.save(plan.folder)
+        report = _report(estimate, plan)
+    code = str(estimate.outcome["code"])
+    if code != "interrupted":
+        checkpoint.unlink(missing_ok=True)
+    show(estimate)
+    where = [f"Result: {plan.folder}"] + ([f"Report: {report}"] if report else [])
+    for line in where:
+        say(line)
+    if code == "interrupted":
+        say("Interrupted: this is the best so far. Run the same command again to go on.", style="yellow")
+    data = {**summary(estimate), "folder": str(plan.folder), "report": str(report) if report else None}
+    return Result(data, {"interrupted": 130, "failed": 1}.get(code, 0))
+
+
+def _report(estimate: Estimate, plan: Plan) -> Path | None:
+    if not plan.report:
+        return None
+    from seatruth.report import write_report
+
+    path = plan.folder / "report.html"
+    write_report(estimate, path)
+    return path
+
+
+def summary(estimate: Estimate) -> dict[str, Any]:
+    """The estimate as `--json` gives it."""
+    return {
+        "study": estimate.study,
+        "model": estimate.model,
+        "synthetic": estimate.synthetic,
+        "seed": estimate.seed,
+        "optimizer": estimate.optimizer,
+        "cost": estimate.cost,
+        "outcome": estimate.outcome,
+        "parameters": estimate.parameters,
+        "nuisances": estimate.nuisances,
+        "identifiability": estimate.identifiability,
+        "fit": estimate.fit,
+        "cross_validation": estimate.cross_validation,
+        "findings": [vars(finding) for finding in estimate.findings],
+        "discretisation": estimate.discretisation,
+        "provenance": estimate.provenance,
+    }
+
+
+def show(estimate: Estimate) -> None:
+    """The result in the terminal: parameters, what cannot be told apart, the fit, how it ended."""
+    if estimate.synthetic:
+        say("SYNTHETIC: these trials were made by a simulator.", style="bold yellow")
+    outcome = estimate.outcome
+    say(f"{outcome['code']}: {outcome['reason']}", style="bold" if outcome["code"] != "failed" else "bold red")
+    diverged = f", {outcome['diverged']} diverged" if outcome.get("diverged") else ""
+    say(f"{outcome['evaluations']} evaluations in {outcome['wall_s']:.1f} s{diverged}\n")
+    console().print(_parameters(estimate.parameters))
+    for weak in estimate.identifiability.get("weak", [])[:_MOST_NOTES]:
+        say(f"! {weak['sentence']}", style="yellow")
+    say("")
+    console().print(_fit(estimate.fit))
+    if estimate.cross_validation is not None:
+        say("\nLeft out in turn and predicted:")
+        console().print(_cross_validation(estimate.cross_validation))
+    grave = [finding for finding in estimate.findings if finding.severity != "note"]
+    for finding in grave[:_MOST_NOTES]:
+        say(str(finding), style="yellow")
+    if len(grave) > _MOST_NOTES:
+        say(f"and {len(grave) - _MOST_NOTES} more findings about the data: see the report, or `seatruth check`.")
+    say("")
+
+
+def _parameters(frame: pd.DataFrame) -> Any:
+    rows = [
+        [
+            str(name),
+            _value(row["value"], row["stderr"]),
+            _number(row["stderr"], 2),
+            f"{_number(row['lower'])} to {_number(row['upper'])}" if math.isfinite(row["lower"]) else "",
+            "" if row["unit"] == "1" else str(row["unit"]),
+            str(row["verdict"]),
+        ]
+        for name, row in frame.iterrows()
+    ]
+    columns = ["parameter", "value", "std. error", "95 % interval", "unit", "verdict"]
+    return table(columns, rows, numbers=("value", "std. error"))
+
+
+def _fit(frame: pd.DataFrame) -> Any:
+    shown = frame.reset_index() if frame.index.name or frame.index.nlevels > 1 else frame
+    rows = [
+        [
+            str(row["trial"]) + (" (held out)" if row["held_out"] else ""),
+            str(row["channel"]),
+            _number(row["rmse"], 3),
+            _number(row["noise"], 3),
+            _number(row["ratio"], 3),
+            _number(row["rmse_start"], 3),
+        ]
+        for _, row in shown.iterrows()
+    ]
+    columns = ["trial", "channel", "RMSE", "noise", "ratio", "before"]
+    return table(columns, rows, numbers=columns[2:])
+
+
+def _cross_validation(frame: pd.DataFrame) -> Any:
+    shown = frame.reset_index() if frame.index.name or frame.index.nlevels > 1 else frame
+    numbers = [column for column in shown.columns if column not in ("trial", "channel")]
+    rows = [
+        [str(row["trial"]), str(row["channel"]), *(_number(row[c], 3) for c in numbers)] for _, row in shown.iterrows()
+    ]
+    return table(["trial", "channel", *map(str, numbers)], rows, numbers=list(map(str, numbers)))
+
+
+def _value(value: float, error: float) -> str:
+    """A value with the digits that its standard error leaves it."""
+    if not (math.isfinite(error) and error > 0 and math.isfinite(value) and value != 0):
+        return _number(value)
+    digits = math.ceil(math.log10(abs(value) / error)) + 2 if abs(value) > error else 2
+    return _number(value, min(max(digits, 2), 10))
+
+
+def _number(value: float, digits: int = 4) -> str:
+    return "" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def names(text: str | None) -> list[str]:
+    """The names in a comma-separated list."""
+    return [part.strip() for part in (text or "").split(",") if part.strip()]

@@ -1,0 +1,55 @@
+"""`seatruth init LOG.csv`: a commented study file, guessed from the log's columns."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from seatruth.commands.common import JsonFile, Result, say, write_text
+from seatruth.errors import BadInput
+from seatruth.study import load_model
+from seatruth.studyfile.template import template
+from seatruth.trials import read_columns
+
+
+def init(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recorded run: CSV, Parquet or MATLAB file.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="STUDY.toml", help="Study file to write [LOG's name.toml].")
+    ] = None,
+    model: Annotated[str, typer.Option("--model", help='Model: a name of the list, or "file.py:ClassName".')] = "mmg",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing study file.")] = False,
+    json_file: JsonFile = None,
+) -> Result:
+    """Write a commented study file, guessed from a log's columns."""
+    target = output or log.with_suffix(".toml")
+    if target.exists() and not force:
+        raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")
+    if target.resolve() == log.resolve():
+        raise BadInput("the study file would replace the log", where=str(target), do="Choose another name with -o.")
+    frame = read_columns(log)
+    folder = target.parent
+    text, notes = template(_relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
+    write_text(target, text)
+    say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}")
+    for note in notes:
+        say(f"To do: {note}", style="yellow")
+    return Result({"study": str(target), "log": str(log), "columns": list(map(str, frame.columns)), "to_do": notes})
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """The path as the study file names it: relative to its folder, with forward slashes."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return path.resolve().as_posix()
+
+
+def _model_use(use: str, folder: Path) -> str:
+    if ".py:" not in use:
+        return use
+    path, _, name = use.rpartition(":")
+    return f"{_relative(Path(path), folder)}:{name}"

@@ -1,0 +1,176 @@
+"""`seatruth list models|effects|optimizers|costs`: what is installed, plug-ins included."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from seatruth.commands.common import JsonFile, Result, console, say, table
+from seatruth.errors import SeatruthError
+from seatruth.models.parameter import Parameter
+from seatruth.studyfile import model_file, models
+from seatruth.studyfile.reference import kind
+from seatruth.studyfile.schema import COST_KEYS, CostTable
+
+
+class What(StrEnum):
+    """What can be listed."""
+
+    models = "models"
+    effects = "effects"
+    optimizers = "optimizers"
+    costs = "costs"
+
+
+def listing(
+    what: Annotated[What, typer.Argument(help="What to list.", show_choices=True)],
+    long: Annotated[bool, typer.Option("--long", "-l", help="Also parameters and options.")] = False,
+    json_file: JsonFile = None,
+) -> Result:
+    """List what is installed, plug-ins included."""
+    entries, columns = _LISTS[what]()
+    shown = [column for column in columns if any(entry.get(column) for entry in entries)]
+    rows = [[_cell(entry.get(column)) for column in shown] for entry in entries]
+    console().print(table([column.capitalize() for column in shown], rows))
+    if not entries:
+        say(f"No {what.value} are installed.")
+    if long:
+        for entry in entries:
+            _details(entry)
+    return Result({what.value: entries})
+
+
+def _details(entry: Mapping[str, Any]) -> None:
+    """The parameters or options of one entry, with its own words."""
+    say("")
+    say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
+    if entry.get("about"):
+        say(entry["about"])
+    for part in ("parameters", "options", "sets"):
+        values = entry.get(part)
+        if not values:
+            continue
+        if not isinstance(values[0], dict):
+            say(f"{part}: {', '.join(values)}")
+            continue
+        columns = list(values[0])
+        console().print(table(columns, [[_cell(value[column]) for column in columns] for value in values]))
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(str(item) for item in value)
+    return str(value)
+
+
+def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.optimizers import available
+
+    entries: list[dict[str, Any]] = [
+        {
+            "name": info.name,
+            "title": info.title,
+            "needs": sorted(info.needs),
+            "package": info.package,
+            "error": info.error,
+            "about": info.doc,
+            "options": [
+                {"option": option.name, "is": option.kind, "default": _cell(option.default), "means": option.doc}
+                for option in info.options
+            ],
+        }
+        for info in available().values()
+    ]
+    return entries, ("name", "title", "needs", "error")
+
+
+_COSTS = {
+    "trajectory": "Open-loop output error: simulate each run from its first state and compare it with the record",
+    "regression": "Equation error: fit the accelerations equation by equation, without simulating",
+    "formula": "A static formula fitted to a table",
+}
+
+
+def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    fields = CostTable.model_fields
+    entries = [
+        {
+            "name": name,
+            "title": title,
+            "options": [
+                {
+                    "option": key,
+                    "is": kind(fields[key].annotation).replace("`", ""),
+                    "means": fields[key].description or "",
+                }
+                for key in COST_KEYS[name]
+            ],
+        }
+        for name, title in _COSTS.items()
+    ]
+    return entries, ("name", "title")
+
+
+def _models() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    entries = []
+    for name in sorted(models.names()):
+        entry: dict[str, Any] = {"name": name}
+        try:
+            found = models.plugin(name)
+            model = model_file.instance(found, f"model {name!r}")
+        except SeatruthError as problem:
+            entries.append({**entry, "error": problem.message})
+            continue
+        entry |= {
+            "title": model.title,
+            "kind": model.kind,
+            "states": [channel.name for channel in model.states],
+            "inputs": [channel.name for channel in model.inputs],
+            "outputs": [channel.name for channel in model.outputs],
+            "source": model.source,
+            "sets": models.parameter_sets(found),
+            "parameters": [_parameter(parameter) for parameter in model.parameters],
+        }
+        entries.append(entry)
+    return entries, ("name", "title", "kind", "inputs", "outputs", "error")
+
+
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "parameter": parameter.name,
+        "value": parameter.value,
+        "unit": parameter.unit,
+        "means": parameter.description,
+    }
+
+
+def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.effects import available
+
+    entries = [
+        {
+            "name": name,
+            "title": getattr(effect, "title", ""),
+            "about": inspect.getdoc(effect) or "",
+            "error": getattr(effect, "error", ""),
+            "parameters": [_parameter(parameter) for parameter in getattr(effect, "parameters", ())],
+        }
+        for name, effect in available().items()
+    ]
+    return entries, ("name", "title", "error")
+
+
+_LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
+    What.models: _models,
+    What.effects: _effects,
+    What.optimizers: _optimizers,
+    What.costs: _costs,
+}
