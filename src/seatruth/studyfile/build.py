@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seatruth.models.parameter import Parameter
-from seatruth.studyfile import models, noise, parameters, trial_files
+from seatruth.studyfile import expressions, models, noise, parameters, trial_files
 from seatruth.studyfile.problems import Problems
 from seatruth.studyfile.schema import COST_KEYS, StudyFile
 
@@ -28,6 +28,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)
+    expressions.check(declared, file.model.constraints, problems)
     if not any(parameter.vary for parameter in declared):
         problems.add(
             ("model", "vary"), "no parameter varies", "Name those to identify: vary = [...] in [model], or vary = true."
