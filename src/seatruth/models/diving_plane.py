@@ -4,7 +4,7 @@ Equations: models of the Gertler-Hagen family as used by Xu, Zou et al. 2012 for
 are lost, the form here is a reconstruction [R]. Values: NPS AUV II, [L] Healey and Lienard 1993; those marked [S] are
 chosen here (the cross-flow integrals are replaced by quadratic terms). Origin at the centre of gravity, weight equals
 buoyancy, the centre of buoyancy above (z_B < 0). Body axes x forward, z down; q > 0 nose up; a positive stern plane
-pitches the nose down.
+pitches the nose down (running astern, up: its force goes with u |u|, which is the published u^2 ahead).
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class DivingPlane(Model):
         u, w, q = s.u - e.u_c, s.w - e.w_c, s.q
         r2 = 0.5 * p.rho * p.L * p.L
         r3, r4, r5 = r2 * p.L, r2 * p.L * p.L, r2 * p.L * p.L * p.L
-        plane = u * u * i.delta_s
+        plane = u * abs(u) * i.delta_s
         X = r2 * (p.X_uu * u * abs(u) + p.X_ww * w * w) + r3 * p.X_wq * w * q + r4 * p.X_qq * q * q + p.X_T
         Z = (
             r2 * (p.Z_0 * u * u + p.Z_w * u * w + p.Z_aw * u * abs(w) + p.Z_waw * w * abs(w) + p.Z_ds * plane)

@@ -1,0 +1,101 @@
+"""A user's own simulator as a model: a Python callable that turns a trial and parameters into output records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.models.base import Model
+from seatruth.models.parameter import Parameter
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
+
+Array = NDArray[np.float64]
+Function = Callable[[Trial, dict[str, float], dict[str, float] | None], Mapping[str, Any]]
+
+
+class BlackBox(Model):
+    """A simulator that seatruth can run but not look into.
+
+    `function(trial, parameters, first_state)` returns the outputs by name, each (n,) on the trial's own time axis;
+    `parameters` holds all parameters by name, `first_state` the states at the trial's first sample by name, or None
+    where no states are declared. It must not change the trial and must give the same answer to the same question.
+    Numbers that are not finite mean that this run diverged. Derivatives are finite differences.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        function: Function,
+        *,
+        inputs: Sequence[Channel],
+        outputs: Sequence[Channel],
+        parameters: Sequence[Parameter],
+        states: Sequence[Channel] = (),
+        kind: str = "",
+        title: str = "",
+        source: str = "",
+    ) -> None:
+        self.name, self.function = name, function
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
+        self.parameters, self.states = tuple(parameters), tuple(states)
+        self.kind, self.title, self.source = kind, title or f"black box {name}", source
+        self._check()
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        """A black box has no equations: it is simulated as a whole, by `run`."""
+        raise PluginError("a black box has no equations", do="Simulate it with `run`.")
+
+    def run(self, trial: Trial, parameters: Mapping[str, float], first_state: Mapping[str, float] | None) -> Array:
+        """The simulated outputs, shape (n, n_outputs) in the order of `outputs`; checked, copied.
+
+        Raises PluginError if the function raises or returns something else than one (n,) array an output.
+        """
+        where = f"model {self.name!r}, trial {trial.name!r}"
+        try:
+            found = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
+        except Exception as problem:
+            raise PluginError(
+                f"its function raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
+            ) from problem
+        if not isinstance(found, Mapping):
+            raise PluginError(f"its function returned {type(found).__name__}, not a dict of outputs", where=where)
+        simulated = np.empty((len(trial), len(self.outputs)))
+        for column, output in enumerate(self.outputs):
+            if output.name not in found:
+                raise PluginError(f"its function returned no {output.name!r}", where=where)
+            try:
+                values = np.asarray(found[output.name], dtype=np.float64)
+            except (TypeError, ValueError):
+                raise PluginError(f"its {output.name!r} holds something that is no number", where=where) from None
+            if values.shape != (len(trial),):
+                raise PluginError(
+                    f"its {output.name!r} has shape {values.shape}, the trial has ({len(trial)},)", where=where
+                )
+            simulated[:, column] = values
+        return simulated
+
+    def _check(self) -> None:
+        where = f"model {self.name!r}"
+        if not callable(self.function):
+            raise BadInput("its function cannot be called", where=where)
+        if not self.outputs:
+            raise BadInput("it declares no outputs", where=where)
+        for label in ("states", "inputs", "outputs", "parameters"):
+            names = [field.name for field in getattr(self, label)]
+            twice = sorted({n for n in names if names.count(n) > 1})
+            if twice:
+                raise BadInput(f"{label} lists {twice[0]!r} twice", where=where)
+            bad = [n for n in names if not n.isidentifier() or n.startswith("_")]
+            if bad:
+                raise BadInput(f"{bad[0]!r} cannot name one of its {label}", where=where, do="Use an identifier.")
+        known = [output.name for output in self.outputs]
+        for state in self.states:
+            if state.name not in known:
+                hint = nearest(state.name, known)
+                raise BadInput(f"state {state.name!r} is not an output, so no trial can start it", where=where, do=hint)

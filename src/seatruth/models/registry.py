@@ -1,0 +1,100 @@
+"""The models that are installed, found through the entry points of every installed package, and a user's own."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any
+
+from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
+from seatruth.models.base import Model
+from seatruth.models.user_file import is_file, load_object
+
+GROUP = "seatruth.models"
+
+
+def available() -> dict[str, type[Model]]:
+    """Installed model classes by name; those that cannot be loaded are in `broken()`."""
+    found = {}
+    for name in sorted(_points()):
+        try:
+            found[name] = _load(name)
+        except PluginError:
+            continue
+    return found
+
+
+def broken() -> dict[str, str]:
+    """Installed models that cannot be loaded, each with the reason."""
+    reasons = {}
+    for name in sorted(_points()):
+        try:
+            _load(name)
+        except PluginError as problem:
+            reasons[name] = problem.message
+    return reasons
+
+
+def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str | None = None) -> Model:
+    """A model by its installed name, or from a user's file as "path.py:ClassName" relative to `base_dir`.
+
+    `parameter_set` picks one of the sets of values that the model offers in `sets`. BadInput names the nearest known
+    name; PluginError says where the plug-in raised.
+    """
+    if is_file(spec):
+        found, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec
+    else:
+        known = _points()
+        if spec not in known:
+            raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName".')
+        found, where = _load(spec), f"model {spec!r}"
+    if parameter_set is None:
+        return _instance(found, (), where)
+    sets = tuple(getattr(found, "sets", ()))
+    if parameter_set not in sets:
+        what = f"there is no parameter set {parameter_set!r}" if sets else "it offers no parameter sets"
+        raise BadInput(what, where=where, do=nearest(parameter_set, sets))
+    return _instance(found, (parameter_set,), where)
+
+
+def _points() -> dict[str, list[EntryPoint]]:
+    """Entry points by name; the same object registered twice (a package seen on two paths) counts once."""
+    points: dict[str, list[EntryPoint]] = {}
+    for point in entry_points(group=GROUP):
+        same = points.setdefault(point.name, [])
+        if all(point.value != other.value for other in same):
+            same.append(point)
+    return points
+
+
+def _load(name: str) -> type[Model]:
+    """The model class behind an installed name, or PluginError."""
+    points = _points()[name]
+    where = f"model {name!r} ({points[0].value})"
+    if len(points) > 1:
+        several = ", ".join(point.value for point in points)
+        raise PluginError(f"several packages provide it: {several}", where=where, do="Uninstall one.")
+    try:
+        plugin = points[0].load()
+    except Exception as problem:
+        raise PluginError(f"it cannot be loaded ({type(problem).__name__}: {problem})", where=where) from problem
+    if not (isinstance(plugin, type) and issubclass(plugin, Model)):
+        raise PluginError("it is not a Model", where=where, do="Derive the class from seatruth.models.Model.")
+    return plugin
+
+
+def _instance(found: Any, arguments: tuple[str, ...], where: str) -> Model:
+    """A model from a Model class, a Model, or a function that makes one."""
+    made = found
+    if callable(found) and not isinstance(found, Model):
+        try:
+            made = found(*arguments)
+        except SeatruthError:
+            raise
+        except Exception as problem:
+            raise PluginError(
+                f"making it raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
+            ) from problem
+    if not isinstance(made, Model):
+        raise BadInput("it is no Model", where=where, do="Derive the class from seatruth.models.Model.")
+    return made

@@ -1,0 +1,93 @@
+"""A user's own model from a Python file, "my_ship.py:MyShip"."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import linecache
+import sys
+import traceback
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
+
+
+def is_file(spec: str) -> bool:
+    """Whether a model is named by its file rather than by its installed name."""
+    return ":" in spec or spec.endswith(".py") or "/" in spec
+
+
+def load_object(spec: str, folder: Path) -> Any:
+    """The class or object behind "file.py:Name", relative to `folder`; runs that file and no other.
+
+    BadInput if there is no such file or name or it is not Python, PluginError if running it raises; both name the
+    line.
+    """
+    path_text, _, name = spec.rpartition(":") if ".py:" in spec else (spec, "", "")
+    path = folder / path_text
+    if path.suffix != ".py":
+        raise BadInput(f"{spec!r} names no Python file", do='Write it as "file.py:ClassName".')
+    try:
+        source = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        beside = [entry.name for entry in path.parent.glob("*.py")] if path.parent.is_dir() else []
+        raise BadInput(
+            f"there is no model file {path_text!r}", do=nearest(path.name, beside) or f"Looked in {folder}."
+        ) from None
+    except (OSError, UnicodeDecodeError, ValueError) as problem:
+        raise BadInput(f"the model file {path_text!r} cannot be read ({problem})") from None
+    known = _defined(source, path_text)
+    if not name:
+        raise BadInput(f"{spec!r} names no class", do=f'Write it as "{path_text}:{(known or ["ClassName"])[0]}".')
+    found = getattr(_run(source, path, path_text), name, None)
+    if found is None:
+        raise BadInput(f"{path_text} defines no {name!r}", do=nearest(name, known))
+    return found
+
+
+def _defined(source: str, name: str) -> list[str]:
+    """What the file defines at its top level; BadInput for a file that is not Python."""
+    try:
+        tree = ast.parse(source, filename=name)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as problem:
+        line = getattr(problem, "lineno", None)
+        raise BadInput(
+            f"it is not valid Python ({getattr(problem, 'msg', problem)})",
+            where=f"{name}, line {line}" if line else name,
+            do="Correct the model file.",
+        ) from None
+    defined = [node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
+    for node in tree.body:
+        if isinstance(node, ast.Assign):
+            defined += [target.id for target in node.targets if isinstance(target, ast.Name)]
+    return defined
+
+
+def _run(source: str, path: Path, name: str) -> ModuleType:
+    """Runs the file as a module of its own.
+
+    It is compiled from the text just read, never from a stored .pyc, so an edit within the clock's resolution counts;
+    and it is found by `inspect`, from which the engine takes the equations.
+    """
+    full = path.resolve()
+    module = ModuleType(f"seatruth_user_{path.stem}_{hashlib.sha256(str(full).encode()).hexdigest()[:12]}")
+    module.__file__ = str(full)
+    linecache.checkcache(str(full))
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(source, str(full), "exec"), module.__dict__)
+    except SeatruthError:
+        raise
+    except Exception as problem:
+        frames = [frame for frame in traceback.extract_tb(problem.__traceback__) if frame.filename == str(full)]
+        line = frames[-1].lineno if frames else None
+        raise PluginError(
+            f"running it raised {type(problem).__name__}: {problem}",
+            where=f"{name}, line {line}" if line else name,
+            do="Correct the model file.",
+        ) from problem
+    except SystemExit:
+        raise PluginError("running it ended the program", where=name, do="A model file only defines a model.") from None
+    return module
