@@ -123,14 +123,12 @@ def test_list_costs_says_what_the_study_file_takes(capsys: pytest.CaptureFixture
 
 
 def test_a_model_plugin_that_cannot_be_loaded_is_listed_with_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    from importlib.metadata import EntryPoint
+    from seatruth import models
 
-    from seatruth.studyfile import models
-
-    broken = EntryPoint("broken", "no_such_package:Ship", "seatruth.models")
-    monkeypatch.setattr(models, "names", lambda: {"broken": broken})
-    result = listing.listing(listing.What.models)
-    assert "no_such_package" in result.data["models"][0]["error"]
+    monkeypatch.setattr(models, "broken", lambda: {"a_broken_one": "no module named 'x'"})
+    found = {entry["name"]: entry for entry in listing.listing(listing.What.models).data["models"]}
+    assert "no module named" in found["a_broken_one"]["error"]
+    assert "delta" in found["mmg"]["inputs"]
 
 
 def test_an_optimizer_added_as_one_file_is_listed(tmp_path: Path) -> None:

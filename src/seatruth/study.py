@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
-from seatruth.models.base import Model
 from seatruth.optimizers import Budget, Optimizer
-from seatruth.studyfile import build, models, solver
+from seatruth.studyfile import build, solver
 from seatruth.studyfile.lines import Lines
 from seatruth.studyfile.problems import Problems, add_schema_errors
 from seatruth.studyfile.schema import StudyFile
@@ -156,11 +155,6 @@ def read_text(path: str | Path) -> str:
     except UnicodeDecodeError as problem:
         line = data.count(b"\n", 0, problem.start) + 1
         raise BadInput("it is not UTF-8 text", where=f"{file}, line {line}", do="Save it as UTF-8.") from None
-
-
-def load_model(use: str, folder: Path, parameter_set: str | None = None) -> Model:
-    """A model by its installed name or as "file.py:ClassName", relative to `folder`."""
-    return models.load(use, folder, parameter_set)
 
 
 def _siblings(file: Path) -> str:

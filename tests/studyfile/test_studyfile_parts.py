@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seatruth.errors import BadInput, PluginError
-from seatruth.models.base import Model
+from seatruth.models import Model, load_model
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Chain
 from seatruth.study import parse
-from seatruth.studyfile import model_file, noise, parameters, solver, trial_files
+from seatruth.studyfile import noise, parameters, solver, trial_files
 from seatruth.studyfile.problems import Problems
 from seatruth.studyfile.schema import ModelTable
 from seatruth.trials import Trials
@@ -70,7 +70,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def ship(folder: Path) -> Model:
-    return model_file.instance(model_file.load("ship.py:Nomoto", folder), "ship.py:Nomoto")
+    return load_model("ship.py:Nomoto", folder)
 
 
 def read(text: str, folder: Path) -> tuple[Trials, Trials]:
@@ -204,40 +204,6 @@ def test_noise_is_read_with_its_unit(value: float | str, unit: str, expected: fl
 def test_impossible_noise_is_refused(value: float | str) -> None:
     with pytest.raises(BadInput):
         noise.deviation(value, "rad")
-
-
-@pytest.mark.parametrize(
-    ("use", "source", "words"),
-    [
-        ("ship.py:Nomotto", SHIP, ["no 'Nomotto'", "Did you mean 'Nomoto'"]),
-        ("shop.py:Nomoto", SHIP, ["no model file 'shop.py'", "Did you mean 'ship.py'"]),
-        ("ship.py", SHIP, ["names no class", '"ship.py:Nomoto"']),
-        ("ship.txt:Nomoto", SHIP, ["no Python file"]),
-        ("ship.py:Nomoto", "def broken(:\n", ["line 1", "not valid Python"]),
-        ("ship.py:Nomoto", "Nomoto = 3\n", ["is no Model"]),
-        ("ship.py:Nomoto", SHIP.replace('"r", "rad/s"),', '"r", "rad/s"), Channel("w", "m/s"),', 1), ["'w'"]),
-    ],
-)
-def test_wrong_model_files_are_refused(tmp_path: Path, use: str, source: str, words: list[str]) -> None:
-    (tmp_path / "ship.py").write_text(source)
-    with pytest.raises(BadInput) as caught:
-        model_file.instance(model_file.load(use, tmp_path), use)
-    for word in words:
-        assert word in caught.value.message
-
-
-@pytest.mark.parametrize("line", ["1 / 0", "raise SystemExit(3)", "import no_such_module_at_all"])
-def test_a_model_file_that_raises_is_one_message_with_its_line(tmp_path: Path, line: str) -> None:
-    (tmp_path / "ship.py").write_text(f"{SHIP}\n{line}\n")
-    with pytest.raises(PluginError, match=r"ship\.py"):
-        model_file.load("ship.py:Nomoto", tmp_path)
-
-
-def test_an_edited_model_file_is_read_afresh(folder: Path) -> None:
-    assert ship(folder).parameter("T").value == 10.0
-    (folder / "ship.py").write_text(SHIP.replace("10.0", "20.0"))
-    assert ship(folder).parameter("T").value == 20.0
-    assert not (folder / "__pycache__").exists()
 
 
 def solved(text: str) -> object:

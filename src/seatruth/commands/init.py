@@ -10,7 +10,7 @@ import typer
 
 from seatruth.commands.common import JsonFile, Result, say, write_text
 from seatruth.errors import BadInput
-from seatruth.study import load_model
+from seatruth.models import load_model
 from seatruth.studyfile.template import template
 from seatruth.trials import read_columns
 

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 import typer
 
+from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
-from seatruth.studyfile import model_file, models
 from seatruth.studyfile.reference import kind
 from seatruth.studyfile.schema import COST_KEYS, CostTable
 
@@ -38,6 +38,9 @@ def listing(
     console().print(table([column.capitalize() for column in shown], rows))
     if not entries:
         say(f"No {what.value} are installed.")
+    for entry in entries:
+        if entry.get("error"):
+            say(f"! {entry['error']}", style="yellow")
     if long:
         for entry in entries:
             _details(entry)
@@ -89,7 +92,7 @@ def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
         }
         for info in available().values()
     ]
-    return entries, ("name", "title", "needs", "error")
+    return entries, ("name", "title", "needs")
 
 
 _COSTS = {
@@ -120,27 +123,27 @@ def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
 
 
 def _models() -> tuple[list[dict[str, Any]], Sequence[str]]:
-    entries = []
-    for name in sorted(models.names()):
-        entry: dict[str, Any] = {"name": name}
+    entries: list[dict[str, Any]] = [{"name": name, "error": reason} for name, reason in models.broken().items()]
+    for name in models.available():
         try:
-            found = models.plugin(name)
-            model = model_file.instance(found, f"model {name!r}")
+            model = models.load_model(name)
         except SeatruthError as problem:
-            entries.append({**entry, "error": problem.message})
+            entries.append({"name": name, "error": problem.message})
             continue
-        entry |= {
-            "title": model.title,
-            "kind": model.kind,
-            "states": [channel.name for channel in model.states],
-            "inputs": [channel.name for channel in model.inputs],
-            "outputs": [channel.name for channel in model.outputs],
-            "source": model.source,
-            "sets": models.parameter_sets(found),
-            "parameters": [_parameter(parameter) for parameter in model.parameters],
-        }
-        entries.append(entry)
-    return entries, ("name", "title", "kind", "inputs", "outputs", "error")
+        entries.append(
+            {
+                "name": name,
+                "title": model.title,
+                "kind": model.kind,
+                "states": [channel.name for channel in model.states],
+                "inputs": [channel.name for channel in model.inputs],
+                "outputs": [channel.name for channel in model.outputs],
+                "source": model.source,
+                "sets": list(getattr(model, "sets", ())),
+                "parameters": [_parameter(parameter) for parameter in model.parameters],
+            }
+        )
+    return sorted(entries, key=lambda entry: str(entry["name"])), ("name", "title", "kind", "inputs", "outputs")
 
 
 def _parameter(parameter: Parameter) -> dict[str, Any]:
@@ -165,7 +168,7 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
         }
         for name, effect in available().items()
     ]
-    return entries, ("name", "title", "error")
+    return entries, ("name", "title")
 
 
 _LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
-from seatruth.studyfile import expressions, models, noise, parameters, trial_files
+from seatruth.studyfile import expressions, noise, parameters, trial_files
 from seatruth.studyfile.problems import Problems
 from seatruth.studyfile.schema import COST_KEYS, StudyFile
 
@@ -23,7 +24,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         return None
     model = None
     with problems.at("model", "use"):
-        model = models.load(file.model.use, source.parent, file.model.set)
+        model = load_model(file.model.use, source.parent, file.model.set)
     found = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None

@@ -10,8 +10,10 @@ from seatruth.models.parameter import Parameter
 from seatruth.studyfile.problems import Problems
 
 FUNCTIONS = frozenset(
-    ("abs", "min", "max", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2")
-    + ("sinh", "cosh", "tanh", "hypot", "copysign")
+    (
+        *("abs", "min", "max", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
+        *("sinh", "cosh", "tanh", "hypot", "copysign"),
+    )
 )
 _LONGEST = 500
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.UAdd, ast.USub)

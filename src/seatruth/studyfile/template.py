@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from seatruth.trials import STANDARD_CHANNELS, Channel
 Numbers = NDArray[np.float64]
 _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
+_USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
+"""Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 
 
 def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str, list[str]]:
@@ -58,6 +61,7 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
 
 
 def _head(log: str, model: Model, use: str) -> list[str]:
+    sets = list(getattr(model, "sets", ()))
     return [
         f"# Study of {_one_line(log)}, written by `seatruth init`. Check every guess; the key reference is in",
         "# docs/study-file.md. Then: seatruth check THIS.toml, and seatruth identify THIS.toml",
@@ -67,13 +71,15 @@ def _head(log: str, model: Model, use: str) -> list[str]:
         "seed = 1                      # the same seed gives the same result",
         "",
         "[model]",
-        f"use = {_text(use)}{'':<10}# {_one_line(model.title) or 'the model'}",
+        f"use = {_text(use)}   # {_one_line(model.title) or 'the model'}",
+        *([f"set = {_text(sets[0])}   # parameter set; there are: {', '.join(sets)}"] if sets else []),
     ]
 
 
 def _parameters(model: Model) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
-    free = declared or [p.name for p in model.parameters if p.tie is None][-4:]
+    bounded = [p.name for p in model.parameters if p.tie is None and math.isfinite(p.min) and math.isfinite(p.max)]
+    free = declared or [name for name in bounded if name in _USUAL] or bounded[:4] or [model.parameters[0].name]
     listing = ", ".join(_text(name) for name in free)
     others = [p for p in model.parameters if p.name not in free]
     lines = [
