@@ -122,7 +122,7 @@ NORTH = Channel("x", "m", "midship position, along psi = 0")
 EAST = Channel("y", "m", "midship position, to starboard of x")
 HEADING = Channel("psi", "rad", "heading, clockwise", angle=True)
 RUDDER = Channel("delta", "rad", "rudder angle, positive turns to starboard")
-REVOLUTIONS = Channel("n", "1/s", "propeller revolutions, negative astern")
+REVOLUTIONS = Channel("n", "rev/s", "propeller revolutions, negative astern")
 
 
 class MMGShip(Model):
