@@ -1,0 +1,45 @@
+"""Manoeuvres: simulated in closed loop to make trials, and their figures from any trial."""
+
+from seatruth.manoeuvres.figures import (
+    TurningCircleFigures,
+    ZigzagFigures,
+    turning_circle_figures,
+    zigzag_figures,
+)
+from seatruth.manoeuvres.plans import (
+    CoastDown,
+    Manoeuvre,
+    PitchZigzag,
+    SpeedSteps,
+    Spiral,
+    Straight,
+    TurningCircle,
+    Zigzag,
+)
+from seatruth.manoeuvres.run import (
+    Stepper,
+    add_noise,
+    run_manoeuvre,
+    self_propulsion,
+    steady_current,
+)
+
+__all__ = [
+    "CoastDown",
+    "Manoeuvre",
+    "PitchZigzag",
+    "SpeedSteps",
+    "Spiral",
+    "Stepper",
+    "Straight",
+    "TurningCircle",
+    "TurningCircleFigures",
+    "Zigzag",
+    "ZigzagFigures",
+    "add_noise",
+    "run_manoeuvre",
+    "self_propulsion",
+    "steady_current",
+    "turning_circle_figures",
+    "zigzag_figures",
+]

@@ -1,0 +1,207 @@
+"""Trials made by simulation: a model sails a manoeuvre in closed loop, step by step in plain Python.
+
+The engine replays the result open loop: the recorded inputs are those that acted, linear between samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from seatruth.errors import BadInput, nearest
+from seatruth.manoeuvres.plans import Manoeuvre
+from seatruth.models.base import Model, Surroundings, call, record, takes_surroundings
+from seatruth.trials.trial import Trial
+
+Array = NDArray[np.float64]
+Around = Callable[[float, Any], Surroundings]
+"""From the time and the state to what acts on the vehicle."""
+
+
+def steady_current(speed: float, direction: float) -> Around:
+    """A current of `speed` (m/s) that runs towards `direction` (rad, clockwise from +x), the same everywhere."""
+
+    def around(t: float, s: Any) -> Surroundings:
+        u_c, v_c = speed * math.cos(direction - s.psi), speed * math.sin(direction - s.psi)
+        return Surroundings(t=t, u_c=u_c, v_c=v_c, du_c=s.r * v_c, dv_c=-s.r * u_c)
+
+    return around
+
+
+def run_manoeuvre(
+    model: Model,
+    manoeuvre: Manoeuvre,
+    values: Mapping[str, float] | None = None,
+    *,
+    dt: float = 0.1,
+    first_state: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] | None = None,
+    rudder_rate: float = math.radians(5.0),
+    limit: float = 3600.0,
+    around: Around | None = None,
+    name: str | None = None,
+) -> Trial:
+    """Sails `manoeuvre` with `model` and returns the record, without noise, labelled synthetic.
+
+    `values` replaces nominal parameter values; `first_state` sets states that do not start at zero ({"u": 1.2});
+    `inputs` sets the inputs that the manoeuvre does not order ({"n": 11.85}). Rudders and planes follow their orders
+    at `rudder_rate` (rad/s), all else within one step; within a step inputs are linear. `dt` (s) is both the step
+    (classical Runge-Kutta) and the sampling interval. The run ends with the manoeuvre or after `limit` seconds.
+
+    BadInput if the manoeuvre needs an input or output that the model does not have, or if the motion diverges.
+    """
+    if not dt > 0 or not rudder_rate > 0:
+        raise BadInput("dt and rudder_rate must be positive", where="run_manoeuvre")
+    stepper = Stepper(model, values, around)
+    state = stepper.first(first_state or {})
+    now = {channel.name: 0.0 for channel in model.inputs}
+    _known(inputs or {}, now, f"model {model.name!r}: input")
+    now.update(inputs or {})
+    helm = manoeuvre.helm()
+    times, states, taken = [0.0], [state], []
+    fastest = rudder_rate * dt
+    for step in range(round(limit / dt) + 1):
+        t = step * dt
+        try:
+            orders = helm(t, stepper.outputs(state, now))
+        except KeyError as missing:
+            raise BadInput(f"{manoeuvre.label} watches {missing}, which is no output of model {model.name!r}") from None
+        taken.append(now)
+        if orders is None or t + dt > limit + 1e-9:
+            break
+        then = dict(now)
+        for channel, order in _for_model(orders, then, manoeuvre, model).items():
+            limited = channel in ("delta", "delta_s")
+            then[channel] = now[channel] + max(-fastest, min(fastest, order - now[channel])) if limited else order
+        state = stepper.step(t, state, now, then, dt)
+        if not all(math.isfinite(x) for x in state):
+            raise BadInput(f"the motion diverges at t = {t:g} s", where=f"{manoeuvre.label}, model {model.name!r}")
+        times.append(t + dt)
+        states.append(state)
+        now = then
+    rows = [stepper.outputs(s, i) for s, i in zip(states, taken)]
+    return Trial(
+        name=name or manoeuvre.label,
+        t=np.array(times),
+        inputs={c.name: np.array([i[c.name] for i in taken]) for c in model.inputs},
+        outputs={c.name: np.array([row[c.name] for row in rows]) for c in model.outputs},
+        conditions={"manoeuvre": manoeuvre.label, "model": model.name},
+        source=f"simulated by model {model.name}",
+        synthetic=True,
+    )
+
+
+class Stepper:
+    """A model's equations with its parameters bound, and one Runge-Kutta step of them."""
+
+    def __init__(self, model: Model, values: Mapping[str, float] | None = None, around: Around | None = None) -> None:
+        nominal = model.nominal()
+        _known(values or {}, nominal, f"model {model.name!r}: parameter")
+        self.model, self.around = model, around
+        self.p = record("Parameters", model.parameters)(**{**nominal, **(values or {})})
+        self._state = record("States", model.states)
+        self._inputs = record("Inputs", model.inputs)
+        self._with_e = takes_surroundings(model.rhs)
+        if around is not None and not self._with_e:
+            raise BadInput(f"model {model.name!r} takes no surroundings", do="Add the argument e to its rhs.")
+
+    def first(self, given: Mapping[str, float]) -> tuple[float, ...]:
+        """All states, zero where not given."""
+        _known(given, {s.name: 0.0 for s in self.model.states}, f"model {self.model.name!r}: state")
+        return tuple(float(given.get(s.name, 0.0)) for s in self.model.states)
+
+    def rate(self, t: float, state: tuple[float, ...], inputs: Mapping[str, float]) -> tuple[float, ...]:
+        """d/dt of the states."""
+        s, i = self._state(*state), self._inputs(**inputs)
+        e = self.around(t, s) if self.around is not None else Surroundings(t=t)
+        arguments = (s, i, self.p, e) if self._with_e else (s, i, self.p)
+        return call(self.model.name, "rhs", self.model.rhs, *arguments)
+
+    def outputs(self, state: tuple[float, ...], inputs: Mapping[str, float]) -> dict[str, float]:
+        """Outputs by name."""
+        s, i = self._state(*state), self._inputs(**inputs)
+        if self.model.output is None:
+            return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
+        extra = (Surroundings(),) if takes_surroundings(self.model.output) else ()
+        found = call(self.model.name, "output", self.model.output, s, i, self.p, *extra)
+        return {c.name: float(y) for c, y in zip(self.model.outputs, found)}
+
+    def step(
+        self, t: float, state: tuple[float, ...], start: Mapping[str, float], end: Mapping[str, float], h: float
+    ) -> tuple[float, ...]:
+        """The state after `h`, inputs linear from `start` to `end`."""
+        middle = {name: 0.5 * (start[name] + end[name]) for name in start}
+        k1 = self.rate(t, state, start)
+        k2 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k1)), middle)
+        k3 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k2)), middle)
+        k4 = self.rate(t + h, tuple(x + h * d for x, d in zip(state, k3)), end)
+        return tuple(x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+
+
+def self_propulsion(model: Model, speed: float, values: Mapping[str, float] | None = None) -> float:
+    """Propeller revolutions (rev/s) at which the ship keeps `speed` (m/s) ahead on a straight course."""
+    stepper = Stepper(model, values)
+    if "n" not in {channel.name for channel in model.inputs}:
+        raise BadInput(f"model {model.name!r} has no propeller speed n")
+    state = stepper.first({"u": speed})
+    inputs = {channel.name: 0.0 for channel in model.inputs}
+    surge = [channel.name for channel in model.states].index("u")
+
+    def excess(n: float) -> float:
+        return stepper.rate(0.0, state, {**inputs, "n": n})[surge]
+
+    largest = 1.0
+    while excess(largest) < 0 and largest < 1e4:
+        largest *= 2.0
+    if not excess(0.0) < 0 <= excess(largest):
+        raise BadInput(f"no propeller speed keeps {speed:g} m/s", where=f"model {model.name!r}")
+    return float(brentq(excess, 0.0, largest, xtol=1e-12))
+
+
+def add_noise(
+    trial: Trial, sd: Mapping[str, float], rng: np.random.Generator, *, correlation: Mapping[str, float] | None = None
+) -> Trial:
+    """The trial with normal noise of standard deviation `sd` on the named outputs.
+
+    Noise is white, or with a correlation time (s) where `correlation` names one (a stationary Ornstein-Uhlenbeck
+    process at the trial's sample times).
+    """
+    times = correlation or {}
+    for given in (sd, times):
+        _known(given, trial.outputs, f"trial {trial.name!r}: output")
+    outputs = dict(trial.outputs)
+    for name in sorted(sd):
+        white = rng.standard_normal(len(trial))
+        if times.get(name, 0.0) > 0:
+            keep = np.exp(-np.diff(trial.t) / times[name])
+            for k, a in enumerate(keep):
+                white[k + 1] = a * white[k] + math.sqrt(1 - a * a) * white[k + 1]
+        outputs[name] = outputs[name] + sd[name] * white
+    return replace(trial, outputs=outputs)
+
+
+def _for_model(
+    orders: Mapping[str, float], inputs: Mapping[str, float], manoeuvre: Manoeuvre, model: Model
+) -> dict[str, float]:
+    """Orders under the model's own input names: a model with a steering gear takes `delta_order`."""
+    given = {}
+    for name, value in orders.items():
+        if name in inputs:
+            given[name] = value
+        elif f"{name}_order" in inputs:
+            given[f"{name}_order"] = value
+        elif value != 0.0:
+            raise BadInput(f"{manoeuvre.label} orders {name!r}, which is no input of model {model.name!r}")
+    return given
+
+
+def _known(given: Mapping[str, Any], known: Mapping[str, Any], what: str) -> None:
+    for name in given:
+        if name not in known:
+            raise BadInput(f"{what} {name!r} does not exist", do=nearest(name, known))
