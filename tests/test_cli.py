@@ -199,6 +199,17 @@ def test_init_says_what_it_could_not_guess(folder: Path, capsys: pytest.CaptureF
     assert "No column was recognised for any output" in shown
 
 
+def test_init_for_an_installed_model_states_rpm_as_rpm(folder: Path) -> None:
+    header = "t,x,y,psi,u,v,r,rudder,rpm"
+    rows = "\n".join(f"{k},{k},0,0.1,1.0,0,0,{10 if k % 4 else -10},{600 + k}" for k in range(20))
+    (folder / "run.csv").write_text(f"{header}\n{rows}\n")
+    assert call("init", "run.csv") == 0
+    data = tomllib.loads((folder / "run.toml").read_text())
+    assert data["model"] == {"use": "mmg", "set": "KVLCC2", "vary": ["Y_v", "Y_r", "N_v", "N_r"]}
+    assert data["channels"]["n"] == {"column": "rpm", "unit": "rpm"}
+    assert data["channels"]["delta"]["unit"] == "deg"
+
+
 def test_init_writes_an_unwrap_for_a_heading_that_wraps(folder: Path) -> None:
     rows = "\n".join(f"{k},{10 if k % 4 else -10},{(350 + 3 * k) % 360}" for k in range(20))
     (folder / "turn.csv").write_text(f"t,rudder,heading\n{rows}\n")
