@@ -169,8 +169,8 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
         return _os_problem(problem)
     if isinstance(problem, MemoryError):
         return 1, _message("MemoryError", "the machine has too little memory for this", "Use fewer or shorter trials.")
-    place = traceback.extract_tb(problem.__traceback__)[-1:] or [None]
-    at = f" ({Path(place[0].filename).name}, line {place[0].lineno})" if place[0] else ""
+    frames = traceback.extract_tb(problem.__traceback__)
+    at = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     return 1, _message(
         "Unexpected",
         f"unexpected {type(problem).__name__}{at}: {' '.join(str(problem).split())[:300]}",
