@@ -1,0 +1,184 @@
+"""The conformance suite of models. A third party's tests are
+
+    from seatruth.testing.models import ModelConformance
+
+    class TestMine(ModelConformance):
+        @pytest.fixture
+        def model(self):
+            return MyShip()
+
+and inherit every check below. `ranges` says over which states and inputs the model must stay finite, by channel name
+(for channels that it does not name, `RANGES` holds usual ones).
+"""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from seatruth.manoeuvres import Stepper
+from seatruth.models.base import Model, Surroundings, takes_surroundings
+from seatruth.units import is_unit
+
+Array = NDArray[np.float64]
+
+RANGES: Mapping[str, tuple[float, float]] = {
+    **dict.fromkeys(("x", "y", "z"), (-1e4, 1e4)),
+    **dict.fromkeys(("phi", "theta"), (-1.5, 1.5)),
+    "psi": (-20.0, 20.0),
+    "u": (-3.0, 10.0),
+    **dict.fromkeys(("v", "w"), (-3.0, 3.0)),
+    **dict.fromkeys(("p", "q", "r"), (-0.5, 0.5)),
+    **dict.fromkeys(("delta", "delta_s", "delta_r", "delta_e", "delta_order"), (-0.7, 0.7)),
+    "n": (-20.0, 20.0),
+}
+
+
+class ModelConformance:
+    """Checks that every model must pass; see the module for how to inherit them."""
+
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    seed: ClassVar[int] = 1
+
+    @pytest.fixture
+    def model(self) -> Model:
+        """The model under test; every inheriting class gives its own."""
+        raise NotImplementedError(f"{type(self).__name__} needs a fixture `model`")
+
+    def test_declares_itself(self, model: Model) -> None:
+        assert model.name.isidentifier()
+        assert model.title
+        assert model.source, "say where the equations come from"
+        for channel in (*model.states, *model.inputs, *model.outputs):
+            assert is_unit(channel.unit), f"{channel.name}: {channel.unit!r} is no unit"
+
+    def test_parameters_have_units_bounds_and_sources(self, model: Model) -> None:
+        for parameter in model.parameters:
+            assert is_unit(parameter.unit), f"{parameter.name}: {parameter.unit!r} is no unit"
+            assert parameter.min <= parameter.value <= parameter.max, parameter.name
+            assert parameter.source, f"{parameter.name}: say where the value comes from"
+
+    def test_channels_of_one_name_have_one_unit(self, model: Model) -> None:
+        units: dict[str, str] = {}
+        for channel in (*model.states, *model.inputs, *model.outputs):
+            assert units.setdefault(channel.name, channel.unit) == channel.unit, channel.name
+
+    def test_rates_and_outputs_are_finite_numbers(self, model: Model) -> None:
+        stepper = Stepper(model)
+        for state, inputs in self.samples(model, 300):
+            found = stepper.rate(0.0, state, inputs)
+            assert len(found) == len(model.states)
+            assert all(math.isfinite(x) for x in found), f"{found} at {state}, {inputs}"
+            outputs = stepper.outputs(state, inputs)
+            assert list(outputs) == [channel.name for channel in model.outputs]
+            assert all(math.isfinite(x) for x in outputs.values())
+
+    def test_is_finite_at_rest(self, model: Model) -> None:
+        stepper = Stepper(model)
+        rest, still = tuple(0.0 for _ in model.states), {channel.name: 0.0 for channel in model.inputs}
+        assert all(math.isfinite(x) for x in stepper.rate(0.0, rest, still))
+        for k in range(len(rest)):
+            for size in (1e-300, 1e-12, 1e-6, 1e-3, -1e-3):
+                near = tuple(size if j == k else 0.0 for j in range(len(rest)))
+                assert all(math.isfinite(x) for x in stepper.rate(0.0, near, still))
+
+    def test_same_question_same_answer(self, model: Model) -> None:
+        first, second = Stepper(model), Stepper(model)
+        asked = self.samples(model, 20)
+        forwards = [first.rate(0.0, *question) for question in asked]
+        backwards = [second.rate(0.0, *question) for question in reversed(asked)]
+        assert forwards == backwards[::-1]
+
+    def test_first_state_returns_the_outputs(self, model: Model) -> None:
+        stepper = Stepper(model)
+        for state, inputs in self.samples(model, 20):
+            outputs = stepper.outputs(state, inputs)
+            first = model.first_state(outputs, inputs, model.nominal())
+            assert len(first) == len(model.states)
+            again = stepper.outputs(first, inputs)
+            assert again == pytest.approx(outputs, rel=1e-9, abs=1e-9)
+
+    def test_kinematics_of_standard_channels(self, model: Model) -> None:
+        names = {channel.name for channel in model.states}
+        stepper = Stepper(model)
+        for state, inputs in self.samples(model, 20):
+            s = dict(zip((c.name for c in model.states), state))
+            rate = dict(zip(s, stepper.rate(0.0, state, inputs)))
+            if {"x", "y", "psi", "u", "v", "r"} <= names and not {"theta", "phi"} & names:
+                assert rate["x"] == pytest.approx(s["u"] * math.cos(s["psi"]) - s["v"] * math.sin(s["psi"]), abs=1e-9)
+                assert rate["y"] == pytest.approx(s["u"] * math.sin(s["psi"]) + s["v"] * math.cos(s["psi"]), abs=1e-9)
+                assert rate["psi"] == s["r"]
+            if {"z", "theta", "u", "w", "q"} <= names and not {"phi", "v"} & names:
+                down = -s["u"] * math.sin(s["theta"]) + s["w"] * math.cos(s["theta"])
+                assert rate["z"] == pytest.approx(down, abs=1e-9)
+                assert rate["theta"] == s["q"]
+
+    def test_a_uniform_current_only_carries_the_vehicle(self, model: Model) -> None:
+        """In axes that drift with a steady current the motion is the same as in still water."""
+        names = [channel.name for channel in model.states]
+        pairs = [(a, b) for a, b in (("u", "u_c"), ("v", "v_c"), ("w", "w_c")) if a in names]
+        if not takes_surroundings(model.rhs) or len(pairs) < 2:
+            pytest.skip("the model takes no current")
+        rng = np.random.default_rng(self.seed)
+        for state, inputs in self.samples(model, 50):
+            s = dict(zip(names, state))
+            c = dict(zip((b for _, b in pairs), rng.uniform(-1.0, 1.0, len(pairs)).tolist()))
+            u, v, w = (c.get(key, 0.0) for key in ("u_c", "v_c", "w_c"))
+            p, q, r = (s.get(key, 0.0) for key in ("p", "q", "r"))
+            change = {"u": r * v - q * w, "v": p * w - r * u, "w": q * u - p * v}
+            around = Surroundings(**c, **{f"d{a}_c": change[a] for a, _ in pairs})
+            through = tuple(s[name] - c.get(f"{name}_c", 0.0) for name in names)
+            still = dict(zip(names, Stepper(model).rate(0.0, through, inputs)))
+            carried = dict(zip(names, Stepper(model, None, _constantly(around)).rate(0.0, state, inputs)))
+            for name in ("u", "v", "w", "p", "q", "r"):
+                if name in names:
+                    expected = still[name] + change.get(name, 0.0)
+                    assert carried[name] == pytest.approx(expected, rel=1e-7, abs=1e-9), name
+
+    def test_an_outside_force_pushes_its_way(self, model: Model) -> None:
+        """Each force accelerates its own degree of freedom in its direction, and twice the force does so twice."""
+        names = [channel.name for channel in model.states]
+        rows = [
+            (a, b) for a, b in (("u", "X"), ("v", "Y"), ("w", "Z"), ("p", "K"), ("q", "M"), ("r", "N")) if a in names
+        ]
+        if not takes_surroundings(model.rhs) or not rows:
+            pytest.skip("the model takes no outside force")
+        state, inputs = self.samples(model, 1)[0]
+        plain = Stepper(model).rate(0.0, state, inputs)
+        for name, force in rows:
+            k = names.index(name)
+            once, twice = (
+                Stepper(model, None, _constantly(Surroundings(**{force: size}))).rate(0.0, state, inputs)[k] - plain[k]
+                for size in (1e4, 2e4)
+            )
+            assert once > 0, force
+            assert twice == pytest.approx(2 * once, rel=1e-6)
+
+    def test_survives_pickling(self, model: Model) -> None:
+        copy = pickle.loads(pickle.dumps(model))
+        state, inputs = self.samples(model, 1)[0]
+        assert Stepper(copy).rate(0.0, state, inputs) == Stepper(model).rate(0.0, state, inputs)
+
+    def samples(self, model: Model, size: int) -> list[tuple[tuple[float, ...], dict[str, float]]]:
+        """Random states and inputs from the ranges."""
+        rng = np.random.default_rng(self.seed)
+        return [
+            (
+                tuple(float(rng.uniform(*self._range(c.name))) for c in model.states),
+                {c.name: float(rng.uniform(*self._range(c.name))) for c in model.inputs},
+            )
+            for _ in range(size)
+        ]
+
+    def _range(self, name: str) -> tuple[float, float]:
+        return self.ranges.get(name, RANGES.get(name, (-1.0, 1.0)))
+
+
+def _constantly(around: Surroundings) -> Any:
+    return lambda t, s: around
