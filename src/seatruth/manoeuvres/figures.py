@@ -90,7 +90,7 @@ def turning_circle_figures(trial: Trial) -> TurningCircleFigures:
     turned = side * (psi - psi0)
     along = (x - x0) * math.cos(psi0) + (y - y0) * math.sin(psi0)
     across = side * ((y - y0) * math.cos(psi0) - (x - x0) * math.sin(psi0))
-    after = t >= execute
+    after = (t >= execute) & (t <= _turn_end(trial, delta, level, execute))
     found: dict[str, float] = {}
     why: dict[str, str] = {}
     for angle, names in ((90.0, ("advance", "transfer")), (180.0, ("tactical_diameter",))):
@@ -111,17 +111,14 @@ def turning_circle_figures(trial: Trial) -> TurningCircleFigures:
         reason = f"the heading changes by {math.degrees(total):.0f} deg; a steady turn takes 270"
         why.update(dict.fromkeys(steady_names, reason))
     else:
-        steady = after & (turned >= total - span) & (np.abs(np.interp(t, trial.t, delta) - level) < 0.1 * abs(level))
-        if np.count_nonzero(steady) < 5:
-            why.update(dict.fromkeys(steady_names, "the rudder was moved in the steady turn"))
+        steady = after & (turned >= total - span)
+        rate = float(np.polyfit(t[steady], psi[steady], 1)[0])
+        mean = float(np.mean(speed[steady]))
+        found.update(rate=rate, steady_diameter=2 * mean / abs(rate), speed_ratio=mean / before if before else math.nan)
+        if drift is None:
+            why["drift_angle"] = "the trial has no u and v"
         else:
-            rate = float(np.polyfit(t[steady], psi[steady], 1)[0])
-            mean = float(np.mean(speed[steady]))
-            found.update(rate=rate, steady_diameter=2 * mean / abs(rate), speed_ratio=mean / before if before else 0.0)
-            if drift is None:
-                why["drift_angle"] = "the trial has no u and v"
-            else:
-                found["drift_angle"] = float(np.mean(drift[steady]))
+            found["drift_angle"] = float(np.mean(drift[steady]))
     return TurningCircleFigures(rudder=level, execute=execute, approach_speed=before, why=why, **found)
 
 
@@ -222,6 +219,21 @@ def _turn_start(t: Array, delta: Array, level: float) -> float:
     side = math.copysign(1.0, level)
     size = abs(level)
     return _began(t, side * delta, first, 0.0, min(0.4 * size, max(_STILL, 0.05 * size)), 0.6 * size)
+
+
+def _turn_end(trial: Trial, delta: Array, level: float, execute: float) -> float:
+    """When the turn ends: the rudder is moved off its angle, or the propeller's revolutions are changed."""
+    off = np.abs(delta - level) > 0.15 * abs(level)
+    reached = trial.t > execute
+    there = np.flatnonzero(reached & ~off)
+    reached &= np.arange(len(trial)) > (there[0] if there.size else 0)
+    ended = reached & off
+    if "n" in trial.inputs:
+        n = trial.inputs["n"]
+        kept = float(np.interp(execute, trial.t, n))
+        ended |= (trial.t > execute) & (np.abs(n - kept) > 0.2 * abs(kept))
+    stops = np.flatnonzero(ended)
+    return float(trial.t[stops[0] - 1]) if stops.size else float(trial.t[-1])
 
 
 def _executes(t: Array, control: Array, level: float) -> list[tuple[float, float]]:

@@ -1,0 +1,19 @@
+"""The embedded sample: synthetic trials of a ship model, and a study of them. See README.md beside the files."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+STUDY = "study.toml"
+
+
+def copy_to(folder: str | Path) -> Path:
+    """Copies the sample's study and trials into `folder` (made if need be) and returns the study file's path."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    for file in sorted(FOLDER.iterdir()):
+        if file.suffix in (".csv", ".toml", ".md"):
+            shutil.copyfile(file, target / file.name)
+    return target / STUDY
