@@ -37,10 +37,7 @@ STEP = 0.2
 """Sampling and integration step, s."""
 CURRENT, CURRENT_DIRECTION = 0.08, math.radians(70.0)
 NOISE = {"x": 0.1, "y": 0.1, "psi": math.radians(0.1), "u": 0.01, "v": 0.01, "r": math.radians(0.05)}
-MOVED = (
-    *("R_0", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vrr", "N_v", "N_r", "N_vvr", "N_vrr", "a_H", "t_R", "l_R"),
-    *("gamma_R_minus", "gamma_R_plus"),
-)
+MOVED = ("R_0", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vrr", "N_v", "N_r", "N_vvr", "N_vrr", "a_H", "t_R")
 """Coefficients that are 10 to 20 % off their nominal value in the sample's ship."""
 
 COLUMNS = (
