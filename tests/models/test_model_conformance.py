@@ -28,6 +28,7 @@ class TestMMGOrdered(ModelConformance):
 
 class TestAbkowitz(ModelConformance):
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"u": (-3.0, 12.0), "r": (-0.02, 0.02)}
+    start: ClassVar[Mapping[str, float]] = {"u": 7.5}
 
     @pytest.fixture
     def model(self) -> Model:

@@ -8,11 +8,13 @@
             return MyShip()
 
 and inherit every check below. `ranges` says over which states and inputs the model must stay finite, by channel name
-(for channels that it does not name, `RANGES` holds usual ones).
+(for channels that it does not name, `RANGES` holds usual ones); `start` is the state from which the compiled model is
+compared with the plain one (zero where it names none).
 """
 
 from __future__ import annotations
 
+import importlib
 import math
 import pickle
 from collections.abc import Mapping
@@ -24,6 +26,7 @@ from numpy.typing import NDArray
 
 from seatruth.manoeuvres import Stepper
 from seatruth.models.base import Model, Surroundings, takes_surroundings
+from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
 Array = NDArray[np.float64]
@@ -44,6 +47,7 @@ class ModelConformance:
     """Checks that every model must pass; see the module for how to inherit them."""
 
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    start: ClassVar[Mapping[str, float]] = {"u": 1.0}
     seed: ClassVar[int] = 1
 
     @pytest.fixture
@@ -165,6 +169,66 @@ class ModelConformance:
         state, inputs = self.samples(model, 1)[0]
         assert Stepper(copy).rate(0.0, state, inputs) == Stepper(model).rate(0.0, state, inputs)
 
+    def test_compiled_motion_is_the_plain_one(self, model: Model) -> None:
+        trial, states = self.sailed(model)
+        simulator = _simulator(model, trial)
+        found = simulator.states(np.empty(0), states[:1])
+        assert found == pytest.approx(states, rel=1e-9, abs=1e-11)
+        simulated = simulator.outputs(np.empty((1, 0)), states[:1])
+        assert not simulated.diverged.any()
+        measured = np.array([trial.outputs[channel.name] for channel in model.outputs]).T
+        assert simulated.y[0] == pytest.approx(measured, rel=1e-9, abs=1e-11)
+
+    def test_derivatives_are_those_of_the_plain_motion(self, model: Model) -> None:
+        """The engine's exact derivatives against central differences of the plain equations, parameter by parameter."""
+        trial, states = self.sailed(model)
+        free = tuple(p.name for p in model.parameters if p.value != 0.0)[-12:]
+        nominal = model.nominal()
+        theta = np.array([nominal[name] for name in free])
+        found = _simulator(model, trial, free).jacobian(theta, states[:1], free_states=())
+        for k, name in enumerate(free):
+            h = 1e-5 * abs(nominal[name])
+            ahead, behind = (self.replay(model, trial, states[0], {name: nominal[name] + x}) for x in (h, -h))
+            expected = (ahead - behind) / (2 * h)
+            scale = np.abs(expected).max()
+            assert found.dy[:, :, k] == pytest.approx(expected, abs=1e-5 * scale + 1e-9 / h), name
+
+    def sailed(self, model: Model) -> tuple[Trial, Array]:
+        """A short trial under gently moved inputs, integrated in plain Python: the trial and its states (n, S)."""
+        rng = np.random.default_rng(self.seed)
+        t: Array = np.arange(41) * np.float64(0.1)
+        inputs: dict[str, Array] = {}
+        for channel in model.inputs:
+            low, high = self._range(channel.name)
+            middle, reach = 0.5 * (low + high), 0.2 * (high - low)
+            inputs[channel.name] = middle + reach * np.sin(rng.uniform(0.5, 2.0) * t + rng.uniform(0.3, 1.2))
+        bare = Trial("conformance", t, inputs, {}, synthetic=True)
+        stepper = Stepper(model)
+        known = {channel.name for channel in model.states}
+        first = stepper.first({name: value for name, value in self.start.items() if name in known})
+        states = self._states(stepper, bare, first)
+        outputs = self._outputs(stepper, bare, states)
+        named = {channel.name: outputs[:, k] for k, channel in enumerate(model.outputs)}
+        return Trial("conformance", t, inputs, named, synthetic=True), states
+
+    def replay(self, model: Model, trial: Trial, first: Array, values: Mapping[str, float]) -> Array:
+        """Outputs (n, D) of the plain equations with changed parameter values."""
+        stepper = Stepper(model, values)
+        states = self._states(stepper, trial, tuple(first.tolist()))
+        return self._outputs(stepper, trial, states)
+
+    def _states(self, stepper: Stepper, trial: Trial, first: tuple[float, ...]) -> Array:
+        rows = _rows(trial)
+        states = [first]
+        for k in range(len(trial) - 1):
+            h = float(trial.t[k + 1] - trial.t[k])
+            states.append(stepper.step(float(trial.t[k]), states[-1], rows[k], rows[k + 1], h))
+        return np.array(states)
+
+    def _outputs(self, stepper: Stepper, trial: Trial, states: Array) -> Array:
+        found = [stepper.outputs(tuple(s), i) for s, i in zip(states.tolist(), _rows(trial))]
+        return np.array([list(row.values()) for row in found])
+
     def samples(self, model: Model, size: int) -> list[tuple[tuple[float, ...], dict[str, float]]]:
         """Random states and inputs from the ranges."""
         rng = np.random.default_rng(self.seed)
@@ -178,6 +242,18 @@ class ModelConformance:
 
     def _range(self, name: str) -> tuple[float, float]:
         return self.ranges.get(name, RANGES.get(name, (-1.0, 1.0)))
+
+
+def _rows(trial: Trial) -> list[dict[str, float]]:
+    return [{name: float(values[k]) for name, values in trial.inputs.items()} for k in range(len(trial))]
+
+
+def _simulator(model: Model, trial: Trial, free: tuple[str, ...] = ()) -> Any:
+    """The engine on one trial, one Runge-Kutta step a sample."""
+    engine = importlib.import_module("seatruth.simulate")
+    if not hasattr(engine, "simulator"):
+        pytest.skip("seatruth.simulate has no engine here, so there is nothing compiled to compare")
+    return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="linear")
 
 
 def _constantly(around: Surroundings) -> Any:
