@@ -1,0 +1,289 @@
+"""A model's kernels, compiled when first needed, and the arrays that they work on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Literal, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.models.base import Model
+from seatruth.simulate.compiled import Kernel, kernel, vector_bytes
+from seatruth.simulate.graph import BOTH, LANE, Node, directional
+from seatruth.simulate.grid import Grid
+from seatruth.simulate.kernels import MAPPING, MARCHING, as_number, mapping, marching, row_features
+from seatruth.simulate.threads import run
+from seatruth.simulate.trace import Equations, trace
+
+Array = NDArray[np.float64]
+Words = NDArray[np.float64] | NDArray[np.int64]
+What = Literal["outputs", "states"]
+_NARROW = 8
+_STRETCH = 512
+"""Rows of one task of a mapping; a multiple of every width."""
+_MOST_DIRECTIONS = 512 * 1024 * 1024
+"""Bytes of derivatives that one call records at a time."""
+
+
+class Derivatives(NamedTuple):
+    """See `CompiledSimulator.jacobian`."""
+
+    y: Array
+    dy: Array
+    end: Array
+    dend: Array
+
+
+class Program:
+    """Everything compiled of one model."""
+
+    def __init__(self, model: Model) -> None:
+        self.equations: Equations = trace(model)
+        self._kernels: dict[tuple[object, ...], Kernel] = {}
+        self._features: WeakKeyDictionary[Grid, dict[object, Array]] = WeakKeyDictionary()
+
+    def sums(
+        self, grid: Grid, values: Array, x0: Array, weighted: Array, weights: Array, threads: int
+    ) -> tuple[Array, Array]:
+        """Squares (P, T, D) and last states (P, T, S)."""
+        e = self.equations
+        width = _width(len(values) * len(grid.rows))
+        lanes, first = padded(values, width), padded(x0, width)
+        blocks, trials = len(lanes), len(grid.rows)
+        squares = np.empty((blocks, trials, len(e.outputs), width))
+        end = np.empty((blocks, trials, len(e.states), width))
+        march = self._marching(("sums", width), e.states, e.rates, e.outputs, e.parameters)
+        self._march(
+            march, grid, lanes, first, e.rates, e.outputs, threads,
+            {"weighted": weighted, "weights": weights, "squares": squares, "end": end},
+        )  # fmt: skip
+        return unpadded(squares, len(values)), unpadded(end, len(values))
+
+    def record(self, grid: Grid, values: Array, x0: Array, threads: int, *, what: What) -> tuple[Array, Array]:
+        """Outputs (P, N, D) or states (P, N, S), and last states (P, T, S)."""
+        e = self.equations
+        roots = e.outputs if what == "outputs" else e.states
+        width = _width(len(values) * len(grid.rows))
+        lanes, first = padded(values, width), padded(x0, width)
+        record = np.full((len(lanes), len(grid.t), len(roots), width), math.nan)
+        end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
+        march = self._marching((what, width), e.states, e.rates, roots, e.parameters)
+        self._march(march, grid, lanes, first, e.rates, roots, threads, {"record": record, "end": end})
+        return unpadded(record, len(values)), unpadded(end, len(values))
+
+    def jacobian(
+        self, grid: Grid, values: Array, x0: Array, columns: NDArray[np.intp], kept: Sequence[int], threads: int
+    ) -> Derivatives:
+        """Derivatives by parameters `columns` and initial states `kept`; a lane is a direction."""
+        e, size = self.equations, len(columns) + len(kept)
+        states, outputs, samples = len(e.states), len(e.outputs), len(grid.t)
+        parameters = len(e.parameters)
+        seeds = np.zeros((max(size, 1), 2 * parameters))
+        seeds[:, :parameters] = values
+        seeds[np.arange(len(columns)), parameters + columns] = 1.0
+        first = np.zeros((max(size, 1), len(grid.rows), 2 * states))
+        first[:, :, :states] = x0
+        first[len(columns) + np.arange(len(kept)), :, states + np.array(kept, dtype=np.intp)] = 1.0
+        y, end = np.empty((samples, outputs)), np.empty((len(grid.rows), states))
+        dy, dend = np.empty((samples, outputs, size)), np.empty((len(grid.rows), states, size))
+        d = self._directional
+        march = self._marching(("jacobian", _NARROW), d.states, d.rates, d.outputs, d.parameters)
+        at_once = max(1, _MOST_DIRECTIONS // (samples * len(d.outputs) * 8 * _NARROW)) * _NARROW
+        for k in range(0, max(size, 1), at_once):
+            part = slice(k, min(k + at_once, size))
+            lanes, start = padded(seeds[k : k + at_once], _NARROW), padded(first[k : k + at_once], _NARROW)
+            record = np.full((len(lanes), samples, len(d.outputs), _NARROW), math.nan)
+            last = np.empty((len(lanes), len(grid.rows), len(d.states), _NARROW))
+            found = {"record": record, "end": last}
+            self._march(march, grid, lanes, start, d.rates, d.outputs, threads, found)
+            y[:], end[:] = record[0, :, :outputs, 0], last[0, :, :states, 0]
+            wanted = part.stop - part.start
+            if wanted:
+                dy[:, :, part] = _spread(record[:, :, outputs:], wanted)
+                dend[:, :, part] = _spread(last[:, :, states:], wanted)
+        return Derivatives(y, dy, end, dend)
+
+    def rates(self, values: Array, leaves: Array, threads: int) -> Array:
+        """Rates (P, S, N) on rows: `leaves` (S + I + 1, N) are states, inputs and time, `values` (P, n_parameters)."""
+        e = self.equations
+        return self._map("rates", (*e.states, *e.inputs, e.time), e.parameters, e.rates, values, leaves, threads)
+
+    def rate_directions(self, values: Array, leaves: Array, threads: int) -> Array:
+        """Derivatives of the rates (P, S, N) along one direction: `values` (P, 2 n_parameters) with the direction."""
+        e, d = self.equations, self._directional_rates
+        known = (*e.states, *e.inputs, e.time)
+        return self._map("rate directions", known, d.parameters, d.rates, values, leaves, threads)
+
+    @cached_property
+    def _directional(self) -> _Augmented:
+        """The equations with their derivative along a direction in parameters and states."""
+        e = self.equations
+        dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
+        ds = [e.graph.leaf("state direction", k, BOTH) for k in range(len(e.states))]
+        along = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, ds))}
+        found = directional([*e.rates, *e.outputs], along)
+        size = len(e.rates)
+        return _Augmented(
+            (*e.states, *ds), (*e.rates, *found[:size]), (*e.outputs, *found[size:]), (*e.parameters, *dp)
+        )
+
+    @cached_property
+    def _directional_rates(self) -> _Augmented:
+        e = self.equations
+        dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
+        along = {id(leaf): d for leaf, d in zip(e.parameters, dp)}
+        return _Augmented(e.states, tuple(directional(e.rates, along)), (), (*e.parameters, *dp))
+
+    def _marching(
+        self,
+        key: tuple[str, int],
+        states: Sequence[Node],
+        rates: Sequence[Node],
+        outputs: Sequence[Node],
+        parameters: Sequence[Node],
+    ) -> Kernel:
+        if key not in self._kernels:
+            mode: Literal["sums", "record"] = "sums" if key[0] == "sums" else "record"
+            self._kernels[key] = kernel(marching(key[1], mode, states, rates, outputs, parameters))
+        return self._kernels[key]
+
+    def _march(
+        self,
+        march: Kernel,
+        grid: Grid,
+        lanes: Array,
+        first: Array,
+        rates: Sequence[Node],
+        outputs: Sequence[Node],
+        threads: int,
+        arrays: dict[str, Array],
+    ) -> None:
+        tasks = len(lanes) * len(grid.rows)
+        counter = np.zeros(1, dtype=np.int64)
+        held: dict[str, Words] = {
+            "counter": counter,
+            "parameters": lanes,
+            "first": first,
+            "start": grid.start,
+            "substeps": grid.substeps,
+            "length": grid.length,
+            "stage_start": grid.stage_start,
+            "stage_features": self._feature_rows(grid, rates, grid.stage_t, grid.stage_inputs),
+            "sample_features": self._feature_rows(grid, outputs, grid.t, grid.inputs),
+            **arrays,
+        }
+        sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t)}
+        _run(march, MARCHING, held, sizes, threads, tasks)
+
+    def _feature_rows(self, grid: Grid, roots: Sequence[Node], t: Array, inputs: Array) -> Array:
+        """What the roots need of inputs and time, (rows, features); kept with the grid."""
+        kept = self._features.setdefault(grid, {})
+        features = row_features(roots)
+        key = (id(t), *(id(node) for node in features))
+        if key not in kept:
+            kept[key] = self._evaluated(features, t, inputs)
+        return kept[key]
+
+    def _evaluated(self, features: Sequence[Node], t: Array, inputs: Array) -> Array:
+        e = self.equations
+        columns = {id(node): inputs[:, k] for k, node in enumerate(e.inputs)} | {id(e.time): t}
+        if not features or not len(t):
+            return np.zeros((len(t), len(features)))
+        if all(id(node) in columns for node in features):
+            return np.ascontiguousarray(np.stack([columns[id(node)] for node in features], axis=1))
+        roots = [as_number(node) for node in features]
+        leaves = np.stack([*inputs.T, t])
+        key = ("features", *(id(node) for node in roots))
+        found = self._map(key, (*e.inputs, e.time), (), roots, np.zeros((1, 0)), leaves, 1)
+        return np.ascontiguousarray(found[0].T)
+
+    def _map(
+        self,
+        key: object,
+        leaves: Sequence[Node],
+        parameters: Sequence[Node],
+        roots: Sequence[Node],
+        values: Array,
+        rows: Array,
+        threads: int,
+    ) -> Array:
+        if (key,) not in self._kernels:
+            self._kernels[(key,)] = kernel(mapping(_NARROW, leaves, parameters, roots))
+        size = rows.shape[1]
+        full = -(-size // _NARROW) * _NARROW
+        if full != size:
+            rows = np.concatenate([rows, np.repeat(rows[:, -1:], full - size, axis=1)], axis=1)
+        found = np.empty((len(values), len(roots), full))
+        stretches = -(-full // _STRETCH)
+        tasks = stretches * len(values)
+        held: dict[str, Words] = {
+            "counter": np.zeros(1, dtype=np.int64),
+            "leaves": np.ascontiguousarray(rows),
+            "parameters": np.ascontiguousarray(values),
+            "values": found,
+        }
+        sizes = {"tasks": tasks, "stretches": stretches, "stretch": _STRETCH, "rows": full}
+        _run(self._kernels[(key,)], MAPPING, held, sizes, threads, tasks)
+        return found[:, :, :size]
+
+
+class _Augmented(NamedTuple):
+    states: tuple[Node, ...]
+    rates: tuple[Node, ...]
+    outputs: tuple[Node, ...]
+    parameters: tuple[Node, ...]
+
+
+_programs: WeakKeyDictionary[Model, Program] = WeakKeyDictionary()
+
+
+def program(model: Model) -> Program:
+    """The compiled program of a model, made once for each model object."""
+    found = _programs.get(model)
+    if found is None:
+        found = _programs[model] = Program(model)
+    return found
+
+
+def padded(values: Array, width: int) -> Array:
+    """(P, ...) -> (blocks, ..., width): candidates in lanes; the last one fills what is left."""
+    size = len(values)
+    blocks = -(-size // width)
+    if blocks * width != size:
+        rest = np.broadcast_to(values[-1:], (blocks * width - size, *values.shape[1:]))
+        values = np.concatenate([values, rest])
+    return np.ascontiguousarray(np.moveaxis(values.reshape(blocks, width, *values.shape[1:]), 1, -1))
+
+
+def unpadded(lanes: Array, size: int) -> Array:
+    """(blocks, ..., width) -> (P, ...)."""
+    return np.ascontiguousarray(np.moveaxis(lanes, -1, 1).reshape(-1, *lanes.shape[1:-1])[:size])
+
+
+def _spread(lanes: Array, size: int) -> Array:
+    """(blocks, rows, columns, width) -> (rows, columns, size)."""
+    moved = np.moveaxis(lanes, 0, 2)
+    return np.asarray(moved.reshape(*moved.shape[:2], -1)[:, :, :size])
+
+
+def _width(lanes: int) -> int:
+    """Lanes that run together: two vectors of the widest kind, where there are candidates enough to fill them."""
+    return 2 * _NARROW if vector_bytes() == 64 and lanes > 4 * _NARROW else _NARROW
+
+
+def _run(
+    march: Kernel,
+    words: Sequence[str],
+    held: dict[str, Words],
+    sizes: dict[str, int],
+    threads: int,
+    tasks: int,
+) -> None:
+    context = np.array(
+        [held[word].ctypes.data if word in held else sizes.get(word, 0) for word in words], dtype=np.int64
+    )
+    run(march, context.ctypes.data, threads, tasks, (context, held))
