@@ -10,9 +10,11 @@ import ctypes
 import ctypes.util
 import hashlib
 import os
+import sys
 import tempfile
 import threading
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +32,16 @@ _FORMAT = b"seatruth kernel 1\n"
 _lock = threading.RLock()
 _loaded: dict[str, Kernel] = {}
 _ready = False
+_linker: Any = None
+_CLOSE = sys.platform in ("linux", "darwin")
+"""Whether the linker keeps code and constants of a kernel close together."""
 
 
 class Kernel:
     """One compiled function void(ptr); calling it leaves Python's lock, so threads run together."""
 
-    def __init__(self, engine: Any, address: int) -> None:
-        self._engine = engine  # owns the code
+    def __init__(self, owner: Any, address: int) -> None:
+        self._owner = owner  # of the code
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address)
 
     def __call__(self, context: int) -> None:
@@ -49,14 +54,18 @@ def kernel(text: str) -> Kernel:
         key = _key(text)
         found = _loaded.get(key)
         if found is None:
-            found = _loaded[key] = _load(_object(key, text))
+            found = _loaded[key] = _load(key, _object(key, text))
         return found
 
 
 def processor() -> tuple[str, str]:
     """LLVM's name and features of the processor that is compiled for."""
+    return _processor(os.environ.get(PROCESSOR, ""))
+
+
+@cache
+def _processor(chosen: str) -> tuple[str, str]:
     _start()
-    chosen = os.environ.get(PROCESSOR, "")
     if chosen:
         return chosen, ""
     try:
@@ -67,7 +76,11 @@ def processor() -> tuple[str, str]:
 
 def vector_bytes() -> int:
     """Size of the processor's vectors, as far as LLVM says."""
-    name, features = processor()
+    return _vector_bytes(*processor())
+
+
+@cache
+def _vector_bytes(name: str, features: str) -> int:
     if "+avx512f" in features or "avx512" in name or name.endswith("v4"):
         return 64
     return 32 if "+avx2" in features or name.endswith("v3") else 16
@@ -91,25 +104,22 @@ def _start() -> None:
         if not _ready:
             llvm.initialize_native_target()
             llvm.initialize_native_asmprinter()
-            _link_library()
             _ready = True
-
-
-def _link_library() -> None:
-    """Tells the linker where the C library's functions are."""
-    library = ctypes.CDLL(ctypes.util.find_library("m") or (None if os.name != "nt" else "ucrtbase"))
-    for name in LIBRARY:
-        address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
-        if address is not None:
-            llvm.add_symbol(name, address)
 
 
 def _machine() -> Any:
     name, features = processor()
     target = llvm.Target.from_default_triple()
-    return target.create_target_machine(
-        cpu=name, features=features, opt=3, reloc="default", codemodel="jitdefault", jit=True
-    )
+    # Code and constants close together: a constant is then an operand, not an address to be loaded first.
+    reloc, model = ("pic", "small") if _CLOSE else ("default", "jitdefault")
+    return target.create_target_machine(cpu=name, features=features, opt=3, reloc=reloc, codemodel=model, jit=True)
+
+
+def _library() -> dict[str, int]:
+    """Addresses of the C library's functions."""
+    library = ctypes.CDLL(ctypes.util.find_library("m") if os.name != "nt" else "ucrtbase")
+    found = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in LIBRARY}
+    return {name: address for name, address in found.items() if address is not None}
 
 
 def _key(text: str) -> str:
@@ -145,11 +155,15 @@ def _compile(text: str) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def _load(code: bytes) -> Kernel:
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    return Kernel(engine, engine.get_function_address("kernel"))
+def _load(key: str, code: bytes) -> Kernel:
+    global _linker
+    if _linker is None:
+        _linker = llvm.create_lljit_compiler(_machine(), use_jit_link=_CLOSE)
+    builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol("kernel")
+    for name, address in _library().items():
+        builder.import_symbol(name, address)
+    library = builder.link(_linker, key)
+    return Kernel(library, library["kernel"])
 
 
 def _read(path: Path) -> bytes | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from seatruth.simulate.assembly import FLAGS, Writer
 from seatruth.simulate.graph import COMPARISONS, Node, ordered
-from seatruth.simulate.vector_maths import call
+from seatruth.simulate.vector_maths import call, sine_and_cosine
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
@@ -14,8 +14,15 @@ _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 def emit(w: Writer, roots: Iterable[Node], known: Mapping[int, str]) -> dict[int, str]:
     """Instructions for the nodes below `roots`, down to those that `known` already names, as id(node) to name."""
     names = dict(known)
+    turned: dict[str, tuple[str, str]] = {}
     for node in _needed(roots, known):
-        names[id(node)] = _instruction(w, node, [names[id(a)] for a in node.args])
+        args = [names[id(a)] for a in node.args]
+        if node.op in ("sin", "cos"):
+            if args[0] not in turned:
+                turned[args[0]] = sine_and_cosine(w, args[0])
+            names[id(node)] = turned[args[0]][node.op == "cos"]
+        else:
+            names[id(node)] = _instruction(w, node, args)
     return names
 
 

@@ -206,7 +206,8 @@ class CompiledSimulator:
         """States at every sample, (N, S), of one candidate."""
         one = self._one(theta)
         first = self._first(np.asarray(x0, dtype=np.float64), 1)
-        return self._program.record(self.grid, self.setting.values(one), first, self.threads, what="states")[0][0]
+        found, _ = self._program.record(self.grid, self.setting.values(one), first, self.threads, what="states")
+        return np.asarray(found[0])
 
     def jacobian(self, theta: Array, x0: Array, free_states: Sequence[str] = ()) -> Jacobian:
         """Outputs and their exact derivatives by the free parameters and the named initial states of each trial."""

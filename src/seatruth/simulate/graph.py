@@ -122,10 +122,11 @@ class Node:
 
     def __mod__(self, other: Any) -> Node:
         """Python's modulo, whose result has the sign of the divisor: a - floor(a / b) b."""
-        return self - self.graph.make("floor", self / other) * other
+        whole: Node = self.graph.make("floor", self / other)
+        return self - whole * other
 
     def __rmod__(self, other: Any) -> Node:
-        return self.graph.node(other) % self
+        return self.graph.node(other).__mod__(self)
 
     def __neg__(self) -> Node:
         return self.graph.make("neg", self)

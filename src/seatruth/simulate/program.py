@@ -43,7 +43,8 @@ class Program:
 
     def __init__(self, model: Model) -> None:
         self.equations: Equations = trace(model)
-        self._kernels: dict[tuple[object, ...], Kernel] = {}
+        self._marches: dict[tuple[str, int], _March] = {}
+        self._maps: dict[object, Kernel] = {}
         self._features: WeakKeyDictionary[Grid, dict[object, Array]] = WeakKeyDictionary()
 
     def sums(
@@ -51,28 +52,26 @@ class Program:
     ) -> tuple[Array, Array]:
         """Squares (P, T, D) and last states (P, T, S)."""
         e = self.equations
-        width = _width(len(values) * len(grid.rows))
+        width = _width(len(values) * len(grid.rows), threads)
         lanes, first = padded(values, width), padded(x0, width)
         blocks, trials = len(lanes), len(grid.rows)
         squares = np.empty((blocks, trials, len(e.outputs), width))
         end = np.empty((blocks, trials, len(e.states), width))
-        march = self._marching(("sums", width), e.states, e.rates, e.outputs, e.parameters)
-        self._march(
-            march, grid, lanes, first, e.rates, e.outputs, threads,
-            {"weighted": weighted, "weights": weights, "squares": squares, "end": end},
-        )  # fmt: skip
+        march = self._marching("sums", width, _System(e.states, e.rates, e.outputs, e.parameters))
+        arrays = {"weighted": weighted, "weights": weights, "squares": squares, "end": end}
+        self._march(march, grid, lanes, first, threads, arrays)
         return unpadded(squares, len(values)), unpadded(end, len(values))
 
     def record(self, grid: Grid, values: Array, x0: Array, threads: int, *, what: What) -> tuple[Array, Array]:
         """Outputs (P, N, D) or states (P, N, S), and last states (P, T, S)."""
         e = self.equations
         roots = e.outputs if what == "outputs" else e.states
-        width = _width(len(values) * len(grid.rows))
+        width = _width(len(values) * len(grid.rows), threads)
         lanes, first = padded(values, width), padded(x0, width)
         record = np.full((len(lanes), len(grid.t), len(roots), width), math.nan)
         end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
-        march = self._marching((what, width), e.states, e.rates, roots, e.parameters)
-        self._march(march, grid, lanes, first, e.rates, roots, threads, {"record": record, "end": end})
+        march = self._marching(what, width, _System(e.states, e.rates, roots, e.parameters))
+        self._march(march, grid, lanes, first, threads, {"record": record, "end": end})
         return unpadded(record, len(values)), unpadded(end, len(values))
 
     def jacobian(
@@ -91,7 +90,7 @@ class Program:
         y, end = np.empty((samples, outputs)), np.empty((len(grid.rows), states))
         dy, dend = np.empty((samples, outputs, size)), np.empty((len(grid.rows), states, size))
         d = self._directional
-        march = self._marching(("jacobian", _NARROW), d.states, d.rates, d.outputs, d.parameters)
+        march = self._marching("jacobian", _NARROW, d)
         at_once = max(1, _MOST_DIRECTIONS // (samples * len(d.outputs) * 8 * _NARROW)) * _NARROW
         for k in range(0, max(size, 1), at_once):
             part = slice(k, min(k + at_once, size))
@@ -99,7 +98,7 @@ class Program:
             record = np.full((len(lanes), samples, len(d.outputs), _NARROW), math.nan)
             last = np.empty((len(lanes), len(grid.rows), len(d.states), _NARROW))
             found = {"record": record, "end": last}
-            self._march(march, grid, lanes, start, d.rates, d.outputs, threads, found)
+            self._march(march, grid, lanes, start, threads, found)
             y[:], end[:] = record[0, :, :outputs, 0], last[0, :, :states, 0]
             wanted = part.stop - part.start
             if wanted:
@@ -119,7 +118,7 @@ class Program:
         return self._map("rate directions", known, d.parameters, d.rates, values, leaves, threads)
 
     @cached_property
-    def _directional(self) -> _Augmented:
+    def _directional(self) -> _System:
         """The equations with their derivative along a direction in parameters and states."""
         e = self.equations
         dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
@@ -127,40 +126,28 @@ class Program:
         along = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, ds))}
         found = directional([*e.rates, *e.outputs], along)
         size = len(e.rates)
-        return _Augmented(
-            (*e.states, *ds), (*e.rates, *found[:size]), (*e.outputs, *found[size:]), (*e.parameters, *dp)
-        )
+        return _System((*e.states, *ds), (*e.rates, *found[:size]), (*e.outputs, *found[size:]), (*e.parameters, *dp))
 
     @cached_property
-    def _directional_rates(self) -> _Augmented:
+    def _directional_rates(self) -> _System:
         e = self.equations
         dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
         along = {id(leaf): d for leaf, d in zip(e.parameters, dp)}
-        return _Augmented(e.states, tuple(directional(e.rates, along)), (), (*e.parameters, *dp))
+        return _System(e.states, tuple(directional(e.rates, along)), (), (*e.parameters, *dp))
 
-    def _marching(
-        self,
-        key: tuple[str, int],
-        states: Sequence[Node],
-        rates: Sequence[Node],
-        outputs: Sequence[Node],
-        parameters: Sequence[Node],
-    ) -> Kernel:
-        if key not in self._kernels:
-            mode: Literal["sums", "record"] = "sums" if key[0] == "sums" else "record"
-            self._kernels[key] = kernel(marching(key[1], mode, states, rates, outputs, parameters))
-        return self._kernels[key]
+    def _marching(self, what: str, width: int, of: _System) -> _March:
+        key = (what, width)
+        if key not in self._marches:
+            mode: Literal["sums", "record"] = "sums" if what == "sums" else "record"
+            self._marches[key] = _March(
+                kernel(marching(width, mode, of.states, of.rates, of.outputs, of.parameters)),
+                tuple(row_features(of.rates)),
+                tuple(row_features(of.outputs)),
+            )
+        return self._marches[key]
 
     def _march(
-        self,
-        march: Kernel,
-        grid: Grid,
-        lanes: Array,
-        first: Array,
-        rates: Sequence[Node],
-        outputs: Sequence[Node],
-        threads: int,
-        arrays: dict[str, Array],
+        self, march: _March, grid: Grid, lanes: Array, first: Array, threads: int, arrays: dict[str, Array]
     ) -> None:
         tasks = len(lanes) * len(grid.rows)
         counter = np.zeros(1, dtype=np.int64)
@@ -172,18 +159,17 @@ class Program:
             "substeps": grid.substeps,
             "length": grid.length,
             "stage_start": grid.stage_start,
-            "stage_features": self._feature_rows(grid, rates, grid.stage_t, grid.stage_inputs),
-            "sample_features": self._feature_rows(grid, outputs, grid.t, grid.inputs),
+            "stage_features": self._feature_rows(grid, march.stage, grid.stage_t, grid.stage_inputs),
+            "sample_features": self._feature_rows(grid, march.sample, grid.t, grid.inputs),
             **arrays,
         }
         sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t)}
-        _run(march, MARCHING, held, sizes, threads, tasks)
+        _run(march.kernel, MARCHING, held, sizes, threads, tasks)
 
-    def _feature_rows(self, grid: Grid, roots: Sequence[Node], t: Array, inputs: Array) -> Array:
-        """What the roots need of inputs and time, (rows, features); kept with the grid."""
+    def _feature_rows(self, grid: Grid, features: tuple[Node, ...], t: Array, inputs: Array) -> Array:
+        """What a kernel needs of inputs and time, (rows, features); kept with the grid."""
         kept = self._features.setdefault(grid, {})
-        features = row_features(roots)
-        key = (id(t), *(id(node) for node in features))
+        key = (id(t), id(features))
         if key not in kept:
             kept[key] = self._evaluated(features, t, inputs)
         return kept[key]
@@ -211,8 +197,8 @@ class Program:
         rows: Array,
         threads: int,
     ) -> Array:
-        if (key,) not in self._kernels:
-            self._kernels[(key,)] = kernel(mapping(_NARROW, leaves, parameters, roots))
+        if key not in self._maps:
+            self._maps[key] = kernel(mapping(_NARROW, leaves, parameters, roots))
         size = rows.shape[1]
         full = -(-size // _NARROW) * _NARROW
         if full != size:
@@ -227,11 +213,21 @@ class Program:
             "values": found,
         }
         sizes = {"tasks": tasks, "stretches": stretches, "stretch": _STRETCH, "rows": full}
-        _run(self._kernels[(key,)], MAPPING, held, sizes, threads, tasks)
+        _run(self._maps[key], MAPPING, held, sizes, threads, tasks)
         return found[:, :, :size]
 
 
-class _Augmented(NamedTuple):
+class _March(NamedTuple):
+    """A kernel, and what it needs of inputs and time at the stages of a step and at the samples."""
+
+    kernel: Kernel
+    stage: tuple[Node, ...]
+    sample: tuple[Node, ...]
+
+
+class _System(NamedTuple):
+    """Equations to be marched, with or without their derivatives along a direction."""
+
     states: tuple[Node, ...]
     rates: tuple[Node, ...]
     outputs: tuple[Node, ...]
@@ -270,9 +266,12 @@ def _spread(lanes: Array, size: int) -> Array:
     return np.asarray(moved.reshape(*moved.shape[:2], -1)[:, :, :size])
 
 
-def _width(lanes: int) -> int:
-    """Lanes that run together: two vectors of the widest kind, where there are candidates enough to fill them."""
-    return 2 * _NARROW if vector_bytes() == 64 and lanes > 4 * _NARROW else _NARROW
+def _width(lanes: int, threads: int) -> int:
+    """Lanes that run together: two vectors of the widest kind, where there are candidates enough for all threads.
+
+    What a lane computes does not depend on it.
+    """
+    return 2 * _NARROW if vector_bytes() == 64 and lanes >= 8 * _NARROW * threads else _NARROW
 
 
 def _run(

@@ -68,9 +68,7 @@ def declarations(width: int) -> str:
 def definitions(width: int) -> str:
     """All functions for vectors of one width, as assembly; unused ones are dropped by the compiler."""
     made = [_lane_by_lane(name, width) for name in LIBRARY]
-    made += [_with_rescue("sin", width, _far, lambda w, x: _sine(w, x, 0))]
-    made += [_with_rescue("cos", width, _far, lambda w, x: _sine(w, x, 1))]
-    made += [_with_rescue("hypot", width, _extreme, _hypot)]
+    made += [_sine_and_cosine(width), _with_rescue("hypot", width, _extreme, _hypot)]
     for name, arity, body in _DEFINED:
         made.append(function(f"v.{name}", width, arity, body))
     return "\n".join(made)
@@ -78,6 +76,8 @@ def definitions(width: int) -> str:
 
 def call(w: Writer, op: str, args: list[str]) -> str:
     """The call of a function in a body: by the processor, by the functions here, or by the C library."""
+    if op in ("sin", "cos"):
+        return sine_and_cosine(w, args[0])[op == "cos"]
     if op in DIRECT:
         return w.intrinsic(DIRECT[op], *args)
     name = f"v.{op}" if op in _OWN else f"lanes.{op}"
@@ -136,44 +136,49 @@ def _hypot(w: Writer, a: str, b: str) -> str:
     return w.intrinsic("sqrt", w.fma(a, a, w.mul(b, b)))
 
 
-def _quarters(w: Writer, x: str) -> tuple[str, str, str]:
-    """x = r + rest + n pi/2 with |r| <= pi/4: r, its rounding error, and n in the lowest bits of an integer."""
-    shifted = w.fma(x, w.constant(2.0 / math.pi), w.constant(_ROUND))
-    n = w.sub(shifted, w.constant(_ROUND))
-    less = w.neg(n)
-    first = w.fma(less, w.constant(_HALF_PI[0]), x)  # exact
-    r = w.fma(less, w.constant(_HALF_PI[1]), first)
-    rest = w.fma(less, w.constant(_HALF_PI[1]), w.sub(first, r))
-    rest = w.fma(less, w.constant(_HALF_PI[2]), rest)
-    total = w.add(r, rest)
-    return total, w.add(w.sub(r, total), rest), w.bits(shifted)
-
-
-def _sine(w: Writer, x: str, quarter: int) -> str:
-    """sin(x + quarter pi/2)."""
-    r, rest, n = _quarters(w, x)
+def _sine_and_cosine(width: int) -> str:
+    """v.sincos: both at once, since the two share the reduction and models need them in pairs."""
+    w = Writer(width)
+    given = f"{w.vector} %a0"
+    pair = f"{{{w.vector}, {w.vector}}}"
+    w.do(f"br i1 {w.any(_far(w, '%a0'))}, label %rescue, label %fast, {_RARE}")
+    w.label("rescue")
+    slow = [w.put(f"call {w.vector} @lanes.{name}({given})") for name in ("sin", "cos")]
+    w.do("br label %end")
+    w.label("fast")
+    # x = r + n pi/2 with |r| <= pi/4; n stands in the lowest bits of an integer. The first step is exact.
+    shifted = w.fma("%a0", w.constant(2.0 / math.pi), w.constant(_ROUND))
+    less = w.sub(w.constant(_ROUND), shifted)
+    r = "%a0"
+    for part in _HALF_PI:
+        r = w.fma(less, w.constant(part), r)
     z = w.mul(r, r)
-    cube = w.mul(z, r)
-    # sin(r + rest) = r + (r^3 S1 + (r^5 ... + rest (1 - z/2))), smallest first
-    s = w.polynomial(z, _SIN)
-    tail = w.fma(w.constant(-0.5), z, w.constant(1.0))
-    sine = w.add(r, w.fma(cube, s, w.mul(rest, tail)))
-    half = w.mul(z, w.constant(0.5))
-    whole = w.sub(w.constant(1.0), half)
-    lost = w.sub(w.sub(w.constant(1.0), whole), half)
-    c = w.polynomial(z, _COS)
-    cosine = w.add(whole, w.add(lost, w.fma(w.mul(z, z), c, w.neg(w.mul(r, rest)))))
-    if quarter:
-        n = w.whole("add", n, w.integer(quarter))
+    sine = w.fma(w.mul(z, r), w.polynomial(z, _SIN), r)
+    cosine = w.fma(z, w.fma(z, w.polynomial(z, _COS), w.constant(-0.5)), w.constant(1.0))
+    n = w.bits(shifted)
     odd = w.put(f"trunc {w.integers} {n} to {w.mask}")
-    picked = w.select(odd, cosine, sine)
-    sign = w.whole("shl", w.whole("and", n, w.integer(2)), w.integer(62))
-    return w.value(w.whole("xor", w.bits(picked), sign))
+    fast = []
+    for swapped, kept, quarter in ((cosine, sine, 0), (sine, cosine, 1)):
+        turn = w.whole("add", n, w.integer(1)) if quarter else n
+        sign = w.whole("shl", w.whole("and", turn, w.integer(2)), w.integer(62))
+        fast.append(w.value(w.whole("xor", w.bits(w.select(odd, swapped, kept)), sign)))
+    w.do("br label %end")
+    w.label("end")
+    found = [w.put(f"phi {w.vector} [ {a}, %rescue ], [ {b}, %fast ]") for a, b in zip(slow, fast)]
+    first = w.put(f"insertvalue {pair} poison, {w.vector} {found[0]}, 0")
+    both = w.put(f"insertvalue {pair} {first}, {w.vector} {found[1]}, 1")
+    return f"define internal {pair} @v.sincos({given}) alwaysinline {{\nentry:\n{w.text()}\n  ret {pair} {both}\n}}\n"
+
+
+def sine_and_cosine(w: Writer, x: str) -> tuple[str, str]:
+    """Both functions of one angle."""
+    pair = f"{{{w.vector}, {w.vector}}}"
+    found = w.put(f"call {pair} @v.sincos({w.vector} {x})")
+    return w.put(f"extractvalue {pair} {found}, 0"), w.put(f"extractvalue {pair} {found}, 1")
 
 
 def _tan(w: Writer, args: list[str]) -> str:
-    given = f"({w.vector} {args[0]})"
-    return w.div(w.put(f"call {w.vector} @v.sin{given}"), w.put(f"call {w.vector} @v.cos{given}"))
+    return w.div(*sine_and_cosine(w, args[0]))
 
 
 def _exponential(w: Writer, x: str) -> tuple[str, str]:
@@ -295,4 +300,4 @@ _DEFINED: tuple[tuple[str, int, Callable[[Writer, list[str]], str]], ...] = (
     ("atan2", 2, _atan2),
     ("atan", 1, _atan),
 )
-_OWN = frozenset(("sin", "cos", "hypot", *(name for name, _, _ in _DEFINED)))
+_OWN = frozenset(("hypot", *(name for name, _, _ in _DEFINED)))
