@@ -9,7 +9,9 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import hashlib
+import itertools
 import os
+import platform
 import sys
 import tempfile
 import threading
@@ -21,18 +23,22 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
+from seatruth.errors import SeatruthError
 from seatruth.simulate.vector_maths import LIBRARY
 
 CACHE = "SEATRUTH_CACHE"
 """Environment variable: folder of the compiled kernels, or "off"."""
 PROCESSOR = "SEATRUTH_CPU"
 """Environment variable: compile for this processor (LLVM's name, such as x86-64-v3) instead of the one found."""
+_BY_COMPILER = ("fma", "floor", "ceil", "trunc", "sqrt", "fabs", "copysign")
+"""What the compiler itself calls on processors that lack it."""
 _KEPT = 400
 _FORMAT = b"seatruth kernel 1\n"
 _lock = threading.RLock()
 _loaded: dict[str, Kernel] = {}
 _ready = False
 _linker: Any = None
+_numbers = itertools.count()
 _CLOSE = sys.platform in ("linux", "darwin")
 """Whether the linker keeps code and constants of a kernel close together."""
 
@@ -67,11 +73,17 @@ def processor() -> tuple[str, str]:
 def _processor(chosen: str) -> tuple[str, str]:
     _start()
     if chosen:
-        return chosen, ""
+        # A name that LLVM does not know then means a plain 64-bit processor, not a crash.
+        return chosen, _plainest()
     try:
         return str(llvm.get_host_cpu_name()), str(llvm.get_host_cpu_features().flatten())
     except (RuntimeError, OSError):
-        return "", ""  # LLVM does not know this machine: its plainest instructions
+        return "", _plainest()  # LLVM does not know this machine
+
+
+def _plainest() -> str:
+    """What every processor of this family has."""
+    return "+64bit,+sse2,+cx8" if platform.machine().lower() in ("x86_64", "amd64") else ""
 
 
 def vector_bytes() -> int:
@@ -118,7 +130,7 @@ def _machine() -> Any:
 def _library() -> dict[str, int]:
     """Addresses of the C library's functions."""
     library = ctypes.CDLL(ctypes.util.find_library("m") if os.name != "nt" else "ucrtbase")
-    found = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in LIBRARY}
+    found = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in (*LIBRARY, *_BY_COMPILER)}
     return {name: address for name, address in found.items() if address is not None}
 
 
@@ -162,7 +174,14 @@ def _load(key: str, code: bytes) -> Kernel:
     builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol("kernel")
     for name, address in _library().items():
         builder.import_symbol(name, address)
-    library = builder.link(_linker, key)
+    try:
+        library = builder.link(_linker, f"{key}-{next(_numbers)}")
+    except RuntimeError as problem:
+        raise SeatruthError(
+            f"the compiled equations cannot be loaded on this machine ({processor()[0] or 'unknown processor'}): "
+            f"{' '.join(str(problem).split())[:200]}",
+            do=f"Set {PROCESSOR} to a plainer processor, such as x86-64, and report this.",
+        ) from None
     return Kernel(library, library["kernel"])
 
 
