@@ -1,0 +1,90 @@
+# Every target sets up what it needs in .venv, from the exact versions in constraints.txt, and only when something changed.
+# pip's own settings and PIP_* variables (index, proxy, certificates) are used as they are.
+
+VENV ?= .venv
+PY := $(VENV)/bin/python
+ARGS ?=
+# An editable install holds the folder's path, so a folder that was moved or copied needs a new one.
+HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
+RUN := $(VENV)/.installed-$(HERE)
+DEV := $(VENV)/.installed-dev-$(HERE)
+PINS := pyproject.toml constraints.txt
+PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-bar off --constraint constraints.txt
+# More workers than this do not pay: each one compiles and loads the numerical libraries anew.
+WORKERS ?= 8
+
+.PHONY: help demo test lint types imports experiments-quick clean
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo               the whole job on trials that come with seatruth, in a minute (results in seatruth-demo/)"
+	@echo "make test               the tests; ARGS='-k driver -x' goes to pytest"
+	@echo "make lint               style and format of the code (ruff)"
+	@echo "make types              static types (mypy --strict)"
+	@echo "make imports            the direction of imports (import-linter)"
+	@echo "make experiments-quick  every experiment in its small version (results in results/)"
+	@echo "make clean              removes .venv, caches and results"
+
+demo: $(RUN)
+	@$(PY) -m seatruth demo $(ARGS)
+
+test: $(DEV)
+	$(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist worksteal $(ARGS)
+
+lint: $(DEV)
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+
+types: $(DEV)
+	$(PY) -m mypy
+
+imports: $(DEV)
+	$(VENV)/bin/lint-imports
+
+# An experiment on the real trials is left out, with a word, where there are none.
+experiments-quick: $(DEV)
+	@set -e; for script in experiments/*.py experiments/*/__main__.py; do \
+		grep -qs '__name__ == "__main__"' "$$script" || continue; \
+		if grep -q 'options\.trials(' "$$script" && ! [ -d ../shared/data ]; then \
+			echo "== $$script: left out, it needs the real trials (../shared/data)"; continue; \
+		fi; \
+		echo "== $$script --quick"; \
+		$(PY) "$$script" --quick; \
+	done
+
+$(RUN): $(PINS)
+	$(call install,-e .)
+
+$(DEV): $(PINS)
+	$(call install,-e .[dev])
+	@touch $(RUN)
+
+# The first Python that is new enough makes .venv, unless a usable one is there.
+define install
+	@set -e; \
+	if ! $(PY) -m pip --version >/dev/null 2>&1; then \
+		for python in $(PYTHON) python3.11 python3 python3.12 python3.13 python3.14 python; do \
+			if "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then \
+				found=$$python; break; \
+			fi; \
+		done; \
+		if [ -z "$$found" ]; then \
+			echo "seatruth needs Python 3.11 or newer, and none was found." \
+				"Install it, or name it: make PYTHON=/path/to/python3.11" >&2; exit 1; \
+		fi; \
+		echo "Making $(VENV) with $$($$found --version)"; \
+		"$$found" -m venv --clear $(VENV) || { \
+			echo "$$found cannot make a virtual environment." \
+				"On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }; \
+	fi
+	@echo "Installing into $(VENV): this is done once, and again when $(PINS) change"
+	@rm -f $(VENV)/.installed*
+	@$(PIP) --quiet hatchling editables
+	@$(PIP) --no-build-isolation $(1)
+	@touch $@
+endef
+
+clean:
+	rm -rf $(VENV) build dist results seatruth-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
