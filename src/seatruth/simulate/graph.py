@@ -123,7 +123,7 @@ class Node:
     def __mod__(self, other: Any) -> Node:
         """Python's modulo, whose result has the sign of the divisor: a - floor(a / b) b."""
         whole: Node = self.graph.make("floor", self / other)
-        return self - whole * other
+        return self._do("sub", self, whole * other)
 
     def __rmod__(self, other: Any) -> Node:
         return self.graph.node(other).__mod__(self)
@@ -165,9 +165,6 @@ class Node:
         raise NotTraceable("it turns a variable into an integer")
 
     __index__ = __int__
-
-    def __array__(self, *_: Any, **__: Any) -> Any:
-        raise NotTraceable("it gives a variable to a NumPy function that needs plain numbers")
 
     def _do(self, op: str, a: Any, b: Any) -> Node:
         return self.graph.make(op, self.graph.node(a), self.graph.node(b))

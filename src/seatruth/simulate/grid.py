@@ -127,7 +127,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         substeps=np.append(counts, 0).astype(np.int64),
         length=length,
         stage_t=stage_t.reshape(-1),
-        stage_inputs=stage_inputs.reshape(-1, inputs.shape[1]),
+        stage_inputs=stage_inputs.reshape(stage_t.size, inputs.shape[1]),
     )
 
 

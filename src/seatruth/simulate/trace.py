@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import builtins
 import math
+import sysconfig
 import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ _NUMPY_NAMES = {
     **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh"},
     **{"arctanh": "atanh", "arctan2": "atan2", "absolute": "abs", "fabs": "abs", "power": "pow"},
 }
+_STANDARD = sysconfig.get_paths()["stdlib"]
 _SAME = ("float64", "float32", "asarray", "array", "real")
 
 
@@ -103,18 +106,23 @@ def _explore(
 
 
 def _reason(problem: Exception) -> str:
-    return str(problem) if isinstance(problem, NotTraceable) else f"{type(problem).__name__}: {problem}"
+    if isinstance(problem, NotTraceable):
+        return str(problem)
+    if "'Node'" in str(problem):
+        return "it gives a variable to a function that needs plain numbers"
+    return f"{type(problem).__name__}: {problem}"
 
 
 def _place(model: Model, problem: Exception) -> str:
-    """The line of the model's own code that failed: the last one outside the engine."""
+    """The line of the model's own code that failed: the last one outside the engine and the libraries."""
     place = f"model {model.name!r}"
     step = problem.__traceback__
     found = ""
     while step is not None:
-        code = step.tb_frame.f_code
-        if code.co_filename.rpartition("/")[0] != __file__.rpartition("/")[0]:
-            found = f"{code.co_filename.rpartition('/')[2]}, line {step.tb_lineno}"
+        file = Path(step.tb_frame.f_code.co_filename)
+        own = file.parent != Path(__file__).parent and "site-packages" not in file.parts
+        if own and not file.is_relative_to(_STANDARD):
+            found = f"{file.name}, line {step.tb_lineno}"
         step = step.tb_next
     return f"{place}, {found}" if found else place
 
