@@ -64,13 +64,17 @@ def _steps() -> list[str]:
     for name, step in sorted(STEPS.items()):
         about = " ".join(inspect.cleandoc(step.options.__doc__ or "").split()).replace("|", "\\|")
         options = [
-            f"`{key}` {kind(field.annotation)}"
-            + (", required" if field.is_required() else "")
-            + ("" if field.is_required() or field.default in (None, {}, []) else f" = `{_toml(field.default)}`")
-            for key, field in step.options.model_fields.items()
+            f"`{key}` {kind(field.annotation)}{_default(field)}" for key, field in step.options.model_fields.items()
         ]
         parts.append(f"| `{name}` | {step.summary} {about} | {'; '.join(options)} |")
     return [*parts, ""]
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return ", required"
+    default = field.get_default(call_default_factory=True)
+    return "" if default in (None, {}, []) else f" = `{_toml(default)}`"
 
 
 def _row(name: str, field: FieldInfo) -> str:
