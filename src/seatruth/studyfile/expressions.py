@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Collection, Sequence
 
-from seatruth.errors import BadInput, nearest
+from seatruth.expression import Expression, Relation
 from seatruth.models.parameter import Parameter
 from seatruth.studyfile.problems import Problems
-
-FUNCTIONS = frozenset(
-    (
-        *("abs", "min", "max", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
-        *("sinh", "cosh", "tanh", "hypot", "copysign"),
-    )
-)
-_LONGEST = 500
-_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.UAdd, ast.USub)
-_RELATIONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 
 
 def check(parameters: Sequence[Parameter], constraints: Sequence[str], problems: Problems) -> None:
@@ -38,42 +27,12 @@ def check(parameters: Sequence[Parameter], constraints: Sequence[str], problems:
 
 def arithmetic(text: str, names: Collection[str]) -> set[str]:
     """The names that an arithmetic expression uses; BadInput if it is anything else."""
-    return _walk(_parsed(text), names, text)
+    return set(Expression(text, names).names)
 
 
 def relation(text: str, names: Collection[str]) -> set[str]:
     """The names that a relation between arithmetic expressions uses, as "Y_v * N_r > 0" or "0 < a < b"."""
-    tree = _parsed(text)
-    if not isinstance(tree, ast.Compare) or not all(isinstance(sign, _RELATIONS) for sign in tree.ops):
-        raise BadInput(f"{text!r} is no relation", do='Compare with < <= > or >=, as "Y_v < N_v".')
-    return set().union(*(_walk(side, names, text) for side in (tree.left, *tree.comparators)))
-
-
-def _parsed(text: str) -> ast.expr:
-    if len(text) > _LONGEST:
-        raise BadInput(f"an expression of {len(text)} characters is too long", do="Shorten it.")
-    try:
-        return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
-        raise BadInput(f"{text!r} is no arithmetic expression", do='Write it as "-0.5 * Y_v".') from None
-
-
-def _walk(node: ast.expr, names: Collection[str], text: str) -> set[str]:
-    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
-        return set()
-    if isinstance(node, ast.Name):
-        if node.id in names:
-            return {node.id}
-        raise BadInput(f"{text!r} uses {node.id!r}, which is no parameter of the model", do=nearest(node.id, names))
-    if isinstance(node, ast.BinOp) and isinstance(node.op, _OPERATORS):
-        return _walk(node.left, names, text) | _walk(node.right, names, text)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, _OPERATORS):
-        return _walk(node.operand, names, text)
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords and node.args:
-        if node.func.id not in FUNCTIONS:
-            raise BadInput(f"{text!r} uses the function {node.func.id!r}", do=nearest(node.func.id, FUNCTIONS))
-        return set().union(*(_walk(argument, names, text) for argument in node.args))
-    raise BadInput(f"{text!r} holds more than arithmetic", do="Use numbers, parameters, + - * / ** and functions.")
+    return set(Relation(text, names).names)
 
 
 def _reached(start: str, ties: dict[str, set[str]]) -> set[str]:
