@@ -1,0 +1,91 @@
+"""What a section is made of: text, notes, tables, figures. The template draws them; nothing here is HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from markupsafe import Markup
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    kind: ClassVar[str] = "text"
+    text: str
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading inside a section."""
+
+    kind: ClassVar[str] = "heading"
+    text: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Notes:
+    """A list of sentences; `link` of each names a section, or is ""."""
+
+    kind: ClassVar[str] = "notes"
+    items: Sequence[tuple[str, str, bool]]
+    """(text, section, grave)"""
+
+
+@dataclass(frozen=True)
+class Column:
+    """`kind` of its cells: "text", "number" (aligned to the right), "verdict" (marked by colour and sign), "long" (a
+    text that may wrap)."""
+
+    title: str
+    kind: str = "text"
+    tip: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The first cell of each row is its header. `folded`: shown closed, under its caption."""
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[str]]
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One figure: SVG with its own alternative text, and a caption."""
+
+    svg: Markup
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Figures beside each other where there is room. `legend`: (kind of line, text), said once for all."""
+
+    kind: ClassVar[str] = "pictures"
+    items: Sequence[Picture]
+    legend: Sequence[tuple[str, str]] = ()
+
+
+Block = Text | Heading | Notes | Table | Pictures
+
+
+@dataclass(frozen=True)
+class Section:
+    """One section of the page."""
+
+    id: str
+    title: str
+    blocks: list[Block] = field(default_factory=list)
+
+
+def table(caption: str, columns: Sequence[Column], rows: Sequence[Sequence[str]], *, folded: bool = False) -> Table:
+    """A table without those columns (but the first) that are empty in every row."""
+    kept = [k for k in range(len(columns)) if k == 0 or any(row[k] for row in rows)]
+    return Table(caption, [columns[k] for k in kept], [[row[k] for k in kept] for row in rows], folded)

@@ -1,0 +1,18 @@
+"""The figures of the report, each a function of an Estimate that gives a matplotlib Figure (shown by any notebook)."""
+
+from seatruth.report.figures.estimates import correlation, parameters, profile, sensitivity
+from seatruth.report.figures.quality import cross_validation, fit, history
+from seatruth.report.figures.runs import autocorrelation, traces, tracks
+
+__all__ = [
+    "autocorrelation",
+    "correlation",
+    "cross_validation",
+    "fit",
+    "history",
+    "parameters",
+    "profile",
+    "sensitivity",
+    "traces",
+    "tracks",
+]

@@ -1,0 +1,218 @@
+"""Sections about the parameters: estimates, what cannot be separated, correlation, sensitivity, profiles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from seatruth.report import figures
+from seatruth.report.blocks import Block, Column, Pictures, Section, Table, Text, table
+from seatruth.report.figures.estimates import MOST_CORRELATED, correlated
+from seatruth.report.numbers import count, estimate, interval, listed, number, shown
+from seatruth.report.sections.pictures import Album
+from seatruth.report.view import View, finite
+from seatruth.report.words import strong_pairs
+
+_STRONG = 0.9
+_MOST_PAIRS = 12
+_MOST_PROFILES = 24
+_SMALL_PART = 0.1
+"""Coefficients of a combination below this part of its largest are left out of its formula."""
+
+
+def estimates(data: View, album: Album) -> Section | None:
+    """The parameters with their intervals."""
+    frame = data.parameters
+    if not len(frame):
+        return None
+    blocks: list[Block] = [
+        Text(
+            "The last digit shown is the second significant digit of the standard error. The interval holds the true "
+            "value in 95 of 100 such experiments if the model is right; autocorrelation of the residuals is allowed "
+            "for. CRLB: the standard error that these trials would give if the residuals were white noise."
+        ),
+        _table("Free parameters", frame, folded=False),
+    ]
+    pictures = []
+    if (np.isfinite(frame["start"]) & (frame["start"] != 0) & np.isfinite(frame["value"])).any():
+        left_out = [str(name) for name in frame.index[(frame["start"] == 0).to_numpy()]]
+        note = f" {listed(left_out)} started from 0 and cannot be shown so." if left_out else ""
+        pictures.append(
+            album.picture(
+                figures.parameters(data, against="start"),
+                f"Change of {count(len(frame), 'parameter')} from the start in percent, with 95 % intervals. "
+                "The table above has the numbers.",
+                f"Estimates and 95 % intervals as change from the start. Arrows: goes on beyond the figure.{note}",
+            )
+        )
+    if (np.isfinite(frame["min"]) & np.isfinite(frame["max"])).any():
+        pictures.append(
+            album.picture(
+                figures.parameters(data, against="bounds"),
+                "Place of each estimate and its 95 % interval between its bounds. The table above has the numbers.",
+                "The same between the bounds. An estimate on a thick line is held there by the bound, not by the data.",
+            )
+        )
+    if pictures:
+        blocks.append(Pictures(pictures))
+    if len(data.nuisances):
+        blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, degrees=True))
+    return Section("parameters", "Parameters", blocks)
+
+
+def _table(caption: str, frame: pd.DataFrame, *, folded: bool, degrees: bool = False) -> Table:
+    columns = [
+        Column("parameter"),
+        Column("value", "number"),
+        Column("unit"),
+        Column("std. error", "number"),
+        Column("95 % interval", "number"),
+        Column("verdict", "verdict"),
+        Column("start", "number"),
+        Column("bounds", "number"),
+        Column("prior", "number", "mean ± standard deviation"),
+        Column("CRLB", "number", "Cramér-Rao lower bound of the standard error"),
+        Column("source of the start", "long"),
+    ]
+    rows = [_row(str(name), row, degrees) for name, row in frame.iterrows()]
+    return table(f"{caption} ({len(rows)})", columns, rows, folded=folded)
+
+
+def _row(name: str, row: pd.Series[float], degrees: bool) -> list[str]:
+    unit = shown("", str(row["unit"])) if degrees else None
+    factor = unit.factor if unit else 1.0
+    value, error, lower, upper, start, low, high, mean, sd, crlb = (
+        float(row[key]) * factor
+        for key in ("value", "stderr", "lower", "upper", "start", "min", "max", "prior_mean", "prior_sd", "crlb")
+    )
+    text = "" if str(row["unit"]) == "1" else str(row["unit"])
+    bounded = math.isfinite(low) or math.isfinite(high)
+    about = ". ".join(part for part in (str(row["description"]).rstrip("."), str(row["source"])) if part)
+    return [
+        name,
+        estimate(value, error),
+        unit.unit if unit else text,
+        number(error, 2),
+        interval(lower, upper, error),
+        str(row["verdict"]),
+        number(start, 4),
+        f"{number(low, 3)} to {number(high, 3)}" if bounded else "",
+        f"{number(mean, 4)} ± {number(sd, 2)}" if finite(mean, sd) else "",
+        number(crlb, 2),
+        about,
+    ]
+
+
+def combinations(data: View, album: Album) -> Section | None:
+    """What the data cannot separate, and the strongest correlations."""
+    pairs = strong_pairs(data, _STRONG)
+    if not data.weak and not pairs:
+        return None
+    blocks: list[Block] = []
+    if data.weak:
+        blocks.append(
+            Text(
+                "Along each of these combinations the parameters can move together with little change in the fit. Fix "
+                "one of them, give it a prior, or add a trial that moves them apart."
+            )
+        )
+        rows = [
+            [
+                str(item.get("sentence", "") or "A combination that the data hardly see."),
+                formula(item.get("combination") or {}),
+                number(item.get("ratio"), 2),
+            ]
+            for item in data.weak
+        ]
+        condition = (getattr(data.estimate, "identifiability", None) or {}).get("condition")
+        note = f"; condition number of the scaled problem {number(condition, 2)}" if finite(condition) else ""
+        columns = [
+            Column("what it means", "long"),
+            Column("combination (scaled parameters)", "long"),
+            Column("strength", "number", "singular value relative to the largest"),
+        ]
+        blocks.append(table(f"Weakly determined combinations{note}", columns, rows))
+    if pairs:
+        columns = [Column("parameter"), Column("and"), Column("correlation", "number")]
+        rows = [[a, b, number(value, 3)] for a, b, value in pairs[:_MOST_PAIRS]]
+        caption = f"Correlations of at least {number(_STRONG, 1)}"
+        if len(pairs) > _MOST_PAIRS:
+            caption += f": the {_MOST_PAIRS} strongest of {len(pairs)}"
+        blocks.append(table(caption, columns, rows))
+    return Section("combinations", "What the data cannot separate", blocks)
+
+
+def formula(combination: Mapping[str, float]) -> str:
+    """ "0.71 Y_v − 0.69 N_v": the terms that matter, the largest first, the first positive."""
+    terms = [(str(name), float(value)) for name, value in combination.items() if finite(value)]
+    if not terms:
+        return ""
+    terms.sort(key=lambda term: -abs(term[1]))
+    largest = terms[0][1]
+    sign = 1.0 if largest >= 0 else -1.0
+    kept = [(name, sign * value) for name, value in terms if abs(value) >= _SMALL_PART * abs(largest)]
+    text = " ".join(f"{'+' if value >= 0 else '−'} {number(abs(value), 2)} {name}" for name, value in kept)
+    return text.removeprefix("+ ")
+
+
+def correlation(data: View, album: Album) -> Section | None:
+    """Correlation of the estimates."""
+    shown_table = correlated(data)
+    if len(shown_table) < 2:
+        return None
+    total = len([name for name in data.correlation.index if name in set(data.parameters.index)])
+    more = f" Of {total} parameters, the {MOST_CORRELATED} with the strongest." if total > MOST_CORRELATED else ""
+    values = np.abs(np.nan_to_num(shown_table.to_numpy(copy=True)))
+    np.fill_diagonal(values, 0.0)
+    i, j = np.unravel_index(int(values.argmax()), values.shape)
+    names = [str(name) for name in shown_table.index]
+    strongest = f"The strongest is {number(shown_table.iloc[i, j], 2)} between {names[i]} and {names[j]}."
+    picture = album.picture(
+        figures.correlation(data),
+        f"Heat map of the correlation of {len(names)} parameters. {strongest}",
+        f"Correlation of the estimates: near 1 or −1, only a combination of the two is known. {strongest}{more}",
+    )
+    return Section("correlation", "Correlation of the estimates", [Pictures([picture])])
+
+
+def sensitivity(data: View, album: Album) -> Section | None:
+    """What moves the outputs."""
+    values = data.sensitivity.to_numpy(dtype=float)
+    if not (np.isfinite(values) & (values > 0)).any():
+        return None
+    strongest = data.sensitivity.max(axis=1)
+    idle = [str(name) for name in strongest.index[(strongest < 0.05).to_numpy()]]
+    note = f" Below 0.05 everywhere: {listed(idle)}." if idle else ""
+    picture = album.picture(
+        figures.sensitivity(data),
+        f"Relative sensitivity of {values.shape[1]} outputs to {values.shape[0]} parameters. The most sensitive to is "
+        f"{strongest.idxmax()}.",
+        "Relative change of an output over the relative change of a parameter, inputs held fixed: 0.5 means that 10 % "
+        f"more of the parameter moves the output by 5 % of its mean size.{note}",
+    )
+    return Section("sensitivity", "Sensitivity of the outputs", [Pictures([picture])])
+
+
+def profiles(data: View, album: Album) -> Section | None:
+    """Profile likelihood."""
+    if not data.profile:
+        return None
+    names = list(data.profile)
+    pictures = [
+        album.picture(
+            figures.profile(data, [name]),
+            f"Profile of {name}: least cost above the lowest, for {len(data.profile[name])} values.",
+        )
+        for name in names[:_MOST_PROFILES]
+    ]
+    more = f" Shown: {_MOST_PROFILES} of {len(names)}." if len(names) > _MOST_PROFILES else ""
+    text = (
+        "Each parameter was held at several values and all others fitted anew. A parabola means that the standard "
+        "error tells the whole story; a flat or lopsided curve means that it does not. The dashed line bounds a 95 % "
+        "interval if the residuals are white; the shaded interval allows for their autocorrelation, the dotted line "
+        f"is the estimate.{more}"
+    )
+    return Section("profile", "Profile likelihood", [Text(text), Pictures(pictures)])

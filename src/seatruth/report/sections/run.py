@@ -1,0 +1,150 @@
+"""Sections about the run: summary, search, discretisation, data steps, findings, provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from seatruth.report import figures
+from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Table, Text, table
+from seatruth.report.numbers import number, seconds
+from seatruth.report.sections.pictures import Album
+from seatruth.report.view import View, finite
+from seatruth.report.words import ending, findings_of, fit_in_words, parameters_in_words, worries
+
+_LONGEST = 400
+"""Letters of a value in the provenance."""
+
+
+def summary(data: View, album: Album) -> Section:
+    """How it ended, how well it fits, what is known, what to look at first."""
+    texts = [ending(data), fit_in_words(data), parameters_in_words(data)]
+    blocks: list[Block] = [Text(" ".join(text for text in texts if text))]
+    look = worries(data)
+    if look:
+        blocks.append(Text("What to look at first:"))
+        blocks.append(Notes([(worry.text, worry.section, worry.grave) for worry in look]))
+    else:
+        blocks.append(Text("Nothing stands out that you should worry about."))
+    return Section("summary", "In short", blocks)
+
+
+def search(data: View, album: Album) -> Section | None:
+    """How the optimizer got there."""
+    outcome = data.outcome
+    optimizer = getattr(data.estimate, "optimizer", None) or {}
+    rows = [["ended", str(outcome.get("code", ""))], ["why", str(outcome.get("reason", ""))]]
+    counts = {"evaluations": "evaluations", "diverged": "diverged", "clipped": "moved inside the bounds"}
+    rows += [[words, f"{int(outcome[key])}"] for key, words in counts.items() if finite(outcome.get(key))]
+    rows.append(["time", seconds(outcome.get("wall_s"))])
+    rows += [["cost reached", number(outcome[key], 6)] for key in ("value", "best") if finite(outcome.get(key))]
+    rows += [["note", str(note)] for note in outcome.get("notes", None) or []]
+    seed = getattr(data.estimate, "seed", None)
+    rows += [["seed", "" if seed is None else str(seed)]]
+    rows += _flat({"optimizer": optimizer, "cost": getattr(data.estimate, "cost", None) or {}})
+    rows = [row for row in rows if row[1]]
+    blocks: list[Block] = [table("How it ended", [Column("what"), Column("is", "long")], rows)] if rows else []
+    if len(data.history) > 1:
+        best = data.history["best"]
+        picture = album.picture(
+            figures.history(data),
+            f"Best cost over the evaluations, from {number(best.iloc[0])} down to {number(best.iloc[-1])}.",
+            "The best cost found so far. Still falling at the end: the search was cut short.",
+        )
+        blocks.append(Pictures([picture]))
+    return Section("search", "Search", blocks) if blocks else None
+
+
+def discretisation(data: View, album: Album) -> Section | None:
+    """What the time step costs."""
+    rows = [
+        [
+            channel.name,
+            channel.unit,
+            number(row["error"] * channel.factor, 2),
+            number(row["noise"] * channel.factor, 2),
+            number(row["ratio"], 2),
+        ]
+        for name, row in data.discretisation.iterrows()
+        for channel in (data.channel(str(name)),)
+        if finite(row["error"])
+    ]
+    if not rows:
+        return None
+    columns = [
+        Column("channel"),
+        Column("unit"),
+        Column("error", "number", "rms difference against half the step"),
+        Column("noise", "number"),
+        Column("error / noise", "number"),
+    ]
+    text = "Root mean square change of the simulated outputs when the step is halved: to be far below the noise."
+    return Section(
+        "discretisation", "Error of the time step", [Text(text), table("Error of the time step", columns, rows)]
+    )
+
+
+def steps(data: View, album: Album) -> Section | None:
+    """What was done to the data."""
+    found = getattr(data.estimate, "steps", None) or []
+    rows = []
+    for trial, step in found:
+        read: Any = step.get if isinstance(step, Mapping) else lambda key, s=step: getattr(s, key, None)
+        options = ", ".join(f"{key} = {_short(value)}" for key, value in dict(read("options") or {}).items())
+        rows.append([str(trial), str(read("name") or ""), options, str(read("effect") or "")])
+    if not rows:
+        return None
+    columns = [Column("trial"), Column("step"), Column("options", "long"), Column("what it did", "long")]
+    text = "Everything that was done to the recorded data before the fit, in this order. Nothing else was changed."
+    return Section("steps", "Steps on the data", [Text(text), table("Steps on record", columns, rows)])
+
+
+def findings(data: View, album: Album) -> Section | None:
+    """What the checks of the data found."""
+    found = findings_of(data)
+    if not found:
+        return None
+    keys = ("severity", "where", "channel", "message", "do")
+    columns = [
+        Column("gravity", "verdict"),
+        Column("where"),
+        Column("channel"),
+        Column("what", "long"),
+        Column("what to do", "long"),
+    ]
+    rows = [[finding[key] for key in keys] for finding in found]
+    return Section("findings", "Findings in the data", [table(f"Findings ({len(rows)})", columns, rows)])
+
+
+def provenance(data: View, album: Album) -> Section | None:
+    """What made this result."""
+    rows = _flat(getattr(data.estimate, "provenance", None) or {})
+    if not rows:
+        return None
+    built: Table = table("What made this result", [Column("what"), Column("is", "long")], rows)
+    return Section("provenance", "Provenance", [built])
+
+
+def _flat(values: Mapping[str, Any], path: tuple[str, ...] = ()) -> list[list[str]]:
+    return list(_walk(values, path))
+
+
+def _walk(values: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[list[str]]:
+    for key, value in values.items():
+        here = (*path, str(key))
+        if isinstance(value, Mapping):
+            yield from _walk(value, here)
+        elif value not in (None, "", [], ()):
+            yield [": ".join(here).replace("_", " ") if "." not in here[-1] else ": ".join(here), _short(value)]
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return number(value, 6)
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
+        text = ", ".join(_short(item) for item in value)
+    else:
+        text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

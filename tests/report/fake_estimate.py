@@ -1,0 +1,215 @@
+"""An Estimate as `identify` gives it, made up: a Nomoto ship that turns, with every kind of verdict and finding."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Step
+
+CHANNELS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v": "m/s", "r": "rad/s"}
+NOISE = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
+VERDICTS = ("identified", "identified", "weak", "identified", "not identifiable", "at bound", "from prior")
+BASE = ("R_0", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vrr", "N_v", "N_r", "N_vvr", "N_vrr", "a_H", "t_R")
+
+
+def estimate(
+    *, parameters: int = 12, trials: int = 4, samples: int = 900, synthetic: bool = True, seed: int = 1, **changes: Any
+) -> Any:
+    """A made-up estimate; `changes` replaces attributes."""
+    rng = np.random.default_rng(seed)
+    names = [BASE[i] if i < len(BASE) else f"Y_{i:02d}" for i in range(parameters)]
+    runs = [f"zigzag_{10 + 5 * k}_{10 + 5 * k}" for k in range(trials)] + ["zigzag_20_10"]
+    traces = _traces(runs, samples, rng)
+    fit = _fit(traces)
+    table = _parameters(names, rng)
+    nuisances = _nuisances(runs[:-1], rng)
+    everything = [*table.index, *nuisances.index]
+    correlation = _correlation(everything, rng)
+    sd = np.nan_to_num(pd.concat([table["stderr"], nuisances["stderr"]]).to_numpy(), nan=1.0)
+    found: dict[str, Any] = {
+        "study": "sample ship",
+        "model": "mmg",
+        "channels": CHANNELS,
+        "synthetic": synthetic,
+        "seed": 1,
+        "optimizer": {"name": "least_squares", "options": {"loss": "linear", "xtol": 1e-10}},
+        "cost": {"kind": "trajectory", "initial": "free", "hold": "linear", "segments": None},
+        "outcome": {
+            "code": "converged",
+            "reason": "the step and the gradient fell below their tolerances",
+            "evaluations": 412,
+            "wall_s": 3.217,
+            "diverged": 2,
+        },
+        "parameters": table,
+        "nuisances": nuisances,
+        "covariance": correlation * np.outer(sd, sd),
+        "correlation": correlation,
+        "identifiability": {
+            "singular_values": np.geomspace(30, 1e-3, len(names)).tolist(),
+            "condition": 3.0e4,
+            "weak": [
+                {
+                    "combination": {"Y_v": 0.71, "N_v": -0.69, "Y_r": 0.1},
+                    "ratio": 0.004,
+                    "sentence": "Y_v and N_v trade off: the data fix their difference only to 38 %.",
+                }
+            ][: max(parameters - 1, 0)],
+        },
+        "sensitivity": pd.DataFrame(
+            10 ** rng.uniform(-4, 0.3, (len(names), len(CHANNELS))), index=names, columns=list(CHANNELS)
+        ),
+        "fit": fit,
+        "cross_validation": fit.loc[~fit["held_out"], ["trial", "channel", "noise"]].assign(
+            rmse=fit["rmse"] * 1.4, rmse_fitted=fit["rmse"]
+        ),
+        "profile": {
+            name: pd.DataFrame({"value": (v := np.linspace(-2, 2, 9)), "cost": 812.0 + 0.6 * v**2 + 0.1 * v**3})
+            for name in names[:2]
+        },
+        "history": pd.DataFrame(
+            {
+                "evaluations": np.arange(1, 400, 13),
+                "best": 900 + 4e4 * np.exp(-np.arange(31) / 3),
+                "seconds": np.linspace(0, 3.2, 31),
+            }
+        ),
+        "discretisation": {c: {"error": 1e-5 * NOISE[c], "noise": NOISE[c], "ratio": 1e-5} for c in CHANNELS},
+        "steps": [(runs[0], Step("unwrap", {"channels": ["psi"]}, "psi: 2 jumps of a full turn removed"))],
+        "findings": [
+            Finding("note", "speed-range", "The speed stays within 4 %.", "all trials", "Add a run.", channel="u"),
+            Finding("warning", "stuck", "r stands still for 12 samples.", "a.csv, line 40", "Look.", runs[0], "r"),
+        ],
+        "traces": traces,
+        "provenance": {
+            "seatruth": "0.1.0",
+            "commit": "0123abc",
+            "python": "3.11.9",
+            "machine": {"cpu": "unknown", "cores": 4},
+            "study_hash": "9f" * 16,
+            "data": {f"{run}.csv": "ab" * 32 for run in runs},
+        },
+    }
+    return SimpleNamespace(**(found | changes))
+
+
+def empty(**changes: Any) -> Any:
+    """An estimate with nothing in it: what the worst run could leave."""
+    nothing = pd.DataFrame()
+    outcome = {"code": "failed", "reason": "every candidate diverged", "evaluations": 40, "wall_s": 0.1, "diverged": 40}
+    found: dict[str, Any] = dict.fromkeys(
+        ("parameters", "nuisances", "covariance", "correlation", "sensitivity", "fit", "history", "traces"), nothing
+    )
+    found |= {"study": "s", "model": "m", "synthetic": False, "seed": 0, "optimizer": {}, "cost": {}, "steps": []}
+    found |= {"outcome": outcome, "identifiability": {}, "discretisation": {}, "findings": [], "provenance": {}}
+    found |= {"cross_validation": None, "profile": None}
+    return SimpleNamespace(**(found | changes))
+
+
+def _traces(runs: list[str], samples: int, rng: np.random.Generator) -> pd.DataFrame:
+    t = np.arange(samples) * 0.2
+    parts = []
+    for k, run in enumerate(runs):
+        delta = np.deg2rad(10 + 5 * k) * np.sign(np.sin(2 * np.pi * t / 50))
+        truth, fitted, start = (_ship(t, delta, gain) for gain in (1.0, 1.01, 1.25))
+        for channel in CHANNELS:
+            measured = truth[channel] + NOISE[channel] * rng.standard_normal(samples)
+            if channel in ("x", "y"):
+                measured[300:360] = np.nan
+            frame = pd.DataFrame({"trial": run, "t": t, "channel": channel, "measured": measured})
+            parts.append(frame.assign(fitted=fitted[channel], start=start[channel], held_out=run == runs[-1]))
+    return pd.concat(parts, ignore_index=True)
+
+
+def _ship(t: np.ndarray, delta: np.ndarray, gain: float) -> dict[str, np.ndarray]:
+    step = t[1] - t[0]
+    r = np.zeros_like(t)
+    for i in range(1, len(t)):
+        r[i] = r[i - 1] + step * (0.12 * gain * delta[i - 1] - r[i - 1]) / 4.0
+    psi = np.cumsum(r) * step
+    u, v = 1.18 - 9 * r**2 * gain, -2.0 * r * gain
+    return {
+        "x": np.cumsum(u * np.cos(psi) - v * np.sin(psi)) * step,
+        "y": np.cumsum(u * np.sin(psi) + v * np.cos(psi)) * step,
+        "psi": psi,
+        "u": u,
+        "v": v,
+        "r": r,
+    }
+
+
+def _fit(traces: pd.DataFrame) -> pd.DataFrame:
+    rows = []
+    for (trial, channel), part in traces.groupby(["trial", "channel"], sort=False):
+        residual, before = part["measured"] - part["fitted"], part["measured"] - part["start"]
+        rmse = float(np.sqrt(np.nanmean(residual**2)))
+        rows.append(
+            {
+                "trial": trial,
+                "channel": channel,
+                "rmse": rmse,
+                "noise": NOISE[str(channel)],
+                "ratio": rmse / NOISE[str(channel)],
+                "bias": float(residual.mean()),
+                "n": int(residual.notna().sum()),
+                "n_eff": float(residual.notna().sum()) / 7,
+                "autocorrelation": float(residual.autocorr()),
+                "held_out": bool(part["held_out"].iloc[0]),
+                "rmse_start": float(np.sqrt(np.nanmean(before**2))),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _parameters(names: list[str], rng: np.random.Generator) -> pd.DataFrame:
+    rows = []
+    for i in range(len(names)):
+        verdict = VERDICTS[i % len(VERDICTS)]
+        start = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2, 0))
+        if i == 7:
+            start = 0.0
+        error = abs(start or 0.1) * {"identified": 0.02, "weak": 0.6, "not identifiable": 9.0}.get(verdict, 0.1)
+        value = start + float(rng.standard_normal()) * max(error, 0.1 * abs(start))
+        bounds = (start - 2 * abs(start) - 1e-3, start + 2 * abs(start) + 1e-3) if i % 3 else (-np.inf, np.inf)
+        if verdict == "at bound":
+            value, error, bounds = start * 1.5, np.nan, tuple(sorted((start * 0.5, start * 1.5)))
+        rows.append(
+            {
+                "value": value,
+                "unit": "1" if i else "N",
+                "stderr": error,
+                "lower": value - 1.96 * error,
+                "upper": value + 1.96 * error,
+                "crlb": error / 1.7,
+                "start": start,
+                "min": bounds[0],
+                "max": bounds[1],
+                "prior_mean": start if verdict == "from prior" else np.nan,
+                "prior_sd": abs(start) / 10 if verdict == "from prior" else np.nan,
+                "at_bound": verdict == "at bound",
+                "verdict": verdict,
+                "source": "[L] model tests",
+                "description": "a coefficient of the hull",
+            }
+        )
+    return pd.DataFrame(rows, index=pd.Index(names, name="name"))
+
+
+def _nuisances(runs: list[str], rng: np.random.Generator) -> pd.DataFrame:
+    names = [f"{run}: {channel}" for run in runs for channel in ("psi", "u", "v", "r")]
+    out = _parameters(names, rng)
+    out["unit"] = ["rad", "m/s", "m/s", "rad/s"] * len(runs)
+    out["verdict"] = "identified"
+    return out
+
+
+def _correlation(names: list[str], rng: np.random.Generator) -> pd.DataFrame:
+    factors = rng.standard_normal((len(names), 4))
+    covariance = factors @ factors.T + np.eye(len(names))
+    sd = np.sqrt(np.diag(covariance))
+    return pd.DataFrame(covariance / np.outer(sd, sd), index=names, columns=names)
