@@ -1,0 +1,51 @@
+"""Runs what README.md and docs/*.md show, as a reader would.
+
+A block whose first line is a comment with a file's name is that file. Other Python blocks are run one after another in
+one namespace, and so are the lines of console blocks that start with `$ seatruth`. All happens in the current folder.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from seatruth.cli import run
+
+ROOT = Path(__file__).parents[1]
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_FILE = re.compile(r"# (\S+\.(?:py|toml))\n")
+
+
+def execute(document: str) -> dict[str, Any]:
+    """Writes and runs all blocks of a document; returns the namespace of its Python blocks."""
+    namespace: dict[str, Any] = {"__name__": "document"}
+    for name, text in files(document).items():
+        Path(name).write_text(text)
+    for line, kind, block in _blocks(document):
+        if _FILE.match(block):
+            continue
+        if kind == "python":
+            # Empty lines before it give an error the line that it has in the document.
+            exec(compile("\n" * (line - 1) + block, document, "exec"), namespace)
+        elif kind == "console":
+            for command in block.splitlines():
+                if command.startswith("$ seatruth "):
+                    code = run(shlex.split(command)[2:])
+                    assert code == 0, f"{document}, line {line}: {command} ended with {code}"
+    return namespace
+
+
+def files(document: str) -> dict[str, str]:
+    """The files that a document shows, by name."""
+    named = ((_FILE.match(block), block) for _, _, block in _blocks(document))
+    return {found[1]: block for found, block in named if found}
+
+
+def _blocks(document: str) -> Iterator[tuple[int, str, str]]:
+    """First line, kind and text of each block."""
+    text = (ROOT / document).read_text()
+    for found in _BLOCK.finditer(text):
+        yield text.count("\n", 0, found.start()) + 2, found[1], found[2]

@@ -1,0 +1,56 @@
+"""What README.md and docs/*.md show works as it stands there."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from documents import ROOT, execute, files
+
+from seatruth.sample import copy_to
+
+DOCUMENTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_links_lead_somewhere(document: str) -> None:
+    path = ROOT / document
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text()):
+        assert (path.parent / target).exists(), target
+
+
+def test_readme(folder: Path) -> None:
+    copy_to(folder)
+    shutil.copy(folder / "zigzag_20_20.csv", folder / "my_log.csv")
+    estimate = execute("README.md")["estimate"]
+    assert estimate.outcome["code"] == "converged"
+    assert (folder / "my-result" / "report.html").stat().st_size > 10_000
+    assert (folder / "my_log-result" / "report.html").exists()
+
+
+def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    estimate: Any = execute("docs/models.md")["estimate"]
+    assert 0.05 < estimate.parameters.loc["K", "value"] < 1.0
+    assert (folder / "my_study-result" / "report.html").exists()
+    assert (folder / "black_box-result" / "report.html").exists()
+
+
+def test_the_model_of_the_document_conforms(folder: Path) -> None:
+    for name, text in files("docs/models.md").items():
+        (folder / name).write_text(text)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", ".", "test_my_ship.py"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert " passed" in done.stdout
