@@ -49,7 +49,11 @@ class Cost(ABC):
     """Minus the log-likelihood (and log-prior) of the data, up to a constant: half a weighted sum of squares.
 
     `parameters` are the K free ones, in the order of x; their `value` is the start. `noise_known` says whether the
-    weights are 1/sigma of a known noise; otherwise sigma is estimated from the residuals.
+    weights are 1/sigma of a known noise. Otherwise sigma is estimated, and `values` is the likelihood with the sigma
+    that is best for each candidate: it depends on the candidate alone. `residuals` then use the sigma of the last
+    `reweight`; half their sum of squares has the slope of `values` where sigma was estimated and lies above it
+    elsewhere (up to a constant), so that solving and reweighting in turn reaches the minimum of `values`. `value_of`
+    gives the cost of residuals in terms of `values`.
     """
 
     parameters: tuple[Parameter, ...]
@@ -62,7 +66,7 @@ class Cost(ABC):
         """Cost of each candidate: X (P, K) -> (P,). A candidate that cannot be simulated costs inf."""
 
     def residuals(self, x: Array) -> Array:
-        """Weighted residuals, data then priors: x (K,) -> (M,); values = 0.5 * sum(residuals**2)."""
+        """Weighted residuals, data then priors: x (K,) -> (M,); values = 0.5 * sum(residuals**2) if noise is known."""
         raise NotImplementedError(f"{type(self).__name__} gives no residuals")
 
     def jacobian(self, x: Array) -> Array:
@@ -76,6 +80,10 @@ class Cost(ABC):
     def reweight(self, x: Array) -> bool:
         """Re-estimates the innovation covariance at x where the criterion calls for it; True if it changed."""
         return False
+
+    def value_of(self, residuals: Array) -> float:
+        """What `values` gives for the candidate that has these residuals (M,) under the present weights."""
+        return 0.5 * float(residuals @ residuals)
 
     @property
     def names(self) -> tuple[str, ...]:
