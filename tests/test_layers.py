@@ -55,4 +55,4 @@ def test_static_types_and_loaded_names_are_the_same() -> None:
 
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'identfy'"):
-        seatruth.identfy  # type: ignore[attr-defined]  # noqa: B018
+        seatruth.identfy  # noqa: B018
