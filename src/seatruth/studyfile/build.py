@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seatruth.effects import available, effects_by_name, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
 from seatruth.studyfile import expressions, noise, parameters, trial_files
@@ -25,6 +26,10 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     model = None
     with problems.at("model", "use"):
         model = load_model(file.model.use, source.parent, file.model.set)
+    if model is not None and file.model.effects:
+        plain, model = model, None
+        with problems.at("model", "effects"):
+            model = with_effects(plain, effects_by_name(file.model.effects, available()))
     found = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None

@@ -79,6 +79,11 @@ class ModelTable(Table):
     set: str | None = Field(
         default=None, description='Parameter set that the model offers, as "KVLCC2"; default: its own.'
     )
+    effects: list[str] = Field(
+        default=[],
+        description="Effects of `seatruth list effects` that the model leaves out, added to it at their null; their "
+        'parameters are called as "current_north" and can be identified like any other.',
+    )
     vary: list[str] = Field(
         default=[],
         description="Parameters to identify, by name or pattern (`*` and `?`); the same as `vary = true` in each of "

@@ -1,0 +1,110 @@
+"""The conformance suite of effects. A third party's tests are
+
+    from seatruth.testing.effects import EffectConformance
+
+    class TestMine(EffectConformance):
+        @pytest.fixture
+        def effect(self):
+            return MyEffect()
+
+and inherit every check below, on every installed model that the effect can act on.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from seatruth.effects import Effect, with_effects
+from seatruth.models import available
+from seatruth.models.base import Model
+from seatruth.simulate import simulator
+from seatruth.testing.models import RANGES
+from seatruth.trials.trial import Trial
+from seatruth.units import is_unit
+
+Array = NDArray[np.float64]
+
+
+class EffectConformance:
+    """Checks that every effect must pass; see the module for how to inherit them."""
+
+    seed: ClassVar[int] = 1
+
+    @pytest.fixture
+    def effect(self) -> Effect:
+        """The effect under test; every inheriting class gives its own."""
+        raise NotImplementedError(f"{type(self).__name__} needs a fixture `effect`")
+
+    @pytest.fixture
+    def models(self, effect: Effect) -> list[Model]:
+        """Models that it can act on."""
+        found = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
+        assert found, "no installed model lets it act"
+        return found
+
+    def test_declares_itself(self, effect: Effect) -> None:
+        assert effect.title
+        assert effect.source, "say where the equation and the magnitude come from"
+        assert effect.family in ("environment", "actuator", "sensor", "hydrodynamics", "loading")
+        assert effect.parameters
+        for parameter in effect.parameters:
+            assert is_unit(parameter.unit), f"{parameter.name}: {parameter.unit!r} is no unit"
+            assert parameter.source, f"{parameter.name}: say where the magnitude comes from"
+            assert parameter.min <= effect.null[parameter.name] <= parameter.max
+            assert parameter.min <= parameter.value <= parameter.max
+
+    def test_vanishes_at_its_null(self, effect: Effect, models: list[Model]) -> None:
+        for model in models:
+            extended = with_effects(model, [effect])
+            trial, first = self.trial(model)
+            with_it = self.simulated(extended, trial, first)
+            without = self.simulated(model, trial, first)
+            assert with_it == pytest.approx(without, rel=1e-11, abs=1e-12), model.name
+
+    def test_shows_at_its_typical_magnitude(self, effect: Effect, models: list[Model]) -> None:
+        for model in models:
+            trial, first = self.trial(model)
+            values = {effect.named(parameter.name): parameter.value for parameter in effect.parameters}
+            changed = self.simulated(with_effects(model, [effect]), trial, first, values)
+            assert np.isfinite(changed).all(), model.name
+            assert np.abs(changed - self.simulated(model, trial, first)).max() > 1e-6, model.name
+
+    def test_derivatives_at_the_null_are_slopes(self, effect: Effect, models: list[Model]) -> None:
+        for model in models:
+            extended = with_effects(model, [effect])
+            trial, first = self.trial(model)
+            names = tuple(effect.named(parameter.name) for parameter in effect.parameters)
+            null = np.array([effect.null[parameter.name] for parameter in effect.parameters])
+            sim = simulator(extended, [trial], free=names)
+            states = self.padded(first, extended)
+            exact = sim.jacobian(null, states).dy
+            assert np.isfinite(exact).all(), model.name
+            for k in range(len(names)):
+                h = 1e-6 * np.eye(len(names))[k]
+                ahead, behind = sim.outputs(np.array([null + h, null - h]), states).y
+                slope = (ahead - behind) / 2e-6
+                assert exact[:, :, k] == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), names[k]
+
+    def trial(self, model: Model) -> tuple[Trial, Array]:
+        """A short run under random inputs, and a state to start it from."""
+        rng = np.random.default_rng(self.seed)
+        t: Array = np.arange(61) * np.float64(0.2)
+        inputs: dict[str, Array] = {}
+        for channel in model.inputs:
+            low, high = RANGES.get(channel.name, (-1.0, 1.0))
+            inputs[channel.name] = 0.5 * (low + high) + 0.2 * (high - low) * np.sin(rng.uniform(0.3, 1.0) * t + 0.5)
+        first = np.array([1.0 if channel.name == "u" else 0.02 for channel in model.states])
+        return Trial("conformance", t, inputs, {}, synthetic=True), first
+
+    def padded(self, first: Array, model: Model) -> Array:
+        """A first state with zeros for the effect's own states, (1, S)."""
+        return np.concatenate([first, np.zeros(len(model.states) - len(first))])[None]
+
+    def simulated(self, model: Model, trial: Trial, first: Array, values: dict[str, float] | None = None) -> Array:
+        """Outputs (n, D) of a run."""
+        sim = simulator(model, [trial], values={**model.nominal(), **(values or {})})
+        return np.asarray(sim.outputs(np.zeros((1, 0)), self.padded(first, model)).y[0])

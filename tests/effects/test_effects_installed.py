@@ -1,0 +1,144 @@
+"""Every installed effect against the conformance suite, and what effects do together and to what is known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatruth.effects import Effect, ExtendedModel, available, broken, effects_by_name, with_effects
+from seatruth.errors import BadInput, PluginError
+from seatruth.models import load_model
+from seatruth.models.blackbox import BlackBox
+from seatruth.models.parameter import Parameter
+from seatruth.simulate import simulator
+from seatruth.testing.effects import EffectConformance
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
+
+
+class TestInstalled(EffectConformance):
+    @pytest.fixture(params=sorted(available()))
+    def effect(self, request: pytest.FixtureRequest) -> Effect:
+        return available()[request.param]
+
+
+class TestWithStates(EffectConformance):
+    """An effect with a state of its own: the rudder follows its reading with a lag, none of it at share 0."""
+
+    @pytest.fixture
+    def effect(self) -> Effect:
+        return Lagging()
+
+
+class Lagging(Effect):
+    """A share of the rudder angle acts late."""
+
+    name = "lagging"
+    title = "rudder partly late"
+    family = "actuator"
+    source = "[S] made for this test"
+    needs_inputs = ("delta",)
+    parameters = (Parameter("share", 0.5, "1", -1.0, 1.0, source="[S] test"),)
+    null = {"share": 0.0}  # noqa: RUF012
+    states = (Channel("late_delta", "rad"),)
+
+    @staticmethod
+    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+        return i._replace(delta=i.delta + q.share * (s.late_delta - i.delta))
+
+    @staticmethod
+    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> Any:
+        return ((i.delta - s.late_delta) / 2.0,)
+
+
+def test_all_load() -> None:
+    assert not broken()
+    assert {"current", "rudder_offset", "heading_bias"} <= set(available())
+
+
+def test_a_current_only_carries_the_vehicle() -> None:
+    """Relative to the water the ship moves as in still water; over ground it drifts with the current."""
+    model = load_model("mmg")
+    current = available()["current"]
+    t = np.arange(0.0, 60.0, 0.2)
+    inputs = {"delta": np.full(t.size, 0.3), "n": np.full(t.size, 10.0)}
+    trial = Trial("turn", t, inputs, {}, synthetic=True)
+    still = simulator(model, [trial])
+    start = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    names = [channel.name for channel in model.outputs]
+    x, y, psi = (names.index(name) for name in ("x", "y", "psi"))
+    calm = still.outputs(np.zeros((1, 0)), start).y[0]
+    drift = {"current_north": 0.2, "current_east": -0.1}
+    carried_model = with_effects(model, [current])
+    carried = simulator(carried_model, [trial], values={**carried_model.nominal(), **drift})
+    moving = start.copy()
+    moving[0, :2] += (0.2, -0.1)  # heading north: the current is added to u and v
+    found = carried.outputs(np.zeros((1, 0)), moving).y[0]
+    assert found[:, psi] == pytest.approx(calm[:, psi], abs=1e-6)
+    assert found[:, x] == pytest.approx(calm[:, x] + 0.2 * t, abs=1e-4)
+    assert found[:, y] == pytest.approx(calm[:, y] - 0.1 * t, abs=1e-4)
+
+
+def test_effects_add_up() -> None:
+    model = load_model("mmg")
+    both = with_effects(model, effects_by_name(["rudder_offset", "rudder_gain", "heading_bias"], available()))
+    assert [p.name for p in both.parameters[len(model.parameters) :]] == [
+        "rudder_offset_angle",
+        "rudder_gain_k",
+        "heading_bias_b",
+    ]
+    t = np.arange(0.0, 20.0, 0.2)
+    read = Trial("read", t, {"delta": 0.2 * np.sin(t), "n": np.full(t.size, 10.0)}, {}, synthetic=True)
+    real = Trial("real", t, {"delta": 0.8 * (0.2 * np.sin(t) + 0.05), "n": np.full(t.size, 10.0)}, {}, synthetic=True)
+    start = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    values = {**both.nominal(), "rudder_offset_angle": 0.05, "rudder_gain_k": 0.8, "heading_bias_b": math.radians(2.0)}
+    found = simulator(both, [read], values=values).outputs(np.zeros((1, 0)), start).y[0]
+    expected = simulator(model, [real]).outputs(np.zeros((1, 0)), start).y[0]
+    expected[:, [c.name for c in model.outputs].index("psi")] += math.radians(2.0)
+    assert found == pytest.approx(expected, abs=1e-10)
+
+
+def test_no_effects_is_the_model_itself() -> None:
+    model = load_model("mmg")
+    assert with_effects(model, []) is model
+
+
+def test_where_effects_cannot_act_is_said() -> None:
+    known = available()
+    with pytest.raises(BadInput, match="no input 'delta'"):
+        with_effects(load_model("mmg_ordered"), [known["rudder_offset"]])
+    with pytest.raises(BadInput, match="no state 'v'"):
+        with_effects(load_model("diving_plane"), [known["current"]])
+    with pytest.raises(BadInput, match="named twice"):
+        with_effects(load_model("mmg"), [known["current"], known["current"]])
+    with pytest.raises(BadInput, match="Did you mean 'current'"):
+        effects_by_name(["curent"], known)
+    box = BlackBox("box", lambda *_: {}, inputs=(), outputs=(Channel("u", "m/s"),), parameters=())
+    with pytest.raises(BadInput, match="black box"):
+        with_effects(box, [known["speed_bias"]])
+
+
+def test_a_wrong_effect_is_said() -> None:
+    class NoNull(Effect):
+        name = "no_null"
+        parameters = (Parameter("k", 1.0),)
+
+    with pytest.raises(PluginError, match="null"):
+        NoNull()
+
+    class NoRates(Effect):
+        name = "no_rates"
+        states = (Channel("z", "1"),)
+
+    with pytest.raises(PluginError, match="rates"):
+        NoRates()
+
+
+def test_an_extended_model_shows_itself() -> None:
+    extended = with_effects(load_model("mmg"), [available()["current"]])
+    assert isinstance(extended, ExtendedModel)
+    assert "constant current" in extended.title
+    assert "current_north" in extended._repr_html_()
