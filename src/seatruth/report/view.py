@@ -185,7 +185,8 @@ def _traces(frame: pd.DataFrame) -> pd.DataFrame:
 def _square(frame: pd.DataFrame) -> pd.DataFrame:
     frame = _numeric(frame)
     frame.columns = [str(name) for name in frame.columns]
-    return frame if frame.shape[0] == frame.shape[1] else pd.DataFrame()
+    square = frame.shape[0] == frame.shape[1]
+    return frame if square else pd.DataFrame()
 
 
 def _numeric(frame: pd.DataFrame) -> pd.DataFrame:
@@ -212,7 +213,9 @@ def _cross_validation(frame: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
 
 def _history(frame: pd.DataFrame) -> pd.DataFrame:
     out = pd.DataFrame({name: _column(frame, name) for name in ("evaluations", "best", "seconds")})
-    return out[np.isfinite(out["best"]) & np.isfinite(out["evaluations"])].reset_index(drop=True)
+    known = np.isfinite(out["best"]) & np.isfinite(out["evaluations"])
+    kept: pd.DataFrame = out.loc[known].reset_index(drop=True)
+    return kept
 
 
 def _discretisation(found: Any) -> pd.DataFrame:
@@ -234,7 +237,8 @@ def _profile(found: Any) -> dict[str, pd.DataFrame]:
     for name, curve in dict(found or {}).items():
         frame = pd.DataFrame(curve)
         points = pd.DataFrame({key: _column(frame, key) for key in ("value", "cost")})
-        points = points[np.isfinite(points).all(axis=1)].sort_values("value").reset_index(drop=True)
+        known = np.isfinite(points["value"]) & np.isfinite(points["cost"])
+        points = points.loc[known].sort_values(by="value").reset_index(drop=True)
         if len(points) > 1:
             out[str(name)] = points
     return out

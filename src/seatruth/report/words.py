@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from seatruth.report.numbers import count, listed, number, percent, seconds, times
+from seatruth.report.numbers import as_float, count, listed, number, percent, seconds, times
 from seatruth.report.view import View, finite
 
 AT_NOISE = 1.2
@@ -151,9 +151,9 @@ def _of_search(data: View) -> Iterator[Worry]:
     code = str(data.outcome.get("code", ""))
     if code in UNFINISHED:
         yield Worry(UNFINISHED[code], "search", grave=code in ("failed", "interrupted"))
-    evaluations, diverged = data.outcome.get("evaluations"), data.outcome.get("diverged")
-    if finite(evaluations, diverged) and diverged > MANY_DIVERGED * max(evaluations, 1):
-        share = percent(diverged / max(evaluations, 1))
+    diverged = as_float(data.outcome.get("diverged")) / max(as_float(data.outcome.get("evaluations")), 1.0)
+    if diverged > MANY_DIVERGED:
+        share = percent(diverged)
         yield Worry(f"{share} of the candidates diverged: the bounds may be too wide for this model.", "search")
 
 

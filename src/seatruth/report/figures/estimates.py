@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -62,8 +62,8 @@ def parameters(estimate: Estimate | View, against: Literal["start", "bounds"] = 
     rows(axes, names)
     low, high = _reach(spans, frame["verdict"]) if against == "start" else (-4.0, 104.0)
     axes.set_xlim(low, high)
-    for y, (name, row) in enumerate(spans.iterrows()):
-        _estimate(axes, y, row, frame.loc[name, "verdict"] if frame.index.is_unique else frame["verdict"].iloc[y])
+    for y, verdict in enumerate(frame["verdict"]):
+        _estimate(axes, y, spans.iloc[y].to_dict(), str(verdict))
     if against == "start":
         axes.axvline(0, color=GREY, linewidth=0.9, zorder=1)
         axes.set_xlabel("change from the start (%)")
@@ -105,7 +105,7 @@ def _reach(spans: pd.DataFrame, verdicts: pd.Series[str]) -> tuple[float, float]
     return -reach, reach
 
 
-def _estimate(axes: Axes, y: int, row: pd.Series[float], verdict: str) -> None:
+def _estimate(axes: Axes, y: int, row: Mapping[Any, float], verdict: str) -> None:
     colour, marker = VERDICTS.get(str(verdict), (INK, "o"))
     low, high = axes.get_xlim()
     value, lower, upper = (float(row[name]) for name in ("value", "lower", "upper"))
@@ -126,6 +126,8 @@ def _estimate(axes: Axes, y: int, row: pd.Series[float], verdict: str) -> None:
         axes.plot([value], [y], marker=marker, color=colour, markersize=5.5, markeredgecolor="white", zorder=5)
     else:
         at, align = (high, "right") if value > high else (low, "left")
+        arrow = ">" if value > high else "<"
+        axes.plot([at], [y], marker=arrow, color=colour, markersize=5, clip_on=False, zorder=4)
         sign = "+" if value > 0 else MINUS
         axes.annotate(
             f"{sign}{number(abs(value), 2)} %",
@@ -183,10 +185,11 @@ def correlation(estimate: Estimate | View, most: int = MOST_CORRELATED) -> Figur
     axes.grid(False)
     for spine in axes.spines.values():
         spine.set_visible(False)
+    values = table.to_numpy(dtype=float)
     if n <= 14:
         for i in range(n):
             for j in range(n):
-                value = float(table.iloc[i, j])
+                value = float(values[i, j])
                 if i != j and math.isfinite(value):
                     colour = "white" if abs(value) > 0.65 else INK
                     axes.text(j, i, _two(value), ha="center", va="center", fontsize=7.2, color=colour)
@@ -241,11 +244,10 @@ def sensitivity(estimate: Estimate | View) -> Figure:
     norm = LogNorm(low, max(float(positive.max()), low * 10))
     axes.imshow(np.clip(shade, low, None), cmap="Blues", norm=norm, interpolation="none", aspect="auto", alpha=0.85)
     for i, j in np.ndindex(*values.shape):
-        if math.isfinite(values[i, j]):
-            dark = norm(max(values[i, j], low)) > 0.62
-            axes.text(
-                j, i, _small(values[i, j]), ha="center", va="center", fontsize=7.2, color="white" if dark else INK
-            )
+        value = float(values[i, j])
+        if math.isfinite(value):
+            dark = float(norm(max(value, low))) > 0.62
+            axes.text(j, i, _small(value), ha="center", va="center", fontsize=7.2, color="white" if dark else INK)
     axes.set_yticks(range(len(names)), labels=[text(name) for name in names])
     turned = cell < 0.085 * max(map(len, outputs))
     axes.set_xticks(range(len(outputs)), labels=[text(name) for name in outputs], rotation=90 if turned else 0)
@@ -287,12 +289,13 @@ def _profile(axes: Axes, data: View, name: str) -> None:
                   ha="right", fontsize=7.5)  # fmt: skip
     unit = ""
     if name in data.parameters.index:
-        row = data.parameters.loc[name]
+        row = dict(data.parameters.loc[name])
         unit = "" if row["unit"] in ("", "1") else f" ({row['unit']})"
-        if math.isfinite(row["lower"]) and math.isfinite(row["upper"]):
-            axes.axvspan(row["lower"], row["upper"], color=ORANGE, alpha=0.18, linewidth=0)
-        if math.isfinite(row["value"]):
-            axes.axvline(row["value"], color=GREY, linewidth=0.9, linestyle=(0, (1, 1.5)))
+        value, lower, upper = (float(row[key]) for key in ("value", "lower", "upper"))
+        if math.isfinite(lower) and math.isfinite(upper):
+            axes.axvspan(lower, upper, color=ORANGE, alpha=0.18, linewidth=0)
+        if math.isfinite(value):
+            axes.axvline(value, color=GREY, linewidth=0.9, linestyle=(0, (1, 1.5)))
     low, high = float(curve["value"].min()), float(curve["value"].max())
     axes.set_xlim(low - 0.03 * (high - low), high + 0.03 * (high - low))
     few_ticks(axes, 5, 4)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -83,7 +83,9 @@ def _dots(data: View, points: pd.DataFrame, label: str, channels: Sequence[str])
         return nothing("No channel's noise is known, so there is nothing to compare with.")
     keys = points[["channel", "trial"]].drop_duplicates()
     single = len(keys) > _MOST_ROWS
-    names, place, at, heads = [], {}, 0, []
+    names: list[str] = []
+    place: dict[Any, int] = {}
+    at, heads = 0, []
     for channel in (name for name in channels if (keys["channel"] == name).any()):
         if single:
             place[channel] = len(names)
@@ -116,8 +118,9 @@ def _dots(data: View, points: pd.DataFrame, label: str, channels: Sequence[str])
     log_axis(axes, "x", low, high)
     axes.axvspan(low, 1.0, color=FAINT, linewidth=0, zorder=0)
     axes.axvline(1.0, color=INK, linewidth=1.0, zorder=1)
-    for y_key, group in points.groupby(["channel", "trial"], sort=False):
-        y = place[y_key[0] if single else y_key]
+    for key, group in points.groupby(["channel", "trial"], sort=False):
+        channel, trial = (str(part) for part in key)
+        y = place[channel] if single else place[channel, trial]
         ratios = np.clip(group["ratio"].to_numpy(dtype=float), low, high)
         axes.plot([ratios.min(), ratios.max()], [y, y], color="#bdbdbd", linewidth=0.9, zorder=2)
         for ratio, (_, point) in zip(ratios, group.iterrows()):
@@ -164,8 +167,9 @@ def history(estimate: Estimate | View) -> Figure:
     x, y = table["evaluations"].to_numpy(), table["best"].to_numpy()
     few_ticks(axes, 5, 4)
     if y.min() > 0 and y.max() > 5 * y.min():
-        room = (y.max() / y.min()) ** 0.06
-        log_axis(axes, "y", float(y.min()) / room, float(y.max()) * room)
+        low, high = float(y.min()), min(float(y.max()), float(y.min()) * _WIDEST**2)
+        room = (high / low) ** 0.06
+        log_axis(axes, "y", low / room, high * room)
     axes.step(x, y, where="post", color=BLUE, linewidth=1.4)
     axes.plot([x[-1]], [y[-1]], marker="o", color=BLUE, markersize=4)
     axes.set_xlim(0, max(float(x[-1]) * 1.03, 1.0))

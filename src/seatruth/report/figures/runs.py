@@ -157,7 +157,7 @@ def track_trials(data: View) -> list[str]:
 
 @styled
 def tracks(estimate: Estimate | View, trials: Sequence[str] | None = None, legend: bool = True) -> Figure:
-    """Tracks over ground with equal axes, x (north) up and y (east) to the right, one panel a trial."""
+    """Tracks over ground with equal axes, x up and y to the right, one panel a trial."""
     data = view(estimate)
     chosen = [name for name in track_trials(data) if trials is None or name in trials]
     if not chosen:
@@ -235,8 +235,8 @@ def _draw_track(axes: Axes, track: Track, title: str) -> None:
     axes.set_ylim(south - more_north, top + more_north)
     axes.set_aspect("equal", adjustable="box")
     few_ticks(axes, 6, 5)
-    axes.set_xlabel("y, east (m)")
-    axes.set_ylabel("x, north (m)")
+    axes.set_xlabel("y (m)")
+    axes.set_ylabel("x (m)")
     axes.set_title(title, loc="right", pad=3, color=INK)
 
 

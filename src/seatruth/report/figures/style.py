@@ -90,7 +90,8 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-        with matplotlib.rc_context(rc=_defaults() | _STYLE):
+        settings: Any = _defaults() | _STYLE
+        with matplotlib.rc_context(rc=settings):
             return function(*args, **kwargs)
 
     return inside
@@ -150,7 +151,7 @@ def log_axis(axes: Axes, which: str, low: float, high: float) -> None:
     axis.set_minor_locator(LogLocator(subs=(), numticks=8))
 
 
-def thinned(t: NDArray[np.float64], y: NDArray[np.float64], buckets: int = 220) -> NDArray[np.intp]:
+def thinned(t: NDArray[np.float64], y: NDArray[np.float64], buckets: int = 180) -> NDArray[np.intp]:
     """Samples of y (n,) to draw: of each of `buckets` stretches of time its first, lowest, highest and last.
 
     So every peak is drawn that a line through all samples would show. The last sample before a gap (NaN), the first of

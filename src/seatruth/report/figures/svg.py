@@ -7,7 +7,6 @@ import re
 import warnings
 from html import escape
 
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from seatruth.report.figures.style import styled
@@ -32,7 +31,7 @@ def svg(figure: Figure, alt: str, key: str) -> str:
         # A name in a script that the measuring font lacks is still drawn, by the reader's fonts.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         nothing = {"Date": None, "Creator": None, "Format": None, "Type": None}
-        FigureCanvasSVG(figure).print_svg(stream, metadata=nothing)
+        figure.savefig(stream, format="svg", metadata=nothing)
     whole = stream.getvalue()
     start = whole.index("<svg ")
     open_end = whole.index(">", start) + 1

@@ -58,6 +58,10 @@ def estimates(data: View, album: Album) -> Section | None:
         )
     if pictures:
         blocks.append(Pictures(pictures))
+    rows = [[str(name), str(row["description"]), str(row["source"])] for name, row in frame.iterrows()]
+    if any(row[1] or row[2] for row in rows):
+        columns = [Column("parameter"), Column("is", "long"), Column("start from", "long")]
+        blocks.append(table("What they are, and where their starting values come from", columns, rows, folded=True))
     if len(data.nuisances):
         blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, degrees=True))
     return Section("parameters", "Parameters", blocks)
@@ -75,7 +79,6 @@ def _table(caption: str, frame: pd.DataFrame, *, folded: bool, degrees: bool = F
         Column("bounds", "number"),
         Column("prior", "number", "mean ± standard deviation"),
         Column("CRLB", "number", "Cramér-Rao lower bound of the standard error"),
-        Column("source of the start", "long"),
     ]
     rows = [_row(str(name), row, degrees) for name, row in frame.iterrows()]
     return table(f"{caption} ({len(rows)})", columns, rows, folded=folded)
@@ -90,7 +93,6 @@ def _row(name: str, row: pd.Series[float], degrees: bool) -> list[str]:
     )
     text = "" if str(row["unit"]) == "1" else str(row["unit"])
     bounded = math.isfinite(low) or math.isfinite(high)
-    about = ". ".join(part for part in (str(row["description"]).rstrip("."), str(row["source"])) if part)
     return [
         name,
         estimate(value, error),
@@ -102,7 +104,6 @@ def _row(name: str, row: pd.Series[float], degrees: bool) -> list[str]:
         f"{number(low, 3)} to {number(high, 3)}" if bounded else "",
         f"{number(mean, 4)} ± {number(sd, 2)}" if finite(mean, sd) else "",
         number(crlb, 2),
-        about,
     ]
 
 
@@ -167,7 +168,7 @@ def correlation(data: View, album: Album) -> Section | None:
     more = f" Of {total} parameters, the {MOST_CORRELATED} with the strongest." if total > MOST_CORRELATED else ""
     values = np.abs(np.nan_to_num(shown_table.to_numpy(copy=True)))
     np.fill_diagonal(values, 0.0)
-    i, j = np.unravel_index(int(values.argmax()), values.shape)
+    i, j = divmod(int(values.argmax()), len(shown_table))
     names = [str(name) for name in shown_table.index]
     strongest = f"The strongest is {number(shown_table.iloc[i, j], 2)} between {names[i]} and {names[j]}."
     picture = album.picture(

@@ -16,7 +16,7 @@ from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
 from seatruth.report.words import channel_ratios, estimated
 
-MOST_PANELS = 60
+MOST_PANELS = 48
 """Time histories on one page; of more, the trials that fit worst and best."""
 MOST_TRACKS = 16
 _BEST = 2
@@ -236,8 +236,7 @@ def cross_validation(data: View, album: Album) -> Section | None:
         ),
         table("Left out in turn", columns, out),
     ]
-    noise = rows["noise"].astype(float)
-    if (np.isfinite(rows["predicted"].astype(float)) & (noise > 0)).any():
+    if (np.isfinite(rows["predicted"].astype(float)) & (rows["noise"].astype(float) > 0)).any():
         picture = album.picture(
             figures.cross_validation(data),
             "RMSE over noise of each trial and channel, fitted to and left out. The table above has the numbers.",
