@@ -38,6 +38,7 @@ lint: $(DEV)
 
 types: $(DEV)
 	$(PY) -m mypy
+	$(PY) -m mypy tests experiments
 
 imports: $(DEV)
 	$(VENV)/bin/lint-imports

@@ -12,6 +12,7 @@ beside it in the table. One thread.
 from __future__ import annotations
 
 import contextlib
+import functools
 import logging.config
 import os
 import sys
@@ -53,7 +54,7 @@ class Sphere(Cost):
 
     def values(self, X: Array) -> Array:
         begun = time.perf_counter()
-        result = (X * X).sum(axis=1)
+        result: Array = (X * X).sum(axis=1)
         self.seconds += time.perf_counter() - begun
         self.candidates += len(X)
         return result
@@ -77,7 +78,8 @@ def body(options: Options, results: Results) -> None:
     rows = []
     for name, kind, run in cases:
         definition = {"sizes": sizes, "evaluations": evaluations, "repeats": repeats, "seed": SEED}
-        rows += results.stage(name, definition, lambda run=run: [_time(run, n, evaluations, repeats) for n in sizes])
+        timing = functools.partial(_times, run, sizes, evaluations, repeats)
+        rows += results.stage(name, definition, timing)
         for row in rows[-len(sizes) :]:
             row |= {"optimizer": name, "kind": kind}
     table = pd.DataFrame(rows)[["optimizer", "kind", "population", "us_a_candidate", "median_us", "evaluations"]]
@@ -88,10 +90,17 @@ def body(options: Options, results: Results) -> None:
             f"{row['optimizer']}, population {row['population']}",
             row["us_a_candidate"],
             "us/candidate",
-            **({"goal": f"at most {GOAL:g}", "met": bool(row["us_a_candidate"] <= GOAL)} if judged else {}),
+            goal=f"at most {GOAL:g}" if judged else "",
+            met=bool(row["us_a_candidate"] <= GOAL) if judged else None,
         )
     results.add_text(__doc__ or "")
     results.add_picture("overhead", _picture(table))
+
+
+def _times(
+    run: Callable[[Sphere, int, int], None], sizes: tuple[int, ...], evaluations: int, repeats: int
+) -> list[dict[str, Any]]:
+    return [_time(run, population, evaluations, repeats) for population in sizes]
 
 
 def _time(run: Callable[[Sphere, int, int], None], population: int, evaluations: int, repeats: int) -> dict[str, Any]:
@@ -157,13 +166,13 @@ def _pymoo(duplicates: bool) -> Callable[[Sphere, int, int], None]:
 
 
 def _scipy(cost: Sphere, population: int, evaluations: int) -> None:
-    from scipy.optimize import differential_evolution
+    from scipy.optimize import Bounds, differential_evolution
 
     rng = np.random.default_rng(SEED)
     function: Any = lambda columns: cost.values(columns.T)  # noqa: E731
     differential_evolution(
         function,
-        [(-5.0, 5.0)] * D,
+        Bounds(np.full(D, -5.0), np.full(D, 5.0)),
         init=rng.uniform(-5, 5, (population, D)),
         maxiter=evaluations // population - 1,
         tol=0.0,
@@ -193,11 +202,11 @@ def _pycma(cost: Sphere, population: int, evaluations: int) -> None:
 def _no_log_file() -> Any:
     """pyswarms writes report.log into the working directory unless its logging set-up is held off."""
     original = logging.config.dictConfig
-    logging.config.dictConfig = lambda config: None  # type: ignore[assignment]
+    logging.config.dictConfig = lambda config: None
     try:
         yield
     finally:
-        logging.config.dictConfig = original  # type: ignore[assignment]
+        logging.config.dictConfig = original
 
 
 def _picture(table: pd.DataFrame) -> Any:

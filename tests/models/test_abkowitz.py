@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from motion import balance, deg, modes, rates
@@ -82,7 +83,7 @@ def test_neutral_rudder() -> None:
     """With r = 0 the rudder and the drift that balance the single screw are solved for."""
     from scipy.optimize import root
 
-    def residual(x: tuple[float, float]) -> tuple[float, float]:
+    def residual(x: Any) -> Any:
         found = rates(AbkowitzShip(), {"u": U0, "v": x[0]}, {"delta": x[1]})
         return found["v"], found["r"]
 

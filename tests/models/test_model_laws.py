@@ -110,7 +110,7 @@ def test_moment_acts_on_the_virtual_inertia_about_midship() -> None:
 
 def test_inertia_alone_keeps_its_energy() -> None:
     """Without hull, propeller and rudder forces the kinetic energy of the rigid body with its added mass stays."""
-    off = ("R_0", "X_vv", "X_vr", "X_rr", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vvr", "Y_vrr", "Y_rrr")
+    off: tuple[str, ...] = ("R_0", "X_vv", "X_vr", "X_rr", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vvr", "Y_vrr", "Y_rrr")
     off += ("N_v", "N_r", "N_vvv", "N_vvr", "N_vrr", "N_rrr", "k_0", "k_1", "k_2", "f_alpha")
     model, p = MMGShip(), MMGShip().nominal()
     # The Munk moment of the added masses belongs to N_v, so equal added masses make the rest conservative.

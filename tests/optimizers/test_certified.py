@@ -192,7 +192,7 @@ def test_newton_alternates_with_the_innovation_covariance() -> None:
     cost = TwoInstruments(first, second)
     a = float(minimise(cost, "newton").x[0])
     # At the maximum of the likelihood, sum n/2 ln(mean square) has no slope.
-    slope = sum(len(d) * np.mean(a - d) / np.mean((a - d) ** 2) for d in (first, second))
+    slope = sum(float(len(d) * np.mean(a - d) / np.mean((a - d) ** 2)) for d in (first, second))
     curvature = 60 / 0.1**2
     assert abs(slope / curvature) < 1e-7
     assert cost.sigma == pytest.approx([0.1, 2.0], rel=0.3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -206,7 +207,7 @@ def test_impossible_noise_is_refused(value: float | str) -> None:
         noise.deviation(value, "rad")
 
 
-def solved(text: str) -> object:
+def solved(text: str) -> Any:
     file, problems = parse(text, "study.toml")
     answer = solver.optimizer(file.optimizer, problems), solver.budget(file.budget, problems)
     problems.stop()
@@ -214,10 +215,10 @@ def solved(text: str) -> object:
 
 
 def test_one_optimizer_or_a_hybrid_with_shares() -> None:
-    optimizer, budget = solved('[optimizer]\nuse = "nelder_mead"\n[budget]\nseconds = 3.0')  # type: ignore[misc]
+    optimizer, budget = solved('[optimizer]\nuse = "nelder_mead"\n[budget]\nseconds = 3.0')
     assert optimizer.name == "nelder_mead"
     assert (budget.evaluations, budget.seconds) == (None, 3.0)
-    hybrid, budget = solved(  # type: ignore[misc]
+    hybrid, budget = solved(
         '[[optimizer]]\nuse = "differential_swarm"\nshare = 0.5\n[[optimizer]]\nuse = "least_squares"'
     )
     assert isinstance(hybrid, Chain)

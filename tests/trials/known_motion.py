@@ -55,7 +55,7 @@ def zigzag(
     n = 10.0 + 0.1 * rng.standard_normal(fine // 10)
     return Trial(
         name,
-        t[::10],
+        t[::10].astype(np.float64),
         {"delta": delta[::10], "n": n},
         outputs,
         source=f"{name}.csv",

@@ -218,12 +218,13 @@ def test_bad_specifications(tmp_path: Path) -> None:
 
 def test_bad_places(tmp_path: Path) -> None:
     (tmp_path / "zigzag.csv").write_text(GOOD)
-    for path, says in [
+    places: list[tuple[Path | str, str]] = [
         (tmp_path / "zigzak.csv", "Did you mean 'zigzag.csv'?"),
         (tmp_path / "nowhere" / "a.csv", "does not exist"),
         (tmp_path, "folder"),
         ("a\0b.csv", "cannot be read"),
-    ]:
+    ]
+    for path, says in places:
         with pytest.raises(BadInput, match=says.replace("?", r"\?")):
             read_trial(path, inputs={}, outputs={})
 

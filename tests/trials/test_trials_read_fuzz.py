@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -79,7 +79,7 @@ def test_mangled_csv(tmp_path: Path, edits: list[tuple[str, int, bytes]]) -> Non
 def _mat() -> bytes:
     stream = io.BytesIO()
     t = np.arange(6.0)
-    scipy.io.savemat(stream, {"run": {"t": t, "delta": t * 0, "psi": t, "ok": t > 2}})
+    scipy.io.savemat(cast(Any, stream), {"run": {"t": t, "delta": t * 0, "psi": t, "ok": t > 2}})
     return stream.getvalue()
 
 
