@@ -139,8 +139,9 @@ class Ledger:
                 raise PluginError(f"residuals must be one-dimensional, not of shape {r.shape}", where=_owner(self.cost))
             if not np.isfinite(r).all():
                 r = np.full(len(r), np.inf)
-        with np.errstate(over="ignore"):
-            value = np.array([0.5 * float(r @ r)])
+        with np.errstate(over="ignore", invalid="ignore"):
+            # Not simply half the sum of squares: where noise is estimated, the weights change during a run.
+            value = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf])
         self._book(inside, value, 1, self.seconds)
         return r
 
