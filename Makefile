@@ -41,7 +41,7 @@ types: $(DEV)
 	$(PY) -m mypy tests experiments
 
 imports: $(DEV)
-	$(VENV)/bin/lint-imports
+	$(VENV)/bin/lint-imports --no-logo
 
 # An experiment on the real trials is left out, with a word, where there are none.
 experiments-quick: $(DEV)
