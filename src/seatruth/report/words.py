@@ -102,7 +102,7 @@ def fit_in_words(data: View) -> str:
 def _size(data: View, name: str) -> str:
     rows = data.fitted[data.fitted["channel"] == name]
     channel = data.channel(name)
-    return f"RMSE {number(_pooled(rows, 'rmse') * channel.factor, 2)} {channel.unit}".strip()
+    return f"RMSE {number(pooled(rows, 'rmse') * channel.factor, 2)} {channel.unit}".strip()
 
 
 def _gain(rows: pd.DataFrame) -> str:
@@ -223,8 +223,8 @@ def _of_parameters(data: View) -> Iterator[Worry]:
     at_bound = [str(name) for name in frame.index[frame["at_bound"]]]
     if at_bound:
         yield Worry(
-            f"{listed(at_bound)} stopped at a bound: it has no standard error, and the others' hold only if the bound "
-            "is right.",
+            f"{listed(at_bound)} stopped at a bound: no standard error there, and those of the others hold only if the "
+            "bound is right.",
             "parameters",
             grave=True,
         )
@@ -265,13 +265,14 @@ def channel_ratios(rows: pd.DataFrame) -> dict[str, float]:
     """RMSE over noise of each channel, pooled over its trials by their samples."""
     out = {}
     for name, part in rows.groupby("channel", sort=False):
-        ratio = _pooled(part, "ratio")
+        ratio = pooled(part, "ratio")
         if math.isfinite(ratio):
             out[str(name)] = ratio
     return out
 
 
-def _pooled(part: pd.DataFrame, column: str) -> float:
+def pooled(part: pd.DataFrame, column: str) -> float:
+    """Root mean square of a column, each row counted with its samples; NaN without any."""
     part = part[np.isfinite(part[column])]
     if not len(part):
         return math.nan

@@ -123,7 +123,16 @@ def _estimate(axes: Axes, y: int, row: Mapping[Any, float], verdict: str) -> Non
     if math.isfinite(row["start"]) and low <= row["start"] <= high:
         axes.plot([row["start"]], [y], marker="|", color=INK, markersize=9, markeredgewidth=1.3, zorder=4)
     if low <= value <= high:
-        axes.plot([value], [y], marker=marker, color=colour, markersize=5.5, markeredgecolor="white", zorder=5)
+        axes.plot(
+            [value],
+            [y],
+            marker=marker,
+            color=colour,
+            markersize=6,
+            markeredgecolor="white",
+            markeredgewidth=0.6,
+            zorder=5,
+        )
     else:
         at, align = (high, "right") if value > high else (low, "left")
         arrow = ">" if value > high else "<"

@@ -114,10 +114,12 @@ def combinations(data: View, album: Album) -> Section | None:
         return None
     blocks: list[Block] = []
     if data.weak:
+        condition = (getattr(data.estimate, "identifiability", None) or {}).get("condition")
+        note = f" Condition number of the scaled problem: {number(condition, 2)}." if finite(condition) else ""
         blocks.append(
             Text(
                 "Along each of these combinations the parameters can move together with little change in the fit. Fix "
-                "one of them, give it a prior, or add a trial that moves them apart."
+                f"one of them, give it a prior, or add a trial that moves them apart.{note}"
             )
         )
         rows = [
@@ -128,14 +130,12 @@ def combinations(data: View, album: Album) -> Section | None:
             ]
             for item in data.weak
         ]
-        condition = (getattr(data.estimate, "identifiability", None) or {}).get("condition")
-        note = f"; condition number of the scaled problem {number(condition, 2)}" if finite(condition) else ""
         columns = [
             Column("what it means", "long"),
             Column("combination (scaled parameters)", "long"),
             Column("strength", "number", "singular value relative to the largest"),
         ]
-        blocks.append(table(f"Weakly determined combinations{note}", columns, rows))
+        blocks.append(table("Weakly determined combinations", columns, rows))
     if pairs:
         columns = [Column("parameter"), Column("and"), Column("correlation", "number")]
         rows = [[a, b, number(value, 3)] for a, b, value in pairs[:_MOST_PAIRS]]

@@ -10,7 +10,7 @@ from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Tabl
 from seatruth.report.numbers import number, seconds
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
-from seatruth.report.words import ending, findings_of, fit_in_words, parameters_in_words, worries
+from seatruth.report.words import ending, findings_of, fit_in_words, parameters_in_words, pooled, worries
 
 _LONGEST = 400
 """Letters of a value in the provenance."""
@@ -26,7 +26,33 @@ def summary(data: View, album: Album) -> Section:
         blocks.append(Notes([(worry.text, worry.section, worry.grave) for worry in look]))
     else:
         blocks.append(Text("Nothing stands out that you should worry about."))
+    by_channel = _by_channel(data)
+    if by_channel is not None:
+        blocks.append(by_channel)
     return Section("summary", "In short", blocks)
+
+
+def _by_channel(data: View) -> Table | None:
+    """Each channel over all trials: the fit, and the prediction of trials held out."""
+    rows = []
+    for name in dict.fromkeys(data.fit["channel"]):
+        channel = data.channel(str(name))
+        fitted, held = (part[part["channel"] == name] for part in (data.fitted, data.held_out))
+        sizes = [number(pooled(fitted, key) * channel.factor, 3) for key in ("rmse", "noise", "rmse_start")]
+        ratios = [number(pooled(part, "ratio"), 3) for part in (fitted, held)]
+        rows.append([channel.name, channel.unit, sizes[0], sizes[1], *ratios, sizes[2]])
+    if not any(row[2] for row in rows):
+        return None
+    columns = [
+        Column("channel"),
+        Column("unit"),
+        Column("RMSE", "number", "root mean square of the residuals over all trials that were fitted to"),
+        Column("noise", "number", "standard deviation"),
+        Column("RMSE / noise", "number"),
+        Column("the same, held out", "number", "of trials that took no part in the fit"),
+        Column("RMSE before", "number", "with the starting values"),
+    ]
+    return table("Fit by channel, all trials together", columns, rows)
 
 
 def search(data: View, album: Album) -> Section | None:
@@ -49,7 +75,7 @@ def search(data: View, album: Album) -> Section | None:
         picture = album.picture(
             figures.history(data),
             f"Best cost over the evaluations, from {number(best.iloc[0])} down to {number(best.iloc[-1])}.",
-            "The best cost found so far. Still falling at the end: the search was cut short.",
+            "The best cost found so far. A curve that still falls at its end belongs to a search that was cut short.",
         )
         blocks.append(Pictures([picture]))
     return Section("search", "Search", blocks) if blocks else None
@@ -142,7 +168,7 @@ def _short(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return number(value, 6)
+        return f"{value:g}"
     if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
         text = ", ".join(_short(item) for item in value)
     else:
