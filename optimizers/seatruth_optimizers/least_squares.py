@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from seatruth.costs.base import Ability
+from seatruth.costs.base import Ability, Array
 from seatruth.optimizers import Optimizer, Problem, option
 
 
@@ -38,10 +38,11 @@ class LeastSquares(Optimizer):
         else:
             if not np.isfinite(problem.residuals(z)).all():
                 problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
+        compact = _Compact(problem)
         result = least_squares(
-            problem.residuals,
+            compact.residuals,
             z,
-            jac=problem.jacobian,
+            jac=compact.jacobian,
             bounds=(problem.lower, problem.upper),
             x_scale="jac",
             ftol=self.tolerance,
@@ -53,3 +54,37 @@ class LeastSquares(Optimizer):
             problem.finish("budget", f"the {self.iterations} trial steps it was given are used up")
         words = {1: "the gradient vanished", 2: "the cost no longer falls", 3: "the steps became negligible"}
         return words.get(result.status, "the cost and the steps no longer change")
+
+
+class _Compact:
+    """The same problem with as many residuals as parameters and one: what a least-squares step needs of it.
+
+    SciPy decomposes the whole Jacobian (M, K) at every step; for long records that costs more than the simulations.
+    A trust-region step depends on J'J, J'r and |r| alone, so r stands as (0, ..., 0, |r|) and J as the triangle of
+    what is perpendicular to r, above what is along it.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._at, self._full = np.zeros(0), np.zeros(0)
+
+    def residuals(self, z: Array) -> Array:
+        found = self._problem.residuals(z)
+        self._at, self._full = z.copy(), found
+        compact = np.zeros(len(z) + 1)
+        with np.errstate(invalid="ignore", over="ignore"):
+            compact[-1] = np.linalg.norm(found)
+        return compact
+
+    def jacobian(self, z: Array) -> Array:
+        r = self._full if np.array_equal(z, self._at) else self._problem.residuals(z)
+        J = self._problem.jacobian(z)
+        size = float(np.linalg.norm(r))
+        direction = r / size if size > 0 else r
+        along = direction @ J
+        compact = np.zeros((len(z) + 1, len(z)))
+        rest = J - np.outer(direction, along)
+        triangle = np.linalg.qr(rest, mode="r")
+        compact[: len(triangle)] = triangle
+        compact[-1] = along
+        return compact

@@ -13,7 +13,7 @@ from seatruth.costs.base import Ability
 from seatruth.errors import BadInput
 from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.ledger import StageOver
-from seatruth.optimizers.problem import Problem
+from seatruth.optimizers.problem import Problem, solve
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Chain(Optimizer):
                 last,
             )
             try:
-                reason = stage.run(Problem(ledger, start=problem.best), streams[place - 1])
+                reason = solve(stage, ledger, streams[place - 1], problem.best)
             except StageOver as over:
                 reason = over.reason
             told.append(f"{stage.name}: {reason or 'it stopped by its own rule'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 import traceback
@@ -14,10 +15,11 @@ from seatruth.costs.base import Cost
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
+from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
 from seatruth.optimizers.ledger import INTERRUPTED, Ledger, Progress
-from seatruth.optimizers.problem import Problem
+from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
 
 
@@ -37,6 +39,8 @@ def minimise(
     evaluation is kept; the same call on an existing file goes on where that run stopped and ends with the outcome that
     it would have had (wall-clock times apart). `progress` is called about ten times a second with (evaluations, best
     value, seconds, ""), and once at the end with the code.
+
+    A cost that estimates its noise is left with the noise at the answer.
 
     Whatever happens in the solver, the best candidate so far is kept: an interrupt ends with code "interrupted", a
     solver or a cost that raises with "failed" and its message as the reason. Raises BadInput where nothing could be
@@ -63,6 +67,9 @@ def minimise(
             f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
             "constraint. Check the units and signs of the data, the start values and the bounds."
         )
+    if not cost.noise_known and math.isfinite(value):
+        with contextlib.suppress(Exception):  # an answer is there; a cost that fails now cannot take it away
+            cost.reweight(x)
     if journal is not None and journal.trouble:
         notes.append(journal.trouble)
     ledger.report(code)
@@ -100,7 +107,8 @@ def _check(cost: Cost, solver: Optimizer, seed: int) -> None:
 def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
     """Runs the solver to its end: (code, reason, notes)."""
     try:
-        reason = solver.run(Problem(ledger), rng)
+        # A chain does the same for each of its stages.
+        reason = solver.run(Problem(ledger), rng) if isinstance(solver, Chain) else solve(solver, ledger, rng)
     except Stop as stop:
         return stop.code, stop.reason, []
     except KeyboardInterrupt:

@@ -162,10 +162,10 @@ class Ledger:
     def reweight(self, z: Array) -> bool:
         """Lets the cost re-estimate its weights at z; counts 2 if they change, as the best is then evaluated anew."""
         self._again()
-        self._affordable(2)
         z = self._inside(z[None])[0]
         changed = bool(self._ask(self.cost.reweight, self.coordinates.x_of(z)))
         if changed:
+            self._affordable(2)
             value = self._evaluate(self.best_z[None])
             self.best_value = float(value[0])
             self._reference, self._mark = self.best_value, self.evaluations

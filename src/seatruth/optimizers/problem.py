@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from seatruth.costs.base import Ability, Array, Regression
 from seatruth.optimizers.budget import Code
 from seatruth.optimizers.ledger import Ledger, StageOver
+
+if TYPE_CHECKING:
+    from seatruth.optimizers.base import Optimizer
+
+
+_MOST_ROUNDS = 60
+"""Estimates of the noise between solutions; each costs few steps, as the solution hardly moves any more."""
 
 
 class Problem:
@@ -126,3 +133,22 @@ class Problem:
         if not self._ledger.last_stage:
             raise StageOver(code, reason)
         self._ledger.end(code, reason)
+
+
+def solve(solver: Optimizer, ledger: Ledger, rng: np.random.Generator, start: Array | None = None) -> str | None:
+    """Runs a solver from a start to its own end and returns its reason.
+
+    A solver of residuals minimises a likelihood with estimated noise only under the weights it is given: they are
+    estimated at the start and at each solution, and it runs again from there, until they no longer change
+    (iteratively reweighted least squares). Solvers that use values need none of this.
+    """
+    problem = Problem(ledger, start)
+    weighted = "residuals" in solver.needs and not ledger.cost.noise_known
+    if weighted:
+        ledger.reweight(problem.start)
+    reason = solver.run(problem, rng)
+    rounds = 0
+    while weighted and rounds < _MOST_ROUNDS and ledger.reweight(problem.best):
+        rounds += 1
+        reason = solver.run(Problem(ledger, problem.best), rng)
+    return reason
