@@ -93,7 +93,8 @@ class Setting:
 
     def values(self, theta: Array) -> Array:
         """All parameters of every candidate: (P, K) -> (P, n_parameters)."""
-        found = np.broadcast_to(self.nominal, (len(theta), self.nominal.size)).copy()
+        found = np.empty((len(theta), self.nominal.size))
+        found[:] = self.nominal
         found[:, self.columns] = theta
         return found
 
@@ -259,7 +260,7 @@ class CompiledSimulator:
         want = (len(self.trials), len(self.model.states))
         if x0.shape not in (want, (size, *want)):
             raise ValueError(f"x0 has shape {x0.shape}, {want} or {(size, *want)} is needed")
-        return np.broadcast_to(x0, (size, *want))
+        return x0 if x0.ndim == 3 else np.broadcast_to(x0, (size, *want))
 
     def _aim(self, weights: Array) -> tuple[Array, Array]:
         """Weights, and weights times measurements, with samples that are not valid out of the sum."""

@@ -247,17 +247,24 @@ def program(model: Model) -> Program:
 
 def padded(values: Array, width: int) -> Array:
     """(P, ...) -> (blocks, ..., width): candidates in lanes; the last one fills what is left."""
-    size = len(values)
+    size, shape = len(values), values.shape[1:]
     blocks = -(-size // width)
-    if blocks * width != size:
-        rest = np.broadcast_to(values[-1:], (blocks * width - size, *values.shape[1:]))
-        values = np.concatenate([values, rest])
-    return np.ascontiguousarray(np.moveaxis(values.reshape(blocks, width, *values.shape[1:]), 1, -1))
+    lanes = np.empty((blocks, *shape, width))
+    whole = size // width
+    if whole:
+        split = values[: whole * width].reshape(whole, width, *shape)
+        lanes[:whole] = split.transpose(0, *range(2, split.ndim), 1)
+    if whole != blocks:
+        rest = size - whole * width
+        lanes[whole, ..., :rest] = values[whole * width :].transpose(*range(1, values.ndim), 0)
+        lanes[whole, ..., rest:] = values[-1][..., None]
+    return lanes
 
 
 def unpadded(lanes: Array, size: int) -> Array:
     """(blocks, ..., width) -> (P, ...)."""
-    return np.ascontiguousarray(np.moveaxis(lanes, -1, 1).reshape(-1, *lanes.shape[1:-1])[:size])
+    last = lanes.ndim - 1
+    return lanes.transpose(0, last, *range(1, last)).reshape(-1, *lanes.shape[1:-1])[:size]
 
 
 def _spread(lanes: Array, size: int) -> Array:
@@ -282,7 +289,9 @@ def _run(
     threads: int,
     tasks: int,
 ) -> None:
-    context = np.array(
-        [held[word].ctypes.data if word in held else sizes.get(word, 0) for word in words], dtype=np.int64
-    )
-    run(march, context.ctypes.data, threads, tasks, (context, held))
+    context = np.array([_address(held[word]) if word in held else sizes.get(word, 0) for word in words], dtype=np.int64)
+    run(march, _address(context), threads, tasks, (context, held))
+
+
+def _address(array: Words) -> int:
+    return int(array.__array_interface__["data"][0])  # several times faster than array.ctypes.data
