@@ -55,7 +55,7 @@ def parameters(estimate: Estimate | View, against: Literal["start", "bounds"] = 
         )
         return nothing(why)
     names = [str(name) for name in frame.index]
-    left = min(label_width([name[:40] for name in names]), 2.4)
+    left = label_width(names)
     height = _ROW * len(names)
     figure = Figure(figsize=(4.8, height + 1.05))
     axes = placed(figure, left, 0.5, 4.8 - left - 0.2, height)
@@ -182,7 +182,7 @@ def correlation(estimate: Estimate | View, most: int = MOST_CORRELATED) -> Figur
         return nothing("Fewer than two free parameters: nothing to correlate.")
     names = [str(name) for name in table.index]
     cell = 0.36 if n <= 14 else 0.24 if n <= 25 else 0.2
-    left = min(label_width(names), 2.2)
+    left = label_width(names)
     side = cell * n
     figure = Figure(figsize=(max(left + side + 0.15, 3.0), side + left + 0.72))
     axes = placed(figure, left, 0.6, side, side)
@@ -242,7 +242,7 @@ def sensitivity(estimate: Estimate | View) -> Figure:
     if not positive.size:
         return nothing("No sensitivities.")
     names, outputs = [str(name) for name in table.index], [str(name) for name in table.columns]
-    left = min(label_width(names), 2.4)
+    left = label_width(names)
     cell = min(0.62, max(0.42, (4.6 - left) / len(outputs)))
     width, height = cell * len(outputs), 0.25 * len(names)
     top = 0.2 + max(0.16, 0.075 * max(len(name) for name in outputs) if cell < 0.075 * max(map(len, outputs)) else 0.16)

@@ -74,6 +74,9 @@ _STYLE: dict[str, Any] = {
     "svg.image_inline": True,
 }
 
+NAME = 28
+"""Letters of a name that figures have room for."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -97,7 +100,7 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
     return inside
 
 
-def text(name: Any, most: int = 40) -> str:
+def text(name: Any, most: int = NAME) -> str:
     """A name as figures may show it: no mathematics in it, and not longer than there is room for."""
     clean = " ".join(str(name).split())
     short = clean if len(clean) <= most else f"{clean[: most - 1]}…"
@@ -119,7 +122,7 @@ def placed(figure: Figure, left: float, bottom: float, width: float, height: flo
 
 def label_width(names: Sequence[str], least: float = 0.5) -> float:
     """Inches that the longest of some tick labels takes."""
-    return max(least, 0.18 + 0.073 * max((len(name) for name in names), default=0))
+    return max(least, 0.18 + 0.073 * max((min(len(name), NAME) for name in names), default=0))
 
 
 def rows(axes: Axes, names: Sequence[str]) -> None:
