@@ -106,7 +106,7 @@ def test_the_study_reads_the_files() -> None:
     path = sample.FOLDER / sample.STUDY
     file, problems = parse(path.read_text(), str(path))
     assert file.model is not None
-    assert set(file.model.vary) == set(make.MOVED)
+    assert set(file.model.vary) == {*make.MOVED, "current_*"}
     model = load_model(file.model.use, parameter_set=file.model.set)
     found = trial_files.recordings(file, path.parent, problems)
     fitted, held = trial_files.read(file, model, found, problems, synthetic=file.study.synthetic)
@@ -116,3 +116,27 @@ def test_the_study_reads_the_files() -> None:
         assert trial.synthetic
         for name in ("x", "psi", "r", "delta", "n"):
             assert trial.channel(name) == pytest.approx(true.channel(name), abs=0.006)
+
+
+def test_the_fit_finds_the_coefficients_and_the_current() -> None:
+    """Every parameter within three and a half standard errors, and nothing but noise left."""
+    from seatruth.costs.study import cost_of
+    from seatruth.optimizers import Budget, minimise
+    from seatruth.study import load_study
+
+    truth = json.loads((sample.FOLDER / "truth.json").read_text())
+    speed, towards = truth["effect"]["speed_m_s"], math.radians(truth["effect"]["runs_towards_deg"])
+    true = {
+        **truth["parameters"],
+        "current_north": speed * math.cos(towards),
+        "current_east": speed * math.sin(towards),
+    }
+    cost = cost_of(load_study(sample.FOLDER / sample.STUDY), threads=2)
+    found = minimise(cost, "least_squares", budget=Budget(evaluations=20_000), seed=1)
+    residuals, derivative = cost.residuals(found.x), cost.jacobian(found.x)
+    assert residuals @ residuals / residuals.size == pytest.approx(1.0, abs=0.05)
+    errors = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
+    own = [k for k, name in enumerate(cost.names) if name not in cost.nuisances]
+    assert {cost.names[k] for k in own} == set(true)
+    for k in own:
+        assert abs(found.x[k] - true[cost.names[k]]) < 3.5 * errors[k], cost.names[k]

@@ -139,8 +139,8 @@ def make(folder: Path) -> None:
         "synthetic": True,
         "model": "mmg",
         "parameters": {name: round(value, 6) for name, value in values.items()},
-        "left out of the study's model": {
-            "effect": "steady uniform current",
+        "effect": {
+            "name": "current",
             "speed_m_s": CURRENT,
             "runs_towards_deg": round(math.degrees(CURRENT_DIRECTION), 6),
         },
