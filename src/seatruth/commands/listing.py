@@ -156,19 +156,21 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
 
 
 def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
-    from seatruth.effects import available
+    from seatruth.effects import available, broken
 
     entries = [
         {
             "name": name,
-            "title": getattr(effect, "title", ""),
+            "title": effect.title,
+            "family": effect.family,
             "about": inspect.getdoc(effect) or "",
-            "error": getattr(effect, "error", ""),
-            "parameters": [_parameter(parameter) for parameter in getattr(effect, "parameters", ())],
+            "source": effect.source,
+            "parameters": [_parameter(parameter) for parameter in effect.parameters],
         }
         for name, effect in available().items()
     ]
-    return entries, ("name", "title")
+    entries += [{"name": name, "title": "cannot be loaded", "error": reason} for name, reason in broken().items()]
+    return sorted(entries, key=lambda entry: str(entry["name"])), ("name", "title", "family")
 
 
 _LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
