@@ -149,7 +149,7 @@ def _felt(
         for number, rows in enumerate(simulator.rows):
             if derivative.diverged[number]:
                 # Nothing to go by: those that are recorded themselves.
-                recorded = {name for name, any_valid in zip(outputs, valid[rows].any(axis=0)) if any_valid}
+                recorded = {outputs[k] for k in np.flatnonzero(np.isfinite(simulator.measured[rows]).any(axis=0))}
                 found[number] |= np.array([name in recorded for name in names])
                 continue
             dy = np.where(valid[rows][:, :, None], derivative.dy[rows][:, :, size:], 0.0)

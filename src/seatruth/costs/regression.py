@@ -1,0 +1,247 @@
+"""Equation error: the equations of motion held against accelerations taken from the record, without simulating."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.costs.base import Array, Regression
+from seatruth.costs.differences import recorded
+from seatruth.costs.fitted import Group, StudyCost, prior_groups
+from seatruth.costs.linear import Linear, blocks_of
+from seatruth.costs.noise import Noise
+from seatruth.costs.study import Study
+from seatruth.errors import BadInput
+from seatruth.models.blackbox import BlackBox
+from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
+from seatruth.trials.trial import Trial
+
+if TYPE_CHECKING:
+    from seatruth.costs.trajectory import TrajectoryCost
+
+_AT_ONCE = 64 * 1024 * 1024
+"""Bytes of rates that a population is held in at a time."""
+
+
+class RegressionCost(StudyCost):
+    """Minus the log-likelihood of accelerations given the measured states, equation by equation.
+
+    A residual is the recorded (or differenced) acceleration less what the equations give with the measured states and
+    inputs, over the standard deviation of that equation's errors, which is always estimated: it holds noise of all
+    states and is no sensor's. Its name is that of the state with "_dot". Fast, and linear wherever the parameters are,
+    but noise in the states biases it; a trajectory cost does not have that bias.
+
+    Equations are those of the states that `equations` names, or all that hold free parameters. Raises BadInput naming
+    the state that an equation needs and no trial measured.
+    """
+
+    gives = frozenset({"values", "residuals", "derivatives", "regression"})
+
+    def __init__(self, study: Study, *, threads: int | None = None) -> None:
+        where = f"study {study.name!r}"
+        if isinstance(study.model, BlackBox):
+            raise BadInput(
+                f"model {study.model.name!r} is a black box and has no equations to hold against accelerations",
+                where=where,
+                do='Use cost kind = "trajectory".',
+            )
+        self.study, self.space = study, study.space
+        self.trials = tuple(study.trials)
+        self.parameters = self.space.free
+        self._threads = threads
+        self._data = recorded(study.model, self.trials, study.form)
+        self._nominal = self.space.nominal()
+        start = self.space.start
+        sensitivity = self._derivatives(start)
+        self._equations = self._chosen(sensitivity, where)
+        self._targets = np.ascontiguousarray(self._data.targets[:, self._equations])
+        predicted = self._predicted(start[None])[0]
+        valid = np.isfinite(self._targets) & np.isfinite(predicted)
+        self._refuse_unmeasured(valid, where)
+        names = [f"{study.model.states[k].name}_dot" for k in self._equations]
+        self._noise = Noise(names, self._targets, valid, {}, where=where)
+        self._valid = valid
+        self.groups = self._groups()
+        self.description = {"study": study.content_hash}
+
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """States whose equations are used."""
+        return tuple(self.study.model.states[k].name for k in self._equations)
+
+    @cached_property
+    def linear(self) -> Linear | None:
+        """The equations as linear functions of x, or None where a free parameter enters another way."""
+        return Linear.of(self._weighted_errors, self._weighted_derivatives, self.space, self._noise)
+
+    def values(self, X: Array) -> Array:
+        """Cost of each candidate: (P, K) -> (P,)."""
+        X = np.asarray(X, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            linear = self.linear
+            squares = linear.squares(X) if linear is not None else self._squares(X)
+            found = self._noise.cost_of_squares(squares)
+            found = found + 0.5 * (self.space.prior_residuals(X) ** 2).sum(axis=1)
+        found = np.where(self.space.feasible(X), found, np.inf)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def residuals(self, x: Array) -> Array:
+        """Errors of the accelerations over their deviation, then priors: (M,)."""
+        x = np.asarray(x, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            found = np.concatenate([self._noise.residuals(self.errors(x)), self.space.prior_residuals(x[None])[0]])
+        return found if self.space.feasible(x[None])[0] else np.full(len(found), np.inf)
+
+    def jacobian(self, x: Array) -> Array:
+        """Exact derivative of `residuals`: (M, K)."""
+        x = np.asarray(x, dtype=np.float64)
+        data = self._noise.derivatives(-self._derivatives(x)[:, self._equations])
+        return np.concatenate([data, self.space.prior_jacobian(x)])
+
+    def regression(self) -> Regression:
+        """One linear regression an equation. Their weights against each other are those of their joint solution.
+
+        Raises BadInput naming a parameter that does not enter linearly.
+        """
+        if self.linear is None:
+            self._refuse_nonlinear()
+        names = [f"equation of {name}" for name in self.equations]
+        return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
+
+    def errors(self, x: Array) -> Array:
+        """Recorded less computed accelerations (N, equations)."""
+        return np.asarray(self._targets - self._predicted(np.asarray(x, dtype=np.float64)[None])[0])
+
+    def predict(self, x: Array, trials: Sequence[Trial] | None = None) -> list[Array]:
+        """Open-loop simulation from the first samples, as a trajectory cost does it: (n, D) of each trial."""
+        return self._simulated.predict(x, trials)
+
+    def discretisation(self, x: Array) -> dict[str, float]:
+        """That of the open-loop simulation."""
+        return self._simulated.discretisation(x)
+
+    @cached_property
+    def _simulated(self) -> TrajectoryCost:
+        from seatruth.costs.trajectory import TrajectoryCost
+
+        return TrajectoryCost(
+            self.study.but(cost="trajectory", initial="fixed", initial_sd={}, segments=None, multiple_shooting=False),
+            threads=self._threads,
+        )
+
+    def _predicted(self, X: Array) -> Array:
+        """Accelerations of candidates (P, K) to compare with the targets: (P, N, equations)."""
+        data = self._data
+        rates = evaluate_rhs(
+            self.study.model,
+            self.space.moving_values(X),
+            self.space.moving,
+            self._nominal,
+            data.states,
+            data.inputs,
+            data.t,
+            self._threads,
+        )
+        return np.ascontiguousarray(data.compared(rates)[:, :, self._equations])
+
+    def _derivatives(self, x: Array) -> Array:
+        """Derivatives (N, S, K) of the accelerations to compare with the targets, for all states."""
+        data = self._data
+        found = evaluate_rhs_jacobian(
+            self.study.model,
+            self.space.moving_values(x[None])[0],
+            self.space.moving,
+            self._nominal,
+            data.states,
+            data.inputs,
+            data.t,
+            self._threads,
+        )
+        if self.space.follows:
+            found = found @ self.space.moving_jacobian(x)
+        return np.moveaxis(data.compared(np.moveaxis(found, 2, 0)), 0, 2)
+
+    def _weighted_errors(self, x: Array) -> Array:
+        """Errors (N, equations) times the noise's own weights, 0 where a sample does not count."""
+        return np.where(self._valid, self.errors(x) * self._noise.weights, 0.0)
+
+    def _weighted_derivatives(self, x: Array) -> Array:
+        """Derivatives (N, equations, K) of the weighted errors."""
+        weights = np.where(self._valid, self._noise.weights, 0.0)[:, :, None]
+        found = np.where(self._valid[:, :, None], -self._derivatives(x)[:, self._equations], 0.0)
+        return np.asarray(found * weights)
+
+    def _squares(self, X: Array) -> Array:
+        """Weighted sums of squares (P, equations), some candidates at a time."""
+        found = np.empty((len(X), len(self._equations)))
+        size = max(1, _AT_ONCE // max(1, self._data.states.nbytes))
+        for k in range(0, len(X), size):
+            errors = np.where(self._valid, (self._targets - self._predicted(X[k : k + size])) * self._noise.weights, 0)
+            found[k : k + size] = np.einsum("pne,pne->pe", errors, errors)
+        return found
+
+    def _chosen(self, sensitivity: Array, where: str) -> NDArray[np.intp]:
+        """Numbers of the states whose equations are used. A parameter that meets only gaps is no reason to drop one."""
+        states = [channel.name for channel in self.study.model.states]
+        # NaN counts: it comes from a state that was not measured, times the parameter.
+        holds = ((sensitivity != 0) | np.isnan(sensitivity)).any(axis=(0, 2))
+        if self.study.equations is None:
+            kept = [k for k in range(len(states)) if holds[k]]
+            if not kept and len(self.parameters):
+                raise BadInput("no equation of motion holds a free parameter", where=where, do="Free others.")
+            return np.array(kept or range(len(states)), dtype=np.intp)
+        for name in self.study.equations:
+            if len(self.parameters) and not holds[states.index(name)]:
+                raise BadInput(f"the equation of {name!r} holds no free parameter", where=where, do="Leave it out.")
+        return np.array([states.index(name) for name in self.study.equations], dtype=np.intp)
+
+    def _refuse_unmeasured(self, valid: NDArray[np.bool_], where: str) -> None:
+        for column, number in enumerate(self._equations):
+            if valid[:, column].any():
+                continue
+            states = self.study.model.states
+            name = states[number].name
+            unmeasured = [
+                state.name
+                for k, state in enumerate(states)
+                if not np.isfinite(self._data.states[:, k]).any() and (k == number or self._needs(number, k))
+            ]
+            what = f"state {unmeasured[0]!r}, which no trial measured" if unmeasured else "states at the same time"
+            raise BadInput(
+                f"the equation of {name!r} needs {what}",
+                where=where,
+                do='Leave it out with equations = [...], or use cost kind = "trajectory".',
+            )
+
+    def _needs(self, equation: int, state: int) -> bool:
+        """Whether an equation holds a state: it is not a number where the state is none."""
+        probe = np.ones((2, len(self.study.model.states)))
+        probe[:, state] = np.nan
+        inputs = np.ones((2, self._data.inputs.shape[1]))
+        theta = self.space.moving_values(self.space.start[None])[0]
+        rates = evaluate_rhs(self.study.model, theta, self.space.moving, self._nominal, probe, inputs)
+        return bool(np.isnan(rates[:, equation]).any())
+
+    def _refuse_nonlinear(self) -> None:
+        culprits = Linear.culprits(self._weighted_derivatives, self.space)
+        which = ", ".join(repr(name) for name in culprits[:5]) or "the parameters together"
+        raise BadInput(
+            f"{which} do{'es' if len(culprits) == 1 else ''} not enter the equations of motion linearly",
+            where=f"study {self.study.name!r}",
+            do="Fix those, or use an optimizer that takes residuals (least_squares).",
+        )
+
+    def _groups(self) -> tuple[Group, ...]:
+        found: list[Group] = []
+        for trial, rows in zip(self.trials, self._data.rows):
+            for column, name in enumerate(self._noise.channels):
+                inside = (self._noise.rows >= rows.start) & (self._noise.rows < rows.stop)
+                places = np.flatnonzero(inside & (self._noise.columns == column))
+                if places.size:
+                    sample = self._noise.rows[places] - rows.start
+                    found.append(Group("data", trial.name, name, places, np.asarray(trial.t)[sample], sample))
+        return (*found, *prior_groups(self.space.priors, self._noise.size))
