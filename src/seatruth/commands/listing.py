@@ -11,6 +11,7 @@ import typer
 
 from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
+from seatruth.costs.registry import KINDS
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.studyfile.reference import kind
@@ -95,29 +96,22 @@ def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
     return entries, ("name", "title", "needs")
 
 
-_COSTS = {
-    "trajectory": "Open-loop output error: simulate each run from its first state and compare it with the record",
-    "regression": "Equation error: fit the accelerations equation by equation, without simulating",
-    "formula": "A static formula fitted to a table",
-}
-
-
 def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
     fields = CostTable.model_fields
     entries = [
         {
-            "name": name,
-            "title": title,
+            "name": kind_of_cost.name,
+            "title": kind_of_cost.title,
             "options": [
                 {
                     "option": key,
                     "is": kind(fields[key].annotation).replace("`", ""),
                     "means": fields[key].description or "",
                 }
-                for key in COST_KEYS[name]
+                for key in COST_KEYS[kind_of_cost.name]
             ],
         }
-        for name, title in _COSTS.items()
+        for kind_of_cost in KINDS.values()
     ]
     return entries, ("name", "title")
 

@@ -12,8 +12,10 @@ from seatruth.costs.noise import Noise
 from seatruth.costs.space import ParameterSpace
 
 Function = Callable[[Array], Array]
-_SAME = 1e-9
-"""Relative change of a derivative that counts as none."""
+SAME = 1e-9
+"""Relative change of an exact derivative that counts as none."""
+SAME_BY_DIFFERENCES = 1e-6
+"""The same of a derivative that is a central difference."""
 _ROUNDS = 20
 """Estimates of the equations' weights against each other."""
 
@@ -28,11 +30,11 @@ class Linear:
     triangles: Array
 
     @staticmethod
-    def of(errors: Function, derivatives: Function, space: ParameterSpace, noise: Noise) -> Linear | None:
+    def of(errors: Function, derivatives: Function, space: ParameterSpace, same: float = SAME) -> Linear | None:
         """From weighted errors (N, D) and their derivatives (N, D, K); None where they are not linear in x."""
         start = space.start
         A = derivatives(start)
-        if not np.isfinite(A).all() or not all(_same(A, derivatives(x)) for x in _elsewhere(space)):
+        if not np.isfinite(A).all() or not all(_same(A, derivatives(x), same) for x in _elsewhere(space)):
             return None
         b = errors(start) - A @ start
         if not np.isfinite(b).all():
@@ -45,7 +47,7 @@ class Linear:
         return Linear(triangles)
 
     @staticmethod
-    def culprits(derivatives: Function, space: ParameterSpace) -> list[str]:
+    def culprits(derivatives: Function, space: ParameterSpace, same: float = SAME) -> list[str]:
         """Free parameters that change a derivative when they move."""
         A = derivatives(space.start)
         found = []
@@ -53,7 +55,7 @@ class Linear:
             for x in _elsewhere(space):
                 moved = space.start
                 moved[k] = x[k]
-                if not _same(A, derivatives(moved)):
+                if not _same(A, derivatives(moved), same):
                     found.append(name)
                     break
         return found
@@ -122,10 +124,10 @@ def _block(name: str, target: Array, regressors: Array, columns: np.typing.NDArr
     )
 
 
-def _same(A: Array, B: Array) -> bool:
+def _same(A: Array, B: Array, limit: float) -> bool:
     """Whether derivatives (N, D, K) agree, each column against its own size."""
     size = np.maximum(np.abs(A).max(axis=0, initial=0.0), np.abs(B).max(axis=0, initial=0.0))
-    return bool(np.isfinite(B).all() and (np.abs(A - B) <= _SAME * size).all())
+    return bool(np.isfinite(B).all() and (np.abs(A - B) <= limit * size).all())
 
 
 def _elsewhere(space: ParameterSpace) -> list[Array]:

@@ -76,7 +76,7 @@ class RegressionCost(StudyCost):
     @cached_property
     def linear(self) -> Linear | None:
         """The equations as linear functions of x, or None where a free parameter enters another way."""
-        return Linear.of(self._weighted_errors, self._weighted_derivatives, self.space, self._noise)
+        return Linear.of(self._weighted_errors, self._weighted_derivatives, self.space)
 
     def values(self, X: Array) -> Array:
         """Cost of each candidate: (P, K) -> (P,)."""

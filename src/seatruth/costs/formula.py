@@ -1,0 +1,224 @@
+"""A static formula fitted to a table, behind the same interface as a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from seatruth.costs.base import Array, Regression
+from seatruth.costs.fitted import Group, StudyCost, prior_groups
+from seatruth.costs.linear import SAME, SAME_BY_DIFFERENCES, Linear, blocks_of
+from seatruth.costs.noise import Noise
+from seatruth.costs.study import Deviation, Study
+from seatruth.errors import BadInput, nearest
+from seatruth.models.formula import Callback, Formula
+from seatruth.models.parameter import Parameter
+from seatruth.trials.trial import Trial, Trials
+
+_AT_ONCE = 8_000_000
+"""Numbers that a population is held in at a time."""
+
+
+class FormulaCost(StudyCost):
+    """Minus the log-likelihood of a column given a formula of the others: least squares, with known noise or not.
+
+    The study's model is a `Formula`; its trials are tables. Candidates for which the formula has no finite value in
+    every valid row cost inf. `formula_study` makes the study from a table in one call.
+    """
+
+    gives = frozenset({"values", "residuals", "derivatives", "regression"})
+
+    def __init__(self, study: Study) -> None:
+        where = f"study {study.name!r}"
+        if not isinstance(study.model, Formula):
+            raise BadInput(f"model {study.model.name!r} is no formula", where=where, do="Use another kind of cost.")
+        self.study, self.space, self._formula = study, study.space, study.model
+        self.trials = tuple(study.trials)
+        self.parameters = self.space.free
+        inputs = [channel.name for channel in study.model.inputs]
+        self._columns = {name: np.concatenate([trial.inputs[name] for trial in self.trials]) for name in inputs}
+        output = study.model.outputs[0].name
+        self._measured = np.concatenate([trial.outputs[output] for trial in self.trials])[:, None]
+        self._weight = self._weights(where)
+        valid = np.isfinite(self._measured) & (self._weight > 0)
+        self._rows = np.flatnonzero(valid[:, 0])
+        known = {name: float(value) for name, value in study.noise.items() if value != "estimate"}
+        self._noise = Noise([output], self._measured * self._weight, valid, known, where=where)
+        self._same = SAME if study.model.expression is not None else SAME_BY_DIFFERENCES
+        self.groups = self._groups(output)
+        self.description = {"study": study.content_hash}
+
+    @cached_property
+    def linear(self) -> Linear | None:
+        """The formula as a linear function of x, or None where a parameter enters another way."""
+        return Linear.of(self._weighted_errors, self._weighted_derivatives, self.space, self._same)
+
+    def values(self, X: Array) -> Array:
+        """Cost of each candidate: (P, K) -> (P,)."""
+        X = np.asarray(X, dtype=np.float64)
+        squares = np.empty(len(X))
+        size = max(1, _AT_ONCE // len(self._measured))
+        weights = self._noise.weights[:, 0] * self._weight[:, 0]
+        with np.errstate(all="ignore"):
+            for k in range(0, len(X), size):
+                error = (self._measured[:, 0] - self._predicted(X[k : k + size]))[:, self._rows] * weights[self._rows]
+                squares[k : k + size] = np.einsum("pn,pn->p", error, error)
+            found = self._noise.cost_of_squares(squares[:, None])
+            found = found + 0.5 * (self.space.prior_residuals(X) ** 2).sum(axis=1)
+        found = np.where(self.space.feasible(X), found, np.inf)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def residuals(self, x: Array) -> Array:
+        """Errors over noise, then priors: (M,)."""
+        x = np.asarray(x, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            found = np.concatenate([self._noise.residuals(self.errors(x)), self.space.prior_residuals(x[None])[0]])
+        return found if self.space.feasible(x[None])[0] else np.full(len(found), np.inf)
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivative of `residuals`, (M, K): exact for an expression, by differences for a callable."""
+        x = np.asarray(x, dtype=np.float64)
+        return np.concatenate([self._noise.derivatives(-self._derivatives(x)), self.space.prior_jacobian(x)])
+
+    def regression(self) -> Regression:
+        """The formula as one linear regression. Raises BadInput naming a parameter that does not enter linearly."""
+        if self.linear is None:
+            culprits = Linear.culprits(self._weighted_derivatives, self.space, self._same)
+            which = ", ".join(repr(name) for name in culprits[:5]) or "the parameters together"
+            raise BadInput(
+                f"{which} do{'es' if len(culprits) == 1 else ''} not enter the formula linearly",
+                where=f"study {self.study.name!r}",
+                do="Fix those, or use an optimizer that takes residuals (least_squares).",
+            )
+        names = [self._formula.text or self._formula.name]
+        return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
+
+    def errors(self, x: Array) -> Array:
+        """(Measured less computed) times the row's weight: (N, 1)."""
+        with np.errstate(all="ignore"):
+            return np.asarray((self._measured[:, 0] - self._predicted(np.asarray(x)[None])[0])[:, None] * self._weight)
+
+    def predict(self, x: Array, trials: Sequence[Trial] | None = None) -> list[Array]:
+        """Computed values (n, 1) of each table."""
+        parameters = self.space.by_name(np.asarray(x, dtype=np.float64))
+        chosen = self.trials if trials is None else tuple(trials)
+        return [self._formula.run(trial, parameters, None) for trial in chosen]
+
+    def _predicted(self, X: Array) -> Array:
+        """Computed values of candidates (P, K): (P, N)."""
+        values = self.space.values(X)
+        if self._formula.expression is not None:
+            parameters: dict[str, Any] = {name: values[:, [k]] for k, name in enumerate(self.space.names)}
+            return np.broadcast_to(self._formula.evaluate(self._columns, parameters), (len(X), len(self._measured)))
+        found = np.empty((len(X), len(self._measured)))
+        for candidate, row in enumerate(values):
+            found[candidate] = self._formula.evaluate(self._columns, dict(zip(self.space.names, row.tolist())))
+        return found
+
+    def _derivatives(self, x: Array) -> Array:
+        """Derivatives (N, 1, K) of the computed values, times the row's weight."""
+        parameters = self.space.by_name(x)
+        found = self._formula.derivatives(self._columns, parameters, self.space.moving)
+        if found.shape[0] != len(self._measured):
+            found = np.broadcast_to(found, (len(self._measured), found.shape[1]))
+        return np.asarray((found @ self.space.moving_jacobian(x))[:, None, :] * self._weight[:, :, None])
+
+    def _weighted_errors(self, x: Array) -> Array:
+        weights = self._noise.weights
+        return np.where(weights > 0, self.errors(x) * weights, 0.0)
+
+    def _weighted_derivatives(self, x: Array) -> Array:
+        weights = self._noise.weights[:, :, None]
+        return np.where(weights > 0, -self._derivatives(x) * weights, 0.0)
+
+    def _weights(self, where: str) -> Array:
+        """Relative weights of the rows (N, 1)."""
+        if self._formula.weight is None:
+            return np.ones((len(self._measured), 1))
+        found = self._columns[self._formula.weight]
+        if (found < 0).any() or not (found > 0).any():
+            raise BadInput(
+                f"column {self._formula.weight!r} holds weights below zero, or none above it",
+                where=where,
+                do="Weights are 1 / standard deviation, up to a factor.",
+            )
+        return found[:, None]
+
+    def _groups(self, output: str) -> tuple[Group, ...]:
+        found: list[Group] = []
+        first = 0
+        for trial in self.trials:
+            inside = (self._noise.rows >= first) & (self._noise.rows < first + len(trial))
+            places: NDArray[np.intp] = np.flatnonzero(inside)
+            if places.size:
+                sample = self._noise.rows[places] - first
+                found.append(Group("data", trial.name, output, places, np.asarray(trial.t)[sample], sample))
+            first += len(trial)
+        return (*found, *prior_groups(self.space.priors, self._noise.size))
+
+
+def formula_study(
+    formula: str | Callback,
+    data: pd.DataFrame | Mapping[str, Any],
+    parameters: Sequence[Parameter],
+    *,
+    output: str | None = None,
+    columns: Sequence[str] | None = None,
+    noise: Deviation = "estimate",
+    weight: str | None = None,
+    units: Mapping[str, str] | None = None,
+    constraints: Sequence[str] = (),
+    name: str = "formula",
+    synthetic: bool = False,
+    source: str = "",
+) -> Study:
+    """The study of fitting a formula to a table: `cost_of(formula_study("D = a*Fr + b", table, parameters))`.
+
+    `data` holds columns by name; `output`, `columns`, `units` and `weight` are those of `Formula`. `noise` is the
+    standard deviation of the output, or "estimate". Rows whose output is not a number do not count.
+    """
+    model = Formula(formula, parameters, columns, output=output, name=name, units=units, weight=weight)
+    trial = table_trial(model, data, name, synthetic=synthetic, source=source)
+    return Study(
+        name=name,
+        model=model,
+        trials=Trials([trial]),
+        parameters=tuple(parameters),
+        constraints=tuple(constraints),
+        cost="formula",
+        noise={model.outputs[0].name: noise},
+    )
+
+
+def table_trial(
+    model: Formula, data: pd.DataFrame | Mapping[str, Any], name: str, *, synthetic: bool = False, source: str = ""
+) -> Trial:
+    """A table as the trial of a formula; its time counts the rows. Raises BadInput for columns that are missing."""
+    known = [str(column) for column in data]
+    found = {}
+    for channel in (*model.inputs, *model.outputs):
+        if channel.name not in known:
+            raise BadInput(
+                f"the table has no column {channel.name!r}", where=f"formula {name!r}", do=nearest(channel.name, known)
+            )
+        try:
+            found[channel.name] = np.asarray(data[channel.name], dtype=np.float64).ravel()
+        except (TypeError, ValueError):
+            raise BadInput(
+                f"column {channel.name!r} holds something that is no number", where=f"formula {name!r}"
+            ) from None
+    rows = len(found[model.outputs[0].name])
+    output = model.outputs[0].name
+    return Trial(
+        name,
+        np.arange(rows, dtype=np.float64),
+        {channel.name: found[channel.name] for channel in model.inputs},
+        {output: found[output]},
+        synthetic=synthetic,
+        source=source,
+    )
