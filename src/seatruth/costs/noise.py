@@ -132,12 +132,13 @@ class Noise:
     def cost_of_errors(self, errors: Array) -> Array:
         """Cost of errors (P, N, D); inf where one is not finite."""
         found = np.zeros(len(errors))
-        for block in self._blocks:
-            part = np.stack([block.taken(error) for error in errors])
-            if block.estimated:
-                found += block.cost(np.einsum("pni,pnj->pij", part, part, optimize=True))
-            else:
-                found += 0.5 * (part**2).sum(axis=(1, 2)) / block.factor[0, 0] ** 2
+        with np.errstate(all="ignore"):
+            for block in self._blocks:
+                part = np.stack([block.taken(error) for error in errors])
+                if block.estimated:
+                    found += block.cost(np.matmul(part.transpose(0, 2, 1), part))
+                else:
+                    found += 0.5 * (part**2).sum(axis=(1, 2)) / block.factor[0, 0] ** 2
         return np.where(np.isfinite(found), found, np.inf)
 
     def residuals(self, errors: Array) -> Array:
@@ -259,9 +260,11 @@ def _floor(values: Array) -> float:
         return 1.0
     spread = float(finite.std()) or abs(float(finite[0])) or 1.0
     steps = np.diff(np.unique(finite))
+    digit = float(steps.min()) if steps.size else 0.0
+    with np.errstate(over="ignore"):
+        whole = bool(digit > 0 and (np.abs(steps / digit - np.rint(steps / digit)) < 1e-3).all())
     # 1/sqrt(12) of the digit is the noise of rounding; a quarter of that leaves the estimate itself alone.
-    digit = float(steps.min()) / math.sqrt(12.0) / 4.0 if steps.size else 0.0
-    return max(_FLOOR * spread, digit)
+    return max(_FLOOR * spread, digit / math.sqrt(12.0) / 4.0 if whole else 0.0)
 
 
 def _first_guess(values: Array, floor: float) -> float:
