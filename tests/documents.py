@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -36,6 +38,14 @@ def execute(document: str) -> dict[str, Any]:
                     code = run(shlex.split(command)[2:])
                     assert code == 0, f"{document}, line {line}: {command} ended with {code}"
     return namespace
+
+
+def install(document: str, folder: Path) -> None:
+    """Writes the files of a document that shows a package; pip installs it into the folder `site` beside them."""
+    for name, text in files(document).items():
+        (folder / name).write_text(text)
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
+    subprocess.run([*pip, "--no-deps", "--no-build-isolation", "--target", "site", "."], cwd=folder, check=True)
 
 
 def files(document: str) -> dict[str, str]:
