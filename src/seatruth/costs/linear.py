@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatruth.costs.base import Array, Block
 from seatruth.costs.noise import Noise
@@ -34,7 +35,7 @@ class Linear:
         """From weighted errors (N, D) and their derivatives (N, D, K); None where they are not linear in x."""
         start = space.start
         A = derivatives(start)
-        if not np.isfinite(A).all() or not all(_same(A, derivatives(x), same) for x in _elsewhere(space)):
+        if not np.isfinite(A).all() or any(_changed(A, derivatives(x), same).any() for x in _elsewhere(space)):
             return None
         b = errors(start) - A @ start
         if not np.isfinite(b).all():
@@ -48,17 +49,22 @@ class Linear:
 
     @staticmethod
     def culprits(derivatives: Function, space: ParameterSpace, same: float = SAME) -> list[str]:
-        """Free parameters that change a derivative when they move."""
+        """Free parameters to fix so that the others enter linearly: few, found one after another."""
         A = derivatives(space.start)
-        found = []
-        for k, name in enumerate(space.free_names):
+        K = len(space.free)
+        bent = np.zeros((K, K), dtype=np.bool_)  # moving j changes the derivative by k
+        for j in range(K):
             for x in _elsewhere(space):
                 moved = space.start
-                moved[k] = x[k]
-                if not _same(A, derivatives(moved), same):
-                    found.append(name)
-                    break
-        return found
+                moved[j] = x[j]
+                bent[j] |= _changed(A, derivatives(moved), same)
+        bent |= bent.T
+        chosen = list(np.flatnonzero(np.diag(bent)))
+        bent[chosen], bent[:, chosen] = False, False
+        while bent.any():
+            chosen.append(int(bent.sum(axis=0).argmax()))
+            bent[chosen], bent[:, chosen] = False, False
+        return [space.free_names[k] for k in sorted(chosen)]
 
     def squares(self, X: Array) -> Array:
         """Sums of squares (P, D) of candidates (P, K)."""
@@ -105,7 +111,7 @@ def blocks_of(
     return tuple(blocks)
 
 
-def _block(name: str, target: Array, regressors: Array, columns: np.typing.NDArray[np.intp], weights: Array) -> Block:
+def _block(name: str, target: Array, regressors: Array, columns: NDArray[np.intp], weights: Array) -> Block:
     """A block in which a regressor that is constant is the intercept, scaled so that its coefficient is one."""
     constant = np.flatnonzero(np.ptp(regressors, axis=0) <= 1e-12 * np.abs(regressors).max(axis=0, initial=0.0))
     if constant.size != 1:
@@ -124,10 +130,11 @@ def _block(name: str, target: Array, regressors: Array, columns: np.typing.NDArr
     )
 
 
-def _same(A: Array, B: Array, limit: float) -> bool:
-    """Whether derivatives (N, D, K) agree, each column against its own size."""
+def _changed(A: Array, B: Array, limit: float) -> NDArray[np.bool_]:
+    """Which columns (K,) of derivatives (N, D, K) differ, each against its own size."""
     size = np.maximum(np.abs(A).max(axis=0, initial=0.0), np.abs(B).max(axis=0, initial=0.0))
-    return bool(np.isfinite(B).all() and (np.abs(A - B) <= limit * size).all())
+    with np.errstate(invalid="ignore"):
+        return np.asarray(~(np.abs(A - B) <= limit * size).all(axis=(0, 1)))
 
 
 def _elsewhere(space: ParameterSpace) -> list[Array]:
