@@ -1,0 +1,292 @@
+"""From where a search ended to an Estimate: uncertainty, fit, traces, findings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from seatruth.costs.study import Study, StudyCost
+from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
+from seatruth.models.parameter import Parameter
+from seatruth.optimizers import Outcome
+from seatruth.provenance import provenance
+from seatruth.trials.check import check_trials
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Step, Trial
+from seatruth.uncertainty.coloured import autocorrelation, colour_of
+from seatruth.uncertainty.covariance import Covariance, covariance
+from seatruth.uncertainty.identifiability import identifiability, tied, trade_offs, verdict
+from seatruth.uncertainty.sensitivity import sensitivity
+
+Array = NDArray[np.float64]
+_AT_BOUND = 1e-6
+"""Distance from a bound, as a part of the range, at which a parameter is at it."""
+_COARSE = 0.3
+"""Discretisation error over noise from which it is worth a warning."""
+_FIT_COLUMNS = (
+    *("trial", "channel", "rmse", "rmse_start", "noise", "ratio", "bias", "n", "n_eff"),
+    *("autocorrelation", "held_out"),
+)
+
+
+class Analysis:
+    """Everything about a fit that needs its cost. `run` fills it; `estimate` gives what there is."""
+
+    def __init__(self, study: Study, cost: StudyCost, outcome: Outcome) -> None:
+        self.study, self.cost, self.outcome = study, cost, outcome
+        self.x = outcome.x
+        self.size = len(cost.parameters)
+        self.stderr: Array = np.full(self.size, math.nan)
+        self.at_bound = self._at_bound()
+        self.found: Covariance | None = None
+        self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
+        self.sensitivity = pd.DataFrame()
+        self.fit = pd.DataFrame(columns=list(_FIT_COLUMNS))
+        self.traces = pd.DataFrame()
+        self.discretisation: dict[str, dict[str, float]] = {}
+        self.findings: list[Finding] = []
+
+    def run(self) -> None:
+        """All parts, the most important first; parts that a diverged answer does not have stay empty."""
+        self.findings = list(check_trials([*self.study.trials, *self.study.holdout], self.study.model))
+        self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
+        if not math.isfinite(self.outcome.value):
+            return
+        self._uncertainty()
+        self._compare()
+        self.sensitivity = sensitivity(self.cost, self.x)
+        self._steps()
+
+    def estimate(self, interrupted: str = "") -> Estimate:
+        """The estimate, as far as it has come."""
+        outcome = self.outcome
+        ended: dict[str, Any] = {"code": outcome.code, "reason": outcome.reason}
+        if interrupted:
+            ended = {"code": "interrupted", "reason": interrupted}
+        ended |= {
+            "value": outcome.value,
+            "evaluations": outcome.evaluations,
+            "diverged": outcome.diverged,
+            "clipped": outcome.clipped,
+            "wall_s": outcome.wall_s,
+        }
+        names = [parameter.name for parameter in self.cost.parameters]
+        table = self._table()
+        own = [name for name in names if name not in self.cost.nuisances]
+        study = self.study
+        return Estimate(
+            study=study.name,
+            model=study.model.name,
+            optimizer=_plain(outcome.optimizer),
+            cost=_plain(self.cost.describe()),
+            seed=outcome.seed,
+            synthetic=study.synthetic,
+            channels={channel.name: channel.unit for channel in study.model.outputs},
+            parameters=table.loc[own],
+            nuisances=table.loc[list(self.cost.nuisances)],
+            covariance=self._square(None if self.found is None else self.found.covariance, names),
+            correlation=self._square(None if self.found is None else self.found.correlation, names),
+            identifiability=_plain(self.identifiability),
+            sensitivity=self.sensitivity,
+            fit=self.fit,
+            history=outcome.history.reset_index(drop=True),
+            outcome=_plain(ended),
+            discretisation=self.discretisation,
+            traces=self.traces,
+            steps=[
+                (trial.name, Step(step.name, _plain(step.options), step.effect))
+                for trial in (*study.trials, *study.holdout)
+                for step in trial.steps
+            ],
+            findings=self.findings,
+            provenance=_plain({**provenance(), "study_hash": study.content_hash, **study.provenance}),
+        )
+
+    def _uncertainty(self) -> None:
+        residuals, jacobian = self.cost.residuals(self.x), self.cost.jacobian(self.x)
+        if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
+            self.findings.append(
+                Finding(
+                    "warning",
+                    "no-derivatives",
+                    "The derivatives at the answer are not finite, so there are no standard errors.",
+                    "search",
+                )
+            )
+            return
+        slope = jacobian.T @ residuals
+        low, high = self.cost.bounds
+        pressed = self.at_bound & np.where(np.abs(self.x - low) <= np.abs(high - self.x), slope > 0, slope < 0)
+        self.found = covariance(residuals, jacobian, self.cost.groups, pressed)
+        self.stderr = self.found.stderr
+        self._settled(residuals, jacobian, ~pressed)
+        rows = np.concatenate([group.rows for group in self.cost.groups if group.kind == "data"])
+        own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not pressed[k]]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            larger = self.found.stderr / self.found.crlb
+        larger = larger[np.isfinite(larger)]
+        inflation = float(np.median(larger)) if larger.size else 1.0
+        # What initial states can take up does not count for the parameters.
+        data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
+        self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation)
+        known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
+        self.identifiability["weak"] += [
+            entry
+            for entry in trade_offs(self.found, self.cost.parameters)
+            if frozenset(entry["combination"]) not in known
+            and not set(entry["combination"]) <= set(self.cost.nuisances)
+        ]
+
+    def _settled(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
+        """Says so where the search ended away from a minimum: errors are those of a minimum."""
+        J = jacobian[:, free]
+        step = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
+        fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step) ** 2)))
+        if fall > 0.1:
+            self.findings.append(
+                Finding(
+                    "warning",
+                    "not-at-minimum",
+                    f"The search ended short of a minimum (the cost could fall by about {fall:.2g} more), and standard "
+                    "errors hold at a minimum.",
+                    "search",
+                    'Give it more evaluations, or add a local solver: use = ["...", "least_squares"].',
+                )
+            )
+
+    def _compare(self) -> None:
+        start = self.cost.start
+        start = np.clip(start, *self.cost.bounds)
+        fitted, before = self.cost.predict(self.x), self.cost.predict(start)
+        held = list(self.study.holdout)
+        later, later_before = (self.cost.predict(x, held) for x in (self.x, start)) if held else ([], [])
+        rows: list[dict[str, Any]] = []
+        parts: list[pd.DataFrame] = []
+        runs = [*zip(self.cost.trials, fitted, before), *zip(held, later, later_before)]
+        for number, (trial, y, y_start) in enumerate(runs):
+            held_out = number >= len(fitted)
+            for column, channel in enumerate(self.study.model.outputs):
+                measured = trial.outputs.get(channel.name)
+                if measured is None or not np.isfinite(measured).any():
+                    continue
+                rows.append(self._fit_row(trial, channel.name, measured, y[:, column], y_start[:, column], held_out))
+                parts.append(
+                    pd.DataFrame(
+                        {
+                            "trial": trial.name,
+                            "t": trial.t,
+                            "channel": channel.name,
+                            "measured": measured,
+                            "fitted": y[:, column],
+                            "start": y_start[:, column],
+                            "held_out": held_out,
+                        }
+                    )
+                )
+        self.fit = pd.DataFrame(rows, columns=list(_FIT_COLUMNS))
+        self.traces = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+    def _fit_row(
+        self, trial: Trial, channel: str, measured: Array, y: Array, y_start: Array, held_out: bool
+    ) -> dict[str, Any]:
+        valid = np.isfinite(measured)
+        error, before = (measured - y)[valid], (measured - y_start)[valid]
+        rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
+        finite = bool(np.isfinite(error).all())
+        return {
+            "trial": trial.name,
+            "channel": channel,
+            "rmse": rmse,
+            "rmse_start": _rms(before),
+            "noise": noise,
+            "ratio": rmse / noise if noise > 0 else math.nan,
+            "bias": float(error.mean()) if finite else math.nan,
+            "n": int(valid.sum()),
+            "n_eff": colour_of(error).effective(len(error)) if finite else math.nan,
+            "autocorrelation": autocorrelation(error) if finite else math.nan,
+            "held_out": held_out,
+        }
+
+    def _steps(self) -> None:
+        for name, error in self.cost.discretisation(self.x).items():
+            noise = self.cost.sigma.get(name, math.nan)
+            ratio = error / noise if noise > 0 else math.nan
+            self.discretisation[name] = {"error": error, "noise": noise, "ratio": ratio}
+        coarse = {name: entry["ratio"] for name, entry in self.discretisation.items() if entry["ratio"] > _COARSE}
+        if coarse:
+            worst = max(coarse, key=lambda name: coarse[name])
+            self.findings.append(
+                Finding(
+                    "warning",
+                    "coarse-steps",
+                    f"Halving the integration steps changes {worst} by {coarse[worst]:.2g} times its noise.",
+                    "simulation",
+                    "Set max_step in [cost] to less than the sampling step.",
+                    channel=worst,
+                )
+            )
+
+    def _at_bound(self) -> NDArray[np.bool_]:
+        low, high = self.cost.bounds
+        width = np.where(np.isfinite(high - low), high - low, 1.0)
+        with np.errstate(invalid="ignore"):
+            near = (self.x - low <= _AT_BOUND * width) | (high - self.x <= _AT_BOUND * width)
+        return np.asarray(near)
+
+    def _table(self) -> pd.DataFrame:
+        found = self.found
+        half = np.full(self.size, math.nan) if found is None else found.half_width()
+        bound = np.full(self.size, math.nan) if found is None else found.crlb
+        unseen = np.zeros(self.size, dtype=bool) if found is None else found.unseen
+        related = np.zeros(self.size, dtype=bool) if found is None else tied(found)
+        rows = []
+        for k, parameter in enumerate(self.cost.parameters):
+            value, stderr = float(self.x[k]), float(self.stderr[k])
+            said = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
+            rows.append(
+                (
+                    *(value, parameter.unit, stderr, value - float(half[k]), value + float(half[k])),
+                    *(float(bound[k]), parameter.value, parameter.min, parameter.max, *_prior(parameter)),
+                    *(bool(self.at_bound[k]), said if found is not None else "", parameter.source),
+                    parameter.description,
+                )
+            )
+        names = pd.Index([parameter.name for parameter in self.cost.parameters], name="name", dtype=object)
+        frame = pd.DataFrame(rows, columns=list(PARAMETER_COLUMNS), index=names)
+        numbers = [c for c in PARAMETER_COLUMNS if c not in ("unit", "at_bound", "verdict", "source", "description")]
+        return frame.astype({**dict.fromkeys(numbers, "float64"), "at_bound": "bool"})
+
+    @staticmethod
+    def _square(values: Array | None, names: Sequence[str]) -> pd.DataFrame:
+        index = pd.Index(list(names), name="name", dtype=object)
+        return pd.DataFrame(math.nan if values is None else values, index=index, columns=list(names), dtype=float)
+
+
+def _without(jacobian: Array, columns: Sequence[int]) -> Array:
+    """The derivatives less what a change of some other columns can make up for."""
+    if not columns:
+        return jacobian
+    others = jacobian[:, list(columns)]
+    size = np.linalg.norm(others, axis=0)
+    q, r = np.linalg.qr(others[:, size > 0] / size[size > 0])
+    kept = np.abs(np.diag(r)) > 1e-10
+    q = q[:, kept]
+    return np.asarray(jacobian - q @ (q.T @ jacobian))
+
+
+def _prior(parameter: Parameter) -> tuple[float, float]:
+    return (math.nan, math.nan) if parameter.prior is None else (parameter.prior.mean, parameter.prior.sd)
+
+
+def _rms(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan
+
+
+def _plain(value: Any) -> Any:
+    """A value as it comes back from a saved estimate."""
+    return decoded(encoded(value))

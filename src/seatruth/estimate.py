@@ -1,0 +1,225 @@
+"""The result of an identification: parameters with their uncertainty, the fit, how it ended, and where it came from."""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import io
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from seatruth.errors import BadInput
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Step
+
+FORMAT = 1
+NAME = "estimate.json"
+_FRAMES = (
+    *("parameters", "nuisances", "covariance", "correlation", "sensitivity"),
+    *("fit", "cross_validation", "history", "traces"),
+)
+_SPECIAL = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+PARAMETER_COLUMNS = (
+    *("value", "unit", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),
+    *("at_bound", "verdict", "source", "description"),
+)
+
+
+@dataclass(eq=False)
+class Estimate:
+    """What `identify` found.
+
+    `parameters` and `nuisances` (index name): value, unit, stderr, lower and upper (95 %), crlb, start, min, max,
+    prior_mean, prior_sd, at_bound, verdict ("identified", "weak", "not identifiable", "at bound", "from prior"),
+    source, description. `covariance` and `correlation` are over both. `identifiability`: singular_values, condition,
+    weak (combination, ratio, sentence). `sensitivity`: parameters x outputs. `fit`, a row a trial and channel: rmse,
+    rmse_start, noise, ratio, bias, n, n_eff, autocorrelation, held_out. `cross_validation`: trial, channel, rmse
+    predicted when left out, rmse_fitted, noise; or None. `profile`: name -> (value, cost), or None. `traces`: trial,
+    t, channel, measured, fitted, start, held_out. `discretisation`: channel -> error, noise, ratio.
+    """
+
+    study: str
+    model: str
+    optimizer: dict[str, Any]
+    cost: dict[str, Any]
+    seed: int
+    synthetic: bool
+    channels: dict[str, str]
+    """Unit of each output."""
+    parameters: pd.DataFrame
+    nuisances: pd.DataFrame
+    covariance: pd.DataFrame
+    correlation: pd.DataFrame
+    identifiability: dict[str, Any]
+    sensitivity: pd.DataFrame
+    fit: pd.DataFrame
+    history: pd.DataFrame
+    outcome: dict[str, Any]
+    discretisation: dict[str, dict[str, float]]
+    traces: pd.DataFrame
+    cross_validation: pd.DataFrame | None = None
+    profile: dict[str, pd.DataFrame] | None = None
+    steps: list[tuple[str, Step]] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimated parameters by name."""
+        return {str(name): float(value) for name, value in self.parameters["value"].items()}
+
+    def save(self, folder: str | Path) -> Path:
+        """Writes the estimate into a folder (estimate.json and Parquet tables); each file whole or not at all."""
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        tables: dict[str, dict[str, Any]] = {}
+        for name, frame in self._frames().items():
+            buffer = io.BytesIO()
+            plain, layout = _flat(frame)
+            plain.to_parquet(buffer, index=False)
+            data = buffer.getvalue()
+            _write(place / f"{name}.parquet", data)
+            tables[name] = {"sha256": hashlib.sha256(data).hexdigest(), **layout}
+        content = {
+            "format": FORMAT,
+            "tables": tables,
+            **{name: getattr(self, name) for name in ("study", "model", "optimizer", "cost", "seed", "synthetic")},
+            **{name: getattr(self, name) for name in ("channels", "identifiability", "outcome", "discretisation")},
+            "profile": None if self.profile is None else list(self.profile),
+            "steps": [{"trial": trial, **asdict(step)} for trial, step in self.steps],
+            "findings": [asdict(finding) for finding in self.findings],
+            "provenance": self.provenance,
+        }
+        text = json.dumps(encoded(content), indent=1, ensure_ascii=False, allow_nan=False)
+        _write(place / NAME, text.encode())
+        return place
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Estimate:
+        """Reads what `save` wrote, exactly; BadInput where it is missing, damaged or of another version."""
+        place = Path(folder)
+        path = place / NAME if place.is_dir() or place.suffix != ".json" else place
+        where = str(path)
+        try:
+            content = decoded(json.loads(path.read_text(encoding="utf-8")))
+        except FileNotFoundError:
+            raise BadInput("there is no estimate", where=where, do="Name the folder of a result.") from None
+        except (OSError, ValueError) as problem:
+            raise BadInput(f"the estimate cannot be read ({problem})", where=where, do="Identify again.") from None
+        if not isinstance(content, dict) or content.get("format") != FORMAT:
+            raise BadInput("it is no estimate of this version of seatruth", where=where, do="Identify again.")
+        try:
+            frames = {
+                name: _read(path.parent / f"{name}.parquet", layout) for name, layout in content["tables"].items()
+            }
+            profile = content["profile"]
+            fields: dict[str, Any] = {name: frames[name] for name in _FRAMES if name != "cross_validation"}
+            return cls(
+                **fields,
+                **{name: content[name] for name in ("study", "model", "optimizer", "cost", "seed", "synthetic")},
+                **{name: content[name] for name in ("channels", "identifiability", "outcome", "discretisation")},
+                cross_validation=frames.get("cross_validation"),
+                profile=None if profile is None else {name: frames[f"profile_{k}"] for k, name in enumerate(profile)},
+                steps=[(entry.pop("trial"), Step(**entry)) for entry in content["steps"]],
+                findings=[Finding(**entry) for entry in content["findings"]],
+                provenance=content["provenance"],
+            )
+        except (KeyError, TypeError, AttributeError) as problem:
+            raise BadInput(f"the estimate is damaged ({problem})", where=where, do="Identify again.") from None
+
+    def _frames(self) -> dict[str, pd.DataFrame]:
+        found = {name: getattr(self, name) for name in _FRAMES if getattr(self, name) is not None}
+        for k, curve in enumerate((self.profile or {}).values()):
+            found[f"profile_{k}"] = curve
+        return found
+
+    def __str__(self) -> str:
+        head = f"{self.study}: {self.model}, {self.outcome.get('code', '')}: {self.outcome.get('reason', '')}"
+        label = "SYNTHETIC trials\n" if self.synthetic else ""
+        shown = self.parameters[["value", "stderr", "lower", "upper", "unit", "verdict"]]
+        weak = "\n".join(entry["sentence"] for entry in self.identifiability.get("weak", []))
+        return f"{label}{head}\n{shown.to_string(float_format=lambda v: f'{v:.5g}')}\n{weak}".rstrip()
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        label = "<b>SYNTHETIC trials.</b> " if self.synthetic else ""
+        head = html.escape(f"{self.study} ({self.model}): {self.outcome.get('code')}: {self.outcome.get('reason')}")
+        shown = self.parameters[["value", "stderr", "lower", "upper", "unit", "verdict"]].to_html(float_format=_short)
+        weak = "".join(f"<li>{html.escape(entry['sentence'])}</li>" for entry in self.identifiability.get("weak", []))
+        fit = self.fit.to_html(index=False, float_format=_short)
+        return f"<p>{label}{head}</p>{shown}<ul>{weak}</ul>{fit}"
+
+
+def _short(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def encoded(value: Any) -> Any:
+    """A value as strict JSON: numbers that JSON does not know become {"number": "inf"}."""
+    if isinstance(value, Mapping):
+        return {str(key): encoded(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [encoded(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return encoded(value.tolist())
+    if isinstance(value, np.generic):
+        return encoded(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return {"number": "nan" if math.isnan(value) else "inf" if value > 0 else "-inf"}
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return str(value)
+
+
+def decoded(value: Any) -> Any:
+    """What `encoded` encoded."""
+    if isinstance(value, dict):
+        if set(value) == {"number"} and value["number"] in _SPECIAL:
+            return _SPECIAL[value["number"]]
+        return {key: decoded(entry) for key, entry in value.items()}
+    return [decoded(entry) for entry in value] if isinstance(value, list) else value
+
+
+def _flat(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """A table whose index and columns Parquet keeps: the index as a first column."""
+    named = frame.index.name
+    simple = isinstance(frame.index, pd.RangeIndex) and named is None
+    plain = frame if simple else frame.reset_index(names="index of the table")
+    return plain, {"index": None if simple else {"name": named}, "rows": len(frame)}
+
+
+def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
+    try:
+        data = path.read_bytes()
+    except OSError as problem:
+        raise BadInput(f"a table of the estimate cannot be read ({problem.strerror})", where=str(path)) from None
+    if hashlib.sha256(data).hexdigest() != layout["sha256"]:
+        raise BadInput("a table of the estimate is damaged", where=str(path), do="Identify again.")
+    frame = pd.read_parquet(io.BytesIO(data))
+    if layout["index"] is None:
+        return frame
+    frame = frame.set_index("index of the table")
+    frame.index.name = layout["index"]["name"]
+    return frame
+
+
+def _write(path: Path, data: bytes) -> None:
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

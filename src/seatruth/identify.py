@@ -1,0 +1,110 @@
+"""Study + Optimizer -> Estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from seatruth.analysis import Analysis
+from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_of
+from seatruth.errors import BadInput, nearest
+from seatruth.estimate import Estimate
+from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
+from seatruth.optimizers.ledger import Progress
+from seatruth.uncertainty import leave_one_out, profiles
+from seatruth.uncertainty.pieces import Pieces
+
+__all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
+
+_INTERRUPTED = "stopped by the user"
+
+
+def identify(
+    study: Study,
+    optimizer: str | Optimizer | Sequence[str | Optimizer] = "least_squares",
+    *,
+    budget: Budget | None = None,
+    seed: int = 0,
+    checkpoint: str | Path | None = None,
+    progress: Progress | None = None,
+    cross_validate: bool = False,
+    profile: Sequence[str] = (),
+    threads: int | None = None,
+    workers: int = 1,
+) -> Estimate:
+    """Identifies the free parameters of a study.
+
+    `optimizer` is a name, an Optimizer, or a list of them for a hybrid; `budget` and `seed` are the search's.
+    `checkpoint` names a file in which the search is kept (and beside it, with the ending .pieces, the profile and the
+    trials left out): the same call goes on where an interrupted one stopped and ends with the same estimate.
+    `profile` names free parameters whose likelihood is profiled; `cross_validate` leaves each trial out in turn.
+    `threads` are those of a simulation (all processors where None), `workers` how many profile points or left-out
+    trials run at once; neither changes the result.
+
+    An interrupt (Ctrl-C) at any time gives the best so far with the outcome's code "interrupted"; what it had no time
+    for is missing. Raises BadInput for what cannot be started.
+    """
+    cost = cost_of(study, threads=threads)
+    free = [parameter.name for parameter in study.free]
+    for name in profile:
+        if name not in free:
+            raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
+    if workers < 1:
+        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    if cross_validate and len(study.trials) < 2:
+        raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
+    outcome = minimise(cost, optimizer, budget=budget, seed=seed, checkpoint=checkpoint, progress=progress)
+    say = _speaker(progress)
+    say("Uncertainty")
+    analysis = Analysis(study, cost, outcome)
+    try:
+        analysis.run()
+    except KeyboardInterrupt:
+        return analysis.estimate(interrupted=_INTERRUPTED)
+    usable = math.isfinite(outcome.value)
+    if outcome.code == "interrupted" or not usable:
+        return analysis.estimate()
+    place = None if checkpoint is None else Path(f"{checkpoint}.pieces")
+    pieces = Pieces(place, f"{study.content_hash} {outcome.x.tobytes().hex()}")
+    estimate = analysis.estimate()
+    try:
+        if profile:
+            estimate.profile = profiles(
+                study, profile, outcome.x, analysis.stderr, pieces=pieces, say=say, threads=threads, workers=workers
+            )
+        if cross_validate:
+            left = leave_one_out(
+                study, _values(cost, outcome), pieces=pieces, say=say, threads=threads, workers=workers
+            )
+            estimate.cross_validation = _beside_fit(left, estimate.fit)
+    except KeyboardInterrupt:
+        estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
+        return estimate
+    pieces.discard()
+    return estimate
+
+
+def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:
+    return {parameter.name: float(value) for parameter, value in zip(cost.space.free, outcome.x)}
+
+
+def _beside_fit(left: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
+    """Errors of prediction beside those of the fit, and the noise."""
+    own = fit.loc[~fit["held_out"], ["trial", "channel", "rmse", "noise"]].rename(columns={"rmse": "rmse_fitted"})
+    return left.merge(own, on=["trial", "channel"], how="left")
+
+
+def _speaker(progress: Progress | None) -> Callable[[str], None]:
+    """Says which stage is under way, where the progress display can."""
+    show: Any = getattr(progress, "show", None)
+    if not callable(show):
+        return lambda text: None
+
+    def say(text: str) -> None:
+        show(text, now=False)
+
+    return say

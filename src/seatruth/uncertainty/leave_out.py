@@ -1,0 +1,77 @@
+"""Leave one trial out, fit the others, predict it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+
+from seatruth.costs.base import Array
+from seatruth.costs.study import Study, cost_of
+from seatruth.optimizers import Budget, minimise
+from seatruth.trials.trial import Trials
+from seatruth.uncertainty.pieces import Pieces
+
+_BUDGET = Budget(evaluations=50_000)
+
+
+def leave_one_out(
+    study: Study,
+    estimate: dict[str, float],
+    *,
+    pieces: Pieces,
+    say: Callable[[str], None],
+    threads: int | None,
+    workers: int,
+) -> pd.DataFrame:
+    """Root mean square error of each trial predicted in the open loop by a fit to the others: trial, channel, rmse.
+
+    Each fit is a local one (least squares) that starts where the fit to all trials ended: `estimate` holds its values.
+    NaN where the prediction diverges; nothing for a channel that was not recorded.
+    """
+    names = list(study.trials.names)
+    ahead = [name for name in names if _key(name) not in pieces]
+
+    def one(name: str) -> tuple[str, dict[str, float]]:
+        others = Trials([trial for trial in study.trials if trial.name != name])
+        started = tuple(
+            parameter.but(value=float(np.clip(estimate[parameter.name], parameter.min, parameter.max)))
+            if parameter.name in estimate
+            else parameter
+            for parameter in study.parameters
+        )
+        cost = cost_of(study.but(trials=others, holdout=Trials([]), parameters=started), threads=threads)
+        found = minimise(cost, "least_squares", budget=_BUDGET)
+        trial = study.trials[name]
+        predicted = cost.predict(found.x, [trial])[0]
+        return name, rms_errors(study, trial.outputs, predicted)
+
+    jobs = Parallel(n_jobs=workers, prefer="threads", return_as="generator")(delayed(one)(name) for name in ahead)
+    for done, (name, errors) in enumerate(jobs, 1):
+        pieces.add(_key(name), errors)
+        say(f"Leaving out each trial in turn: {done} of {len(ahead)}")
+    rows = [
+        {"trial": name, "channel": channel, "rmse": math.nan if rmse is None else float(rmse)}
+        for name in names
+        for channel, rmse in pieces[_key(name)].items()
+    ]
+    return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
+
+
+def rms_errors(study: Study, measured: object, predicted: Array) -> dict[str, float]:
+    """Root mean square of measured less predicted for each recorded output."""
+    found = {}
+    for column, channel in enumerate(study.model.outputs):
+        record = measured.get(channel.name) if isinstance(measured, dict) else None
+        if record is not None and np.isfinite(record).any():
+            error = np.asarray(record) - predicted[:, column]
+            error = error[np.isfinite(np.asarray(record))]
+            found[channel.name] = float(np.sqrt(np.mean(error**2)))
+    return found
+
+
+def _key(name: str) -> str:
+    return f"without {name}"

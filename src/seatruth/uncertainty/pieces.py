@@ -1,0 +1,66 @@
+"""Pieces of long work that are kept as they are done, so that an interrupted run goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+
+class Pieces:
+    """Finished pieces by name in a file of JSON lines; only in memory where there is no file.
+
+    The first line names the work that they belong to: pieces of other work are left aside. A line torn by a kill is
+    done again. A full disk costs the pieces' survival, not the run.
+    """
+
+    def __init__(self, path: Path | None, work: str) -> None:
+        self._path, self._work = path, work
+        self._done: dict[str, Any] = {}
+        if path is not None and path.exists():
+            self._read(path)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._done
+
+    def __getitem__(self, name: str) -> Any:
+        return self._done[name]
+
+    def add(self, name: str, value: Any) -> None:
+        """Keeps a finished piece."""
+        fresh = not self._done and (self._path is None or not self._path.exists())
+        self._done[name] = value
+        if self._path is None:
+            return
+        with suppress(OSError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with self._path.open("a", encoding="utf-8") as stream:
+                if fresh:
+                    stream.write(json.dumps({"work": self._work}) + "\n")
+                stream.write(json.dumps({"name": name, "value": value}) + "\n")
+                stream.flush()
+                os.fsync(stream.fileno())
+
+    def discard(self) -> None:
+        """Removes the file."""
+        if self._path is not None:
+            with suppress(OSError):
+                self._path.unlink(missing_ok=True)
+
+    def _read(self, path: Path) -> None:
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines()
+            if not lines or json.loads(lines[0]).get("work") != self._work:
+                path.unlink()
+                return
+        except (OSError, ValueError, AttributeError):
+            self.discard()
+            return
+        for line in lines[1:]:
+            try:
+                entry = json.loads(line)
+                self._done[str(entry["name"])] = entry["value"]
+            except (ValueError, KeyError, TypeError):
+                continue

@@ -1,0 +1,41 @@
+"""How much the outputs move with each parameter (Perez and Blanke 2002)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from seatruth.costs.fitted import StudyCost
+
+Array = NDArray[np.float64]
+STEP = 0.1
+"""Relative change of the parameter."""
+
+
+def sensitivity(cost: StudyCost, x: Array, step: float = STEP) -> pd.DataFrame:
+    """Relative change of each output over the relative change of each parameter: parameters x outputs, and "largest".
+
+    S = sum |y((1 + step) c) - y(c)| / (step sum |y(c)|) over all samples of all trials, inputs held. NaN where the
+    changed run diverges, or for a parameter that is zero.
+    """
+    channels = [channel.name for channel in cost.study.model.outputs]
+    own = [parameter.name for parameter in cost.parameters if parameter.name not in cost.nuisances]
+    base = np.concatenate(cost.predict(x))
+    size = np.nansum(np.abs(base), axis=0)
+    rows = {}
+    for k, name in enumerate(own):
+        moved = np.array(x, dtype=np.float64)
+        moved[k] *= 1.0 + step
+        if moved[k] == x[k]:
+            rows[name] = np.full(len(channels), np.nan)
+            continue
+        change = np.abs(np.concatenate(cost.predict(moved)) - base)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = change.sum(axis=0) / (step * size)
+        rows[name] = np.where(size > 0, found, np.nan)
+    frame = pd.DataFrame.from_dict(rows, orient="index", columns=channels, dtype=float)
+    frame.index.name = "parameter"
+    with np.errstate(all="ignore"):
+        frame["largest"] = frame.max(axis=1) if len(frame) else pd.Series(dtype=float)
+    return frame
