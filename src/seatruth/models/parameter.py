@@ -63,9 +63,7 @@ class Parameter:
         if self.start is not None and not self.min <= self.start[0] <= self.start[1] <= self.max:
             raise BadInput(f"its start region {self.start} is not inside its bounds", where=where)
         if self.scale == "log" and not (self.min > 0 or self.max < 0):
-            raise BadInput(
-                "log scale needs bounds on one side of zero", where=where, do="Set min > 0 (or max < 0)."
-            )
+            raise BadInput("log scale needs bounds on one side of zero", where=where, do="Set min > 0 (or max < 0).")
 
     def but(self, **changes: Any) -> Parameter:
         """A copy with some fields changed."""
