@@ -59,7 +59,7 @@ class Linear:
                 moved[j] = x[j]
                 bent[j] |= _changed(A, derivatives(moved), same)
         bent |= bent.T
-        chosen = list(np.flatnonzero(np.diag(bent)))
+        chosen: list[int] = np.flatnonzero(np.diag(bent)).tolist()
         bent[chosen], bent[:, chosen] = False, False
         while bent.any():
             chosen.append(int(bent.sum(axis=0).argmax()))

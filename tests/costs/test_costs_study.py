@@ -1,0 +1,117 @@
+"""A study says what is wrong with it, and its hash tells studies apart by what decides their result."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from known_runs import Yaw, YawGain, yaw_trials
+
+from seatruth.costs import KINDS, Study, cost_of
+from seatruth.errors import BadInput
+from seatruth.models.parameter import Prior
+from seatruth.trials.trial import Trials
+
+TRIALS = yaw_trials(("a", "b", "c"))
+
+
+def study(**changes: Any) -> Study:
+    return Study(**{"name": "yaw", "model": Yaw(), "trials": TRIALS[:2], "holdout": TRIALS[2:], **changes})
+
+
+def test_a_study_knows_its_parts() -> None:
+    made = study()
+    assert [parameter.name for parameter in made.free] == ["K", "T", "c"]
+    assert made.synthetic
+    assert made.cost_options["kind"] == "trajectory"
+    assert made.cost_options["initial"] == "fixed"
+    assert made.but(cost="regression").cost_options == {"kind": "regression", "form": "trapezoid", "equations": None}
+    shuffled = study(parameters=tuple(reversed(Yaw.parameters)))
+    assert [parameter.name for parameter in shuffled.parameters] == ["K", "T", "c", "K_over_T"]
+    assert set(KINDS) == {"trajectory", "regression", "formula"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"cost": "trajectry"}, "cost is 'trajectry'.*Did you mean 'trajectory'"),
+        ({"criterion": "likely"}, "Did you mean 'likelihood'"),
+        ({"noise": {"rr": 0.1}}, "unknown output 'rr'.*Did you mean 'r'"),
+        ({"noise": {"r": -0.1}}, "noise of 'r' is -0.1"),
+        ({"noise": {"r": float("nan")}}, "noise of 'r' is nan"),
+        ({"initial_sd": {"r": 0.1}}, "initial states are fixed"),
+        ({"initial": "free", "initial_sd": {"u": 0.1}}, "unknown state 'u'"),
+        ({"initial": "free", "initial_sd": {"r": 0}}, "initial_sd of 'r' is 0"),
+        ({"segments": 0.0}, "segments is 0"),
+        ({"max_step": -1.0}, "max_step is -1"),
+        ({"multiple_shooting": True}, "there are none"),
+        ({"equations": ["rr"]}, "no equation of 'rr'"),
+        ({"parameters": Yaw.parameters[:3]}, "'K_over_T' of model 'yaw' is missing"),
+        ({"parameters": (*Yaw.parameters, Yaw.parameters[0].but(name="Kk"))}, "no parameter 'Kk'.*Did you mean 'K'"),
+        ({"parameters": (*Yaw.parameters, Yaw.parameters[0])}, "twice|called 'K'"),
+        ({"trials": Trials([])}, "no trial to fit"),
+        ({"constraints": ["K > 1"]}, "start values break"),
+        ({"cost": "formula"}, "is no formula"),
+    ],
+)
+def test_what_does_not_fit_together_is_said(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        cost_of(study(**changes))
+
+
+def test_trials_that_cannot_be_used_are_named() -> None:
+    first = TRIALS[0]
+    for broken, message in (
+        (replace(first, inputs={}), "trial 'a': it has no input 'delta'"),
+        (replace(first, inputs={"delta": np.full(240, np.nan)}), "not numbers"),
+        (replace(first, outputs={"psi": np.full(240, np.nan)}), "no valid sample of any output"),
+        (replace(first, outputs={}), "no valid sample of any output"),
+        (first.section(0, 1), "only one sample"),
+    ):
+        with pytest.raises(BadInput, match=message):
+            study(trials=Trials([broken]))
+    with pytest.raises(BadInput, match=r"no 'trails'.*Did you mean 'trials'"):
+        study().but(trails=TRIALS)
+
+
+def test_the_hash_is_of_what_decides_the_result() -> None:
+    base = study()
+    assert base.content_hash == study(name="another", provenance={"file": "x"}).content_hash
+    data = np.array(TRIALS[0].outputs["r"])
+    data[100] += 1e-12
+    touched = replace(TRIALS[0], outputs={**TRIALS[0].outputs, "r": data})
+    others = [
+        study(trials=Trials([touched, TRIALS[1]])),
+        study(trials=TRIALS[:1]),
+        study(holdout=Trials([])),
+        study(noise={"r": 0.1}),
+        study(noise={"r": 0.2}),
+        study(segments=60.0),
+        study(initial="free"),
+        study(constraints=["K > 0"]),
+        study(cost="regression"),
+        study(parameters=tuple(q.but(prior=Prior(1, 1)) if q.name == "K" else q for q in Yaw.parameters)),
+        study(parameters=tuple(q.but(vary=False) if q.name == "K" else q for q in Yaw.parameters)),
+        Study("yaw", YawGain(), TRIALS[:2], holdout=TRIALS[2:]),
+    ]
+    hashes = {made.content_hash for made in [base, *others]}
+    assert len(hashes) == len(others) + 1
+    assert cost_of(base).description != cost_of(base, trials=TRIALS[:1]).description
+
+
+def test_costs_on_other_trials() -> None:
+    cost = cost_of(study(), trials=TRIALS[2:], threads=1)
+    assert [trial.name for trial in cost.trials] == ["c"]
+    assert {group.trial for group in cost.groups} == {"c"}
+
+
+def test_studies_travel_to_other_processes() -> None:
+    made = study(initial="free", noise={"psi": 0.01, "r": "estimate"})
+    assert made.content_hash  # a kept hash travels too
+    again = pickle.loads(pickle.dumps(made))
+    assert again.content_hash == made.content_hash
+    x = cost_of(made).start[None]
+    np.testing.assert_array_equal(cost_of(again).values(x), cost_of(made).values(x))
