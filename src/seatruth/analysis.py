@@ -256,14 +256,14 @@ class Analysis:
                     parameter.description,
                 )
             )
-        names = pd.Index([parameter.name for parameter in self.cost.parameters], name="name", dtype=object)
+        names = pd.Index([parameter.name for parameter in self.cost.parameters], name="name")
         frame = pd.DataFrame(rows, columns=list(PARAMETER_COLUMNS), index=names)
         numbers = [c for c in PARAMETER_COLUMNS if c not in ("unit", "at_bound", "verdict", "source", "description")]
         return frame.astype({**dict.fromkeys(numbers, "float64"), "at_bound": "bool"})
 
     @staticmethod
     def _square(values: Array | None, names: Sequence[str]) -> pd.DataFrame:
-        index = pd.Index(list(names), name="name", dtype=object)
+        index = pd.Index(list(names), name="name")
         return pd.DataFrame(math.nan if values is None else values, index=index, columns=list(names), dtype=float)
 
 
