@@ -20,7 +20,7 @@ from seatruth.trials.trial import Trial, Trials
 
 _AT_ONCE = 64 * 1024 * 1024
 """Bytes of outputs that a population is held in at a time, where sums of squares are not enough."""
-_WARM_UP = 0.1
+_WARM_UP = 0.2
 """Part of a new trial from which its initial state is estimated before it is predicted."""
 _FEWEST_WARM = 20
 
@@ -159,7 +159,7 @@ class TrajectoryCost(StudyCost):
         """Outputs (n, D) of whole trials simulated in the open loop from their initial state, NaN where it diverges.
 
         Trials of the cost (None) start where x says, also when the cost cuts them into segments. Others start from
-        their first samples, or, with initial = "free", from the state that fits the first tenth of them best (20
+        their first samples, or, with initial = "free", from the state that fits the first fifth of them best (20
         samples at least) with the parameters as they are: nothing later is looked at.
         """
         if trials is None:
@@ -344,7 +344,7 @@ class TrajectoryCost(StudyCost):
 
 
 def _warm_up(trial: Trial, outputs: Sequence[str]) -> int:
-    """Samples of a trial's beginning: a tenth, and enough to see every output that it recorded."""
+    """Samples of a trial's beginning: a fifth, and enough to see every output that it recorded."""
     count = max(_FEWEST_WARM, round(_WARM_UP * len(trial)))
     for name in outputs:
         valid = np.flatnonzero(np.isfinite(trial.outputs[name])) if name in trial.outputs else np.zeros(0, dtype=int)
