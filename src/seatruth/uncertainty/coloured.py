@@ -64,13 +64,16 @@ def colour_of(residuals: Array) -> Colour:
         if both <= 0.0:
             break
         reflection = 2.0 * float(forward @ backward) / both
+        fixed = abs(reflection) > 1.0 - 1e-9  # a series that repeats itself exactly, such as a constant error
+        if fixed:
+            reflection = math.copysign(_LARGEST_MEMORY, reflection)
         coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
         power *= 1.0 - reflection**2
-        if power <= 0.0:
-            break
         score = _score(power, series.size, order)
         if score < best_score:
             best, best_score = Colour(coefficients, math.sqrt(power), variance), score
+        if fixed:
+            break
         forward, backward = (forward - reflection * backward)[1:], (backward - reflection * forward)[:-1]
     return best
 

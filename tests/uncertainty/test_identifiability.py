@@ -1,0 +1,148 @@
+"""Words on what trials can and cannot tell: verdicts, combinations, sensitivities, previews."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatruth.costs.fitted import Group
+from seatruth.identify import Study, cost_of
+from seatruth.models import load_model
+from seatruth.models.parameter import Parameter, Prior
+from seatruth.simulate import simulator
+from seatruth.trials.trial import Trial, Trials
+from seatruth.uncertainty import covariance, excitation, identifiability, sensitivity, tied, trade_offs, verdict
+from seatruth.uncertainty.pieces import Pieces
+
+
+def three() -> list[Parameter]:
+    return [Parameter(name, 1.0, "1", -1.0, 3.0, vary=True) for name in ("a", "b", "c")]
+
+
+def test_a_combination_that_is_not_seen_is_named() -> None:
+    rng = np.random.default_rng(1)
+    u, v = rng.normal(size=(2, 500))
+    found = identifiability(np.column_stack([u, u + 1e-9 * v, v]), three())
+    (weak,) = found["weak"]
+    assert set(weak["combination"]) == {"a", "b"}
+    assert weak["combination"]["a"] * weak["combination"]["b"] == pytest.approx(-1.0, rel=1e-3)
+    assert "a and b trade off" in weak["sentence"] or "b and a trade off" in weak["sentence"]
+    assert "not at all" in weak["sentence"]
+    assert found["condition"] > 1e8
+
+
+def test_a_parameter_that_is_hardly_seen_is_named_alone() -> None:
+    rng = np.random.default_rng(1)
+    u, v, w = rng.normal(size=(3, 500))
+    (weak,) = identifiability(np.column_stack([u, v, 0.01 * w]), three())["weak"]
+    assert set(weak["combination"]) == {"c"}
+    assert weak["ratio"] == pytest.approx(1.0 / (0.01 * np.linalg.norm(w) * 2.0), rel=0.05)
+    assert identifiability(np.column_stack([u, v, w]), three())["weak"] == []
+
+
+def test_fewer_samples_than_parameters() -> None:
+    found = identifiability(np.ones((1, 3)), three())
+    assert len(found["singular_values"]) == 3
+    assert math.isinf(found["condition"])
+    assert len(found["weak"]) == 2
+    assert identifiability(np.zeros((5, 0)), [])["weak"] == []
+
+
+def test_estimates_that_move_together_are_named() -> None:
+    rng = np.random.default_rng(2)
+    u, v, w = 100.0 * rng.normal(size=(3, 500))
+    jacobian = np.column_stack([u, u + 0.1 * v, w])
+    groups = [Group("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
+    found = covariance(rng.normal(size=500), jacobian, groups)
+    assert tied(found).tolist() == [True, True, False]
+    (pair,) = trade_offs(found, three())
+    assert pair["combination"] == {"a": 1.0, "b": 1.0}
+    assert "correlated by -0.99" in pair["sentence"]
+
+
+@pytest.mark.parametrize(
+    ("stderr", "changes", "said"),
+    [
+        (0.01, {}, "identified"),
+        (0.8, {}, "weak"),
+        (0.01, {"tied": True}, "weak"),
+        (5.0, {}, "not identifiable"),
+        (math.inf, {}, "not identifiable"),
+        (0.01, {"unseen": True}, "not identifiable"),
+        (0.01, {"at_bound": True}, "at bound"),
+        (0.095, {"prior": Prior(1.0, 0.1)}, "from prior"),
+        (0.02, {"prior": Prior(1.0, 0.1)}, "identified"),
+    ],
+)
+def test_verdicts(stderr: float, changes: dict[str, Any], said: str) -> None:
+    parameter = Parameter("a", 1.0, "1", -1.0, 3.0, vary=True, prior=changes.pop("prior", None))
+    flags = {"at_bound": False, "unseen": False, "tied": False, **changes}
+    assert verdict(parameter, 1.0, stderr, **flags) == said
+
+
+@pytest.fixture(scope="module")
+def diving() -> Study:
+    """The underwater vehicle's published zigzag from rest: 5 deg of fin, reversed on pitch, thrust 120 N."""
+    from seatruth.manoeuvres import PitchZigzag, run_manoeuvre
+
+    model = load_model("diving_plane")
+    zigzag = PitchZigzag(math.radians(5.0), math.radians(5.0))
+    trial = run_manoeuvre(model, zigzag, dt=0.5, first_state={"z": 100.0}, rudder_rate=math.radians(2.5), limit=120.0)
+    return Study(
+        "zigzag", model, Trials([trial]), cost="trajectory", noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3)
+    )
+
+
+def test_sensitivities_are_the_published_kind(diving: Study) -> None:
+    """The order that the reference plant's zigzag gives: planes and damping first, quadratic pitch terms last."""
+    names = ["Z_ds", "Z_q", "M_ds", "Z_w", "M_q", "Z_aw", "M_aw", "M_qaq", "M_waw"]
+    free = tuple(p.but(vary=p.name in names) for p in diving.model.parameters)
+    cost = cost_of(diving.but(parameters=free), threads=1)
+    found = sensitivity(cost, cost.start)
+    order = found[["w", "q", "theta"]].max(axis=1)
+    assert list(order.index) == [p.name for p in cost.parameters]
+    assert order[["Z_ds", "Z_q", "M_ds", "Z_w", "M_q"]].min() > 0.3
+    assert order[["M_aw", "M_qaq", "M_waw"]].max() < 0.1
+
+
+def test_a_preview_says_what_trials_can_move() -> None:
+    model = load_model("mmg")
+    t = np.arange(0.0, 60.0, 0.5)
+    straight = {"delta": np.zeros(t.size), "n": np.full(t.size, 10.0)}
+    turning = {"delta": 0.35 * np.sign(np.sin(t / 5.0)), "n": np.full(t.size, 10.0)}
+    verdicts = {}
+    for name, inputs in (("straight", straight), ("turning", turning)):
+        bare = Trial(name, t, inputs, {}, synthetic=True)
+        start = np.array([[1.1, 0.0, 0.0, 0.0, 0.0, 0.0]])
+        y = simulator(model, [bare]).outputs(np.zeros((1, 0)), start).y[0]
+        outputs = {c.name: y[:, k] for k, c in enumerate(model.outputs)}
+        trial = Trial(name, t, inputs, outputs, synthetic=True)
+        free = tuple(p.but(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
+        noise = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
+        study = Study(name, model, Trials([trial]), parameters=free, noise=noise)
+        verdicts[name] = excitation(study, threads=1)
+    assert verdicts["straight"].loc["R_0", "verdict"] == "identified"
+    assert set(verdicts["straight"].loc[["Y_v", "N_r"], "verdict"]) == {"not identifiable"}
+    assert set(verdicts["turning"]["verdict"]) == {"identified"}
+
+
+def test_pieces_survive_and_belong_to_their_work(tmp_path: Any) -> None:
+    path = tmp_path / "run.pieces"
+    pieces = Pieces(path, "work 1")
+    pieces.add("a", 1.5)
+    pieces.add("b", {"x": math.inf, "y": 0.1})
+    with path.open("a") as stream:
+        stream.write('{"name": "c", "val')  # torn by a kill
+    again = Pieces(path, "work 1")
+    assert again["a"] == 1.5
+    assert again["b"] == {"x": math.inf, "y": 0.1}
+    assert "c" not in again
+    assert "a" not in Pieces(path, "work 2")
+    assert not path.exists()
+    full = Pieces(tmp_path / "run.pieces" / "below" / "file", "work")
+    (tmp_path / "run.pieces").write_text("")
+    full.add("a", 1)
+    assert "a" in full
