@@ -38,7 +38,12 @@ def estimate(
         "synthetic": synthetic,
         "seed": 1,
         "optimizer": {"name": "least_squares", "options": {"loss": "linear", "xtol": 1e-10}},
-        "cost": {"kind": "trajectory", "initial": "free", "hold": "linear", "segments": None},
+        "cost": {
+            "kind": "trajectory",
+            "initial": "free",
+            "segments": None,
+            "noise": {name: {"sd": sd, "estimated": False} for name, sd in NOISE.items()},
+        },
         "outcome": {
             "code": "converged",
             "reason": "the step and the gradient fell below their tolerances",
@@ -56,8 +61,8 @@ def estimate(
             "weak": [
                 {
                     "combination": {"Y_v": 0.71, "N_v": -0.69, "Y_r": 0.1},
-                    "ratio": 0.004,
-                    "sentence": "Y_v and N_v trade off: the data fix their difference only to 38 %.",
+                    "ratio": 0.38,
+                    "sentence": "Y_v and N_v trade off: these trials fix their common direction only to 38 %.",
                 }
             ][: max(parameters - 1, 0)],
         },
@@ -83,13 +88,16 @@ def estimate(
         "steps": [(runs[0], Step("unwrap", {"channels": ["psi"]}, "psi: 2 jumps of a full turn removed"))],
         "findings": [
             Finding("note", "speed-range", "The speed stays within 4 %.", "all trials", "Add a run.", channel="u"),
-            Finding("warning", "stuck", "r stands still for 12 samples.", "a.csv, line 40", "Look.", runs[0], "r"),
+            Finding(
+                "warning", "stuck", "r stands still for 12 samples.", "/home/me/a.csv, line 40", "Look.", runs[0], "r"
+            ),
         ],
         "traces": traces,
         "provenance": {
             "seatruth": "0.1.0",
             "commit": "0123abc",
             "python": "3.11.9",
+            "time_utc": "2026-01-02T03:04:05Z",
             "machine": {"cpu": "unknown", "cores": 4},
             "study_hash": "9f" * 16,
             "data": {f"{run}.csv": "ab" * 32 for run in runs},

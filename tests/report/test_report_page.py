@@ -246,3 +246,20 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path: Path) -> N
     with pytest.raises(OSError, match="report"):
         write_report(empty(), target)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_noise_estimated_from_the_residuals_is_said_to_test_nothing() -> None:
+    made = estimate(parameters=2, trials=1, samples=40)
+    made.cost["noise"]["u"]["estimated"] = True
+    text = Page(render(made)).text
+    assert "The noise of u (RMSE" in text
+    assert "their size tests nothing" in text
+    assert "noise estimated from the residuals of u" in text
+
+
+def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page: Page) -> None:
+    made = estimate(parameters=2, trials=1, samples=40)
+    made.findings = [Finding("warning", "not-at-minimum", "The search ended short.", "search", "Give it more.")]
+    assert "The search ended short. Give it more. Findings" in Page(render(made)).text
+    assert "1 warning: a.csv, line 40: r stands still" in page.text
+    assert "/home/me" not in page.text

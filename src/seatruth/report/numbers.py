@@ -80,6 +80,15 @@ def estimate(value: Any, error: Any) -> str:
     return _written(x, decimals)
 
 
+def rounded(value: Any, like: Any) -> str:
+    """A number to the third significant digit of a quantity that it is compared with: 1e-9 beside 0.123 is "0"."""
+    x, size = as_float(value), abs(as_float(like))
+    if not (math.isfinite(x) and math.isfinite(size) and size > 0):
+        return number(x, 2)
+    decimals = 2 - _exponent(size)
+    return _written(x, decimals) if round(x, decimals) else "0"
+
+
 def interval(lower: Any, upper: Any, error: Any) -> str:
     """ "0.2870 to 0.2917"; "" where neither end is known."""
     low, high = as_float(lower), as_float(upper)

@@ -96,6 +96,6 @@ def _facts(data: View) -> list[tuple[str, str]]:
         ("Free parameters", str(len(data.parameters)) if len(data.parameters) else ""),
         ("Cost", str(cost.get("kind", cost.get("name", "")))),
         ("Optimizer", str(optimizer.get("name", ""))),
-        ("Time", str(provenance.get("time", ""))),
+        ("Time", str(provenance.get("time_utc", ""))),
     ]
     return [(name, value) for name, value in facts if value]

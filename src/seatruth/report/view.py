@@ -100,7 +100,8 @@ def view(estimate: Estimate | View) -> View:
         fit=fit,
         traces=traces,
         correlation=_square(_frame(estimate, "correlation")),
-        sensitivity=_numeric(_frame(estimate, "sensitivity")),
+        # The last column repeats the largest of the others.
+        sensitivity=_numeric(_frame(estimate, "sensitivity")).drop(columns="largest", errors="ignore"),
         cross_validation=_cross_validation(_frame(estimate, "cross_validation"), fit),
         history=_history(_frame(estimate, "history")),
         discretisation=_discretisation(getattr(estimate, "discretisation", None)),
@@ -165,8 +166,6 @@ def _fit(frame: pd.DataFrame) -> pd.DataFrame:
     for name in ("trial", "channel"):
         out[name] = pd.Series(_texts(frame, name), index=frame.index, dtype=object)
     out["held_out"] = pd.Series(_flags(frame, "held_out"), index=frame.index, dtype=bool)
-    if "estimated" in frame:
-        out["estimated"] = pd.Series(_flags(frame, "estimated"), index=frame.index, dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
         out["ratio_start"] = out["rmse_start"] / out["noise"].where(out["noise"] > 0)
     return out

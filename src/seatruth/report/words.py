@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ FAR_ABOVE = 2.0
 """From this ratio on the misfit is one to look at first."""
 WORSE_HELD_OUT = 1.5
 """A prediction this many times worse than the fit is one to look at."""
-COARSE = 0.1
+COARSE = 0.3
 """From this ratio of the discretisation error to the noise on the step is too large."""
 FEW_EFFECTIVE = 0.1
 """Below this part of independent samples the residuals are strongly autocorrelated."""
@@ -27,7 +27,10 @@ MANY_DIVERGED = 0.1
 PRIOR_FAR = 2.5
 """Prior standard deviations between an estimate and its prior that ask for an explanation."""
 STRONG_PAIR = 0.95
-_MOST_WORRIES = 7
+_MOST_WORRIES = 8
+_MOST_WEAK = 2
+_OWN_WORRY = ("not-at-minimum", "coarse-steps")
+"""Findings about the result rather than the data: each is said in full."""
 
 _ENDINGS = {
     "converged": "The search converged",
@@ -159,6 +162,10 @@ def _of_search(data: View) -> Iterator[Worry]:
 
 def _of_findings(data: View) -> Iterator[Worry]:
     findings = findings_of(data)
+    for finding in findings:
+        if finding["code"] in _OWN_WORRY:
+            yield Worry(f"{finding['message']} {finding['do']}".strip(), "findings", finding["severity"] == "error")
+    findings = [finding for finding in findings if finding["code"] not in _OWN_WORRY]
     for severity, grave in (("error", True), ("warning", False)):
         some = [finding for finding in findings if finding["severity"] == severity]
         if some:
@@ -166,12 +173,12 @@ def _of_findings(data: View) -> Iterator[Worry]:
             what = first["message"].rstrip(".")
             where = f"{first['where']}: " if first["where"] else ""
             more = f" (and {len(some) - 1} more)" if len(some) > 1 else ""
-            yield Worry(f"The data check gave {count(len(some), severity)}: {where}{what}{more}.", "findings", grave)
+            yield Worry(f"{count(len(some), severity).capitalize()}: {where}{what}{more}.", "findings", grave)
 
 
 def _of_steps(data: View) -> Iterator[Worry]:
     coarse = data.discretisation[data.discretisation["ratio"] > COARSE]
-    if len(coarse):
+    if len(coarse) and not any(finding["code"] == "coarse-steps" for finding in findings_of(data)):
         worst = coarse["ratio"].idxmax()
         share = percent(coarse["ratio"].max())
         yield Worry(
@@ -241,6 +248,9 @@ def _of_parameters(data: View) -> Iterator[Worry]:
             "deviations from the prior: one of the two is wrong.",
             "parameters",
         )
+    for item in data.weak[:_MOST_WEAK]:
+        more = f" There are {len(data.weak) - 1} more such combinations." if len(data.weak) > _MOST_WEAK else ""
+        yield Worry(f"{item.get('sentence', '')}{more if item is data.weak[0] else ''}", "combinations")
     pairs = strong_pairs(data, STRONG_PAIR)
     if pairs and not data.weak:
         a, b, value = pairs[0]
@@ -282,11 +292,10 @@ def pooled(part: pd.DataFrame, column: str) -> float:
 
 def estimated(data: View) -> set[str]:
     """Channels whose noise was estimated from the residuals."""
-    if "estimated" in data.fit:
-        return {str(name) for name in data.fit.loc[data.fit["estimated"], "channel"]}
-    cost = getattr(data.estimate, "cost", None) or {}
-    found = cost.get("estimated", ()) if isinstance(cost, dict) else ()
-    return {str(name) for name in found} if isinstance(found, (list, tuple, set, frozenset)) else set()
+    noise = (getattr(data.estimate, "cost", None) or {}).get("noise")
+    if not isinstance(noise, Mapping):
+        return set()
+    return {str(name) for name, said in noise.items() if isinstance(said, Mapping) and said.get("estimated")}
 
 
 def strong_pairs(data: View, least: float) -> list[tuple[str, str, float]]:
@@ -309,5 +318,12 @@ def findings_of(data: View) -> list[dict[str, str]]:
     found = []
     for finding in getattr(data.estimate, "findings", None) or []:
         read: Any = finding.get if isinstance(finding, dict) else lambda key, f=finding: getattr(f, key, "")
-        found.append({key: str(read(key) or "") for key in keys})
+        texts = {key: str(read(key) or "") for key in keys}
+        found.append(texts | {"where": _without_folders(texts["where"])})
     return sorted(found, key=lambda finding: order.get(finding["severity"], 3))
+
+
+def _without_folders(where: str) -> str:
+    """ "/home/me/a.csv, line 3" as "a.csv, line 3": a report is passed on, and its reader has other folders."""
+    file, comma, rest = where.partition(", ")
+    return f"{file.replace(chr(92), '/').rsplit('/', 1)[-1]}{comma}{rest}"

@@ -115,7 +115,7 @@ def combinations(data: View, album: Album) -> Section | None:
     blocks: list[Block] = []
     if data.weak:
         condition = (getattr(data.estimate, "identifiability", None) or {}).get("condition")
-        note = f" Condition number of the scaled problem: {number(condition, 2)}." if finite(condition) else ""
+        note = f" Condition number of the scaled problem: {number(condition, 2)}." if condition else ""
         blocks.append(
             Text(
                 "Along each of these combinations the parameters can move together with little change in the fit. Fix "
@@ -126,14 +126,12 @@ def combinations(data: View, album: Album) -> Section | None:
             [
                 str(item.get("sentence", "") or "A combination that the data hardly see."),
                 formula(item.get("combination") or {}),
-                number(item.get("ratio"), 2),
             ]
             for item in data.weak
         ]
         columns = [
             Column("what it means", "long"),
-            Column("combination (scaled parameters)", "long"),
-            Column("strength", "number", "singular value relative to the largest"),
+            Column("combination", "long", "in parameters scaled by their priors, bounds or values"),
         ]
         blocks.append(table("Weakly determined combinations", columns, rows))
     if pairs:

@@ -7,10 +7,10 @@ from typing import Any
 
 from seatruth.report import figures
 from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Table, Text, table
-from seatruth.report.numbers import number, seconds
+from seatruth.report.numbers import listed, number, seconds
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
-from seatruth.report.words import ending, findings_of, fit_in_words, parameters_in_words, pooled, worries
+from seatruth.report.words import ending, estimated, findings_of, fit_in_words, parameters_in_words, pooled, worries
 
 _LONGEST = 400
 """Letters of a value in the provenance."""
@@ -67,7 +67,11 @@ def search(data: View, album: Album) -> Section | None:
     rows += [["note", str(note)] for note in outcome.get("notes", None) or []]
     seed = getattr(data.estimate, "seed", None)
     rows += [["seed", "" if seed is None else str(seed)]]
-    rows += _flat({"optimizer": optimizer, "cost": getattr(data.estimate, "cost", None) or {}})
+    cost = getattr(data.estimate, "cost", None) or {}
+    rows += _flat({"optimizer": optimizer, "cost": {key: value for key, value in cost.items() if key != "noise"}})
+    own = sorted(estimated(data))
+    stated = [str(name) for name in cost.get("noise") or {} if name not in own]
+    rows += [["noise stated of", listed(stated, 20)], ["noise estimated from the residuals of", listed(own, 20)]]
     rows = [row for row in rows if row[1]]
     blocks: list[Block] = [table("How it ended", [Column("what"), Column("is", "long")], rows)] if rows else []
     if len(data.history) > 1:
@@ -126,7 +130,7 @@ def steps(data: View, album: Album) -> Section | None:
 
 
 def findings(data: View, album: Album) -> Section | None:
-    """What the checks of the data found."""
+    """What the checks of the data and of the result found."""
     found = findings_of(data)
     if not found:
         return None
@@ -139,7 +143,7 @@ def findings(data: View, album: Album) -> Section | None:
         Column("what to do", "long"),
     ]
     rows = [[finding[key] for key in keys] for finding in found]
-    return Section("findings", "Findings in the data", [table(f"Findings ({len(rows)})", columns, rows)])
+    return Section("findings", "Findings", [table(f"Findings ({len(rows)})", columns, rows)])
 
 
 def provenance(data: View, album: Album) -> Section | None:

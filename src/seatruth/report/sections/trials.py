@@ -11,7 +11,7 @@ from seatruth.report import figures
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Table, Text, table
 from seatruth.report.figures.quality import worst_ratio
 from seatruth.report.figures.runs import residual_channels, track_trials
-from seatruth.report.numbers import count, listed, number, percent, times
+from seatruth.report.numbers import count, listed, number, percent, rounded, times
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
 from seatruth.report.words import channel_ratios, estimated
@@ -78,7 +78,7 @@ def _fit_table(caption: str, data: View, rows: pd.DataFrame) -> Table:
                 number(size["noise"], 3),
                 number(row["ratio"], 3),
                 number(size["rmse_start"], 3),
-                number(size["bias"], 2),
+                rounded(size["bias"], size["rmse"]),
                 f"{row['n']:.0f}" if math.isfinite(row["n"]) else "",
                 f"{row['n_eff']:.0f}" if math.isfinite(row["n_eff"]) else "",
                 number(row["autocorrelation"], 2),
