@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from seatruth.estimate import Estimate
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
@@ -19,7 +19,7 @@ BASE = ("R_0", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vrr", "N_v", "N_r", "N_vvr", 
 
 def estimate(
     *, parameters: int = 12, trials: int = 4, samples: int = 900, synthetic: bool = True, seed: int = 1, **changes: Any
-) -> Any:
+) -> Estimate:
     """A made-up estimate; `changes` replaces attributes."""
     rng = np.random.default_rng(seed)
     names = [BASE[i] if i < len(BASE) else f"Y_{i:02d}" for i in range(parameters)]
@@ -103,10 +103,10 @@ def estimate(
             "data": {f"{run}.csv": "ab" * 32 for run in runs},
         },
     }
-    return SimpleNamespace(**(found | changes))
+    return Estimate(**(found | changes))
 
 
-def empty(**changes: Any) -> Any:
+def empty(**changes: Any) -> Estimate:
     """An estimate with nothing in it: what the worst run could leave."""
     nothing = pd.DataFrame()
     outcome = {"code": "failed", "reason": "every candidate diverged", "evaluations": 40, "wall_s": 0.1, "diverged": 40}
@@ -115,8 +115,8 @@ def empty(**changes: Any) -> Any:
     )
     found |= {"study": "s", "model": "m", "synthetic": False, "seed": 0, "optimizer": {}, "cost": {}, "steps": []}
     found |= {"outcome": outcome, "identifiability": {}, "discretisation": {}, "findings": [], "provenance": {}}
-    found |= {"cross_validation": None, "profile": None}
-    return SimpleNamespace(**(found | changes))
+    found |= {"cross_validation": None, "profile": None, "channels": {}}
+    return Estimate(**(found | changes))
 
 
 def _traces(runs: list[str], samples: int, rng: np.random.Generator) -> pd.DataFrame:

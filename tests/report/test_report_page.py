@@ -144,7 +144,7 @@ def test_steps_findings_and_provenance_are_shown(page: Page) -> None:
     assert "psi: 2 jumps of a full turn removed" in page.text
     assert "r stands still for 12 samples." in page.text
     assert "ab" * 32 in page.text
-    assert "machine: cores 4" in page.text
+    assert "machine cpu unknown, cores 4" in page.text
 
 
 def test_names_with_html_or_mathematics_in_them_stay_text() -> None:

@@ -96,6 +96,11 @@ def _facts(data: View) -> list[tuple[str, str]]:
         ("Free parameters", str(len(data.parameters)) if len(data.parameters) else ""),
         ("Cost", str(cost.get("kind", cost.get("name", "")))),
         ("Optimizer", str(optimizer.get("name", ""))),
-        ("Time", str(provenance.get("time_utc", ""))),
+        ("Time", _time(str(provenance.get("time_utc", "")))),
     ]
     return [(name, value) for name, value in facts if value]
+
+
+def _time(text: str) -> str:
+    """ "2026-01-02T03:04:05Z" as "2026-01-02 03:04 UTC"."""
+    return f"{text[:10]} {text[11:16]} UTC" if text.endswith("Z") and len(text) == 20 else text

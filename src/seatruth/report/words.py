@@ -220,7 +220,8 @@ def _of_prediction(data: View) -> Iterator[Worry]:
         trials = [str(name) for name in bad["trial"].unique()]
         yield Worry(
             f"Left out in turn, {listed(trials)} {'is' if len(trials) == 1 else 'are'} predicted up to "
-            f"{times(ratio[bad.index].max())} worse than fitted: no other trial shows what they show.",
+            f"{times(ratio[bad.index].max())} worse than fitted: no other trial shows what "
+            f"{'it shows' if len(trials) == 1 else 'they show'}.",
             "cross-validation",
         )
 

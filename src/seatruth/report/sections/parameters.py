@@ -63,11 +63,11 @@ def estimates(data: View, album: Album) -> Section | None:
         columns = [Column("parameter"), Column("is", "long"), Column("start from", "long")]
         blocks.append(table("What they are, and where their starting values come from", columns, rows, folded=True))
     if len(data.nuisances):
-        blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, degrees=True))
+        blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, nuisance=True))
     return Section("parameters", "Parameters", blocks)
 
 
-def _table(caption: str, frame: pd.DataFrame, *, folded: bool, degrees: bool = False) -> Table:
+def _table(caption: str, frame: pd.DataFrame, *, folded: bool, nuisance: bool = False) -> Table:
     columns = [
         Column("parameter"),
         Column("value", "number"),
@@ -80,12 +80,12 @@ def _table(caption: str, frame: pd.DataFrame, *, folded: bool, degrees: bool = F
         Column("prior", "number", "mean ± standard deviation"),
         Column("CRLB", "number", "Cramér-Rao lower bound of the standard error"),
     ]
-    rows = [_row(str(name), row, degrees) for name, row in frame.iterrows()]
+    rows = [_row(str(name), row, nuisance) for name, row in frame.iterrows()]
     return table(f"{caption} ({len(rows)})", columns, rows, folded=folded)
 
 
-def _row(name: str, row: pd.Series[float], degrees: bool) -> list[str]:
-    unit = shown("", str(row["unit"])) if degrees else None
+def _row(name: str, row: pd.Series[float], nuisance: bool) -> list[str]:
+    unit = shown("", str(row["unit"])) if nuisance else None
     factor = unit.factor if unit else 1.0
     value, error, lower, upper, start, low, high, mean, sd, crlb = (
         float(row[key]) * factor
@@ -99,7 +99,7 @@ def _row(name: str, row: pd.Series[float], degrees: bool) -> list[str]:
         unit.unit if unit else text,
         number(error, 2),
         interval(lower, upper, error),
-        str(row["verdict"]),
+        "" if nuisance else str(row["verdict"]),
         number(start, 4),
         f"{number(low, 3)} to {number(high, 3)}" if bounded else "",
         f"{number(mean, 4)} ± {number(sd, 2)}" if finite(mean, sd) else "",
@@ -135,13 +135,15 @@ def combinations(data: View, album: Album) -> Section | None:
         ]
         blocks.append(table("Weakly determined combinations", columns, rows))
     if pairs:
+        if not data.weak:
+            blocks.append(Text("Read these estimates together: a change of one is largely made up for by the other."))
         columns = [Column("parameter"), Column("and"), Column("correlation", "number")]
         rows = [[a, b, number(value, 3)] for a, b, value in pairs[:_MOST_PAIRS]]
         caption = f"Correlations of at least {number(_STRONG, 1)}"
         if len(pairs) > _MOST_PAIRS:
             caption += f": the {_MOST_PAIRS} strongest of {len(pairs)}"
         blocks.append(table(caption, columns, rows))
-    return Section("combinations", "What the data cannot separate", blocks)
+    return Section("combinations", "What the data can hardly separate", blocks)
 
 
 def formula(combination: Mapping[str, float]) -> str:

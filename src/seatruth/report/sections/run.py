@@ -12,6 +12,8 @@ from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
 from seatruth.report.words import ending, estimated, findings_of, fit_in_words, parameters_in_words, pooled, worries
 
+_SHORT = 16
+"""Letters of each value up to which a group of them stands in one row."""
 _LONGEST = 400
 """Letters of a value in the provenance."""
 
@@ -163,9 +165,18 @@ def _walk(values: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[list[str
     for key, value in values.items():
         here = (*path, str(key))
         if isinstance(value, Mapping):
-            yield from _walk(value, here)
+            if all(isinstance(part, (str, int)) and len(str(part)) <= _SHORT for part in value.values()):
+                value = ", ".join(f"{name} {_short(part)}" for name, part in value.items())
+                yield [_path(here), value]
+            else:
+                yield from _walk(value, here)
         elif value not in (None, "", [], ()):
-            yield [": ".join(here).replace("_", " ") if "." not in here[-1] else ": ".join(here), _short(value)]
+            yield [_path(here), _short(value)]
+
+
+def _path(keys: tuple[str, ...]) -> str:
+    """ "file sha256: zigzag_10.csv": words with blanks, file names as they are."""
+    return ": ".join(key if "." in key else key.replace("_", " ") for key in keys)
 
 
 def _short(value: Any) -> str:
