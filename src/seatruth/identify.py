@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import Analysis
 from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_of
@@ -48,8 +49,9 @@ def identify(
     An interrupt (Ctrl-C) at any time gives the best so far with the outcome's code "interrupted"; what it had no time
     for is missing. Raises BadInput for what cannot be started.
     """
-    cost = cost_of(study, threads=threads)
     free = [parameter.name for parameter in study.free]
+    if not free:
+        raise BadInput("no parameter varies", where=f"study {study.name!r}", do="Set `vary = true` for one or more.")
     for name in profile:
         if name not in free:
             raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
@@ -57,8 +59,25 @@ def identify(
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
     if cross_validate and len(study.trials) < 2:
         raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
-    outcome = minimise(cost, optimizer, budget=budget, seed=seed, checkpoint=checkpoint, progress=progress)
-    say = _speaker(progress)
+    # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
+    with threadpool_limits(limits=1, user_api="blas"):
+        cost = cost_of(study, threads=threads)
+        outcome = minimise(cost, optimizer, budget=budget, seed=seed, checkpoint=checkpoint, progress=progress)
+        return _judged(study, cost, outcome, checkpoint, _speaker(progress), cross_validate, profile, threads, workers)
+
+
+def _judged(
+    study: Study,
+    cost: StudyCost,
+    outcome: Outcome,
+    checkpoint: str | Path | None,
+    say: Callable[[str], None],
+    cross_validate: bool,
+    profile: Sequence[str],
+    threads: int | None,
+    workers: int,
+) -> Estimate:
+    """Everything after the search."""
     say("Uncertainty")
     analysis = Analysis(study, cost, outcome)
     try:
