@@ -10,6 +10,9 @@ import numpy as np
 from seatruth.costs.base import Ability, Array
 from seatruth.optimizers import Optimizer, Problem, option
 
+_ROUGH = 1e-3
+"""Tolerance of the first solution where the noise is estimated, which a tenth follows after each estimate."""
+
 
 @dataclass(frozen=True)
 class LeastSquares(Optimizer):
@@ -38,20 +41,28 @@ class LeastSquares(Optimizer):
         else:
             if not np.isfinite(problem.residuals(z)).all():
                 problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
-        compact = _Compact(problem)
-        result = least_squares(
-            compact.residuals,
-            z,
-            jac=compact.jacobian,
-            bounds=(problem.lower, problem.upper),
-            x_scale="jac",
-            ftol=self.tolerance,
-            xtol=self.tolerance,
-            gtol=self.tolerance,
-            max_nfev=self.iterations,
-        )
-        if result.status == 0:
-            problem.finish("budget", f"the {self.iterations} trial steps it was given are used up")
+        # Under weights that are still to change, a rough solution is enough.
+        tolerance = self.tolerance if problem.noise_known else max(self.tolerance, _ROUGH)
+        while True:
+            compact = _Compact(problem)
+            result = least_squares(
+                compact.residuals,
+                z,
+                jac=compact.jacobian,
+                bounds=(problem.lower, problem.upper),
+                x_scale="jac",
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=tolerance,
+                max_nfev=self.iterations,
+            )
+            z = result.x
+            if result.status == 0:
+                problem.finish("budget", f"the {self.iterations} trial steps it was given are used up")
+            if tolerance <= self.tolerance:
+                break
+            problem.reweight(z)
+            tolerance = max(self.tolerance, tolerance / 10)
         words = {1: "the gradient vanished", 2: "the cost no longer falls", 3: "the steps became negligible"}
         return words.get(result.status, "the cost and the steps no longer change")
 

@@ -278,13 +278,13 @@ def test_predictions_of_other_trials() -> None:
         assert predicted.shape == (400, 2)
         error = np.stack([new[0].outputs["psi"], new[0].outputs["r"]], axis=1) - predicted
         rms = np.sqrt(np.mean(error**2, axis=0))
-        if initial == "free":  # the start is estimated from 40 samples, so the noise is all that is left
+        if initial == "free":  # the start is estimated from 80 samples, so the noise is all that is left
             assert (rms < [0.02, 0.0024]).all()
         else:
             assert (rms < [0.25, 0.01]).all()
     assert cost.predict(full, []) == []
     # nothing after the warm-up is looked at
-    late = np.where(np.arange(400) < 60, new[0].outputs["psi"], 9.0)
+    late = np.where(np.arange(400) < 81, new[0].outputs["psi"], 9.0)
     spoilt = replace(new[0], outputs={"psi": late, "r": new[0].outputs["r"]})
     np.testing.assert_array_equal(cost.predict(full, [spoilt])[0], predicted)
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from seatruth.costs.base import Cost
 from seatruth.errors import BadInput, SeatruthError
@@ -54,7 +55,10 @@ def minimise(
         journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed))
     try:
         ledger = Ledger(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
-        code, reason, notes = _run(solver, ledger, np.random.default_rng(seed))
+        # One thread of linear algebra: its sums then do not depend on the machine, and on matrices as small as these
+        # its threads only stand in the way of those that simulate.
+        with threadpool_limits(1, "blas"):
+            code, reason, notes = _run(solver, ledger, np.random.default_rng(seed))
     finally:
         if journal is not None:
             journal.close()

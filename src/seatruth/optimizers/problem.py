@@ -47,6 +47,11 @@ class Problem:
         return self._ledger.cost.gives
 
     @property
+    def noise_known(self) -> bool:
+        """Whether the weights of the residuals stay as they are; otherwise `reweight` estimates them."""
+        return self._ledger.cost.noise_known
+
+    @property
     def lower(self) -> Array:
         """Lower bounds (K,), -inf where there are none."""
         return self._coordinates.lower.copy()
