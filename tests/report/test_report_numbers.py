@@ -70,4 +70,5 @@ def test_angles_in_degrees_everything_else_as_it_stands() -> None:
 
 def test_a_combination_as_a_formula() -> None:
     assert formula({"Y_v": -0.71, "N_v": 0.69, "Y_r": 0.01}) == "0.71 Y_v − 0.69 N_v"
+    assert formula({"Y_v": -0.7, "Y_r": 0.01}) == "Y_v"
     assert formula({}) == ""

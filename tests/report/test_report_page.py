@@ -263,3 +263,14 @@ def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page:
     assert "The search ended short. Give it more. Findings" in Page(render(made)).text
     assert "1 warning: a.csv, line 40: r stands still" in page.text
     assert "/home/me" not in page.text
+
+
+def test_a_misfit_is_not_laid_on_the_model_before_the_search_has_ended() -> None:
+    made = estimate(parameters=2, trials=1, samples=40)
+    made.fit["ratio"] = 50.0
+    assert "there the model leaves something out" in Page(render(made)).text
+    made.outcome |= {"code": "budget", "reason": "the budget of 10 evaluations is used up"}
+    text = Page(render(made)).text
+    assert "The search stopped before it converged" in text
+    assert "there the model leaves something out" not in text
+    assert "Important: Give it more evaluations" in text

@@ -36,8 +36,8 @@ _ENDINGS = {
     "converged": "The search converged",
     "target": "The search reached its target",
     "stall": "The search stopped because the cost no longer fell",
-    "budget": "The search used up its budget before it converged",
-    "deadline": "The search ran out of time before it converged",
+    "budget": "The search stopped before it converged",
+    "deadline": "The search stopped before it converged",
     "interrupted": "The search was interrupted: this is the best so far",
     "failed": "The search failed",
 }
@@ -89,8 +89,14 @@ def fit_in_words(data: View) -> str:
         parts.append(f"{whole} {listed(good)} to within the noise.")
     if poor:
         texts = [f"{name} ({times(ratio)})" for name, ratio in sorted(poor.items(), key=lambda item: -item[1])]
-        lead = "The misfit is larger than the noise in" if good else "The misfit exceeds the noise in every channel:"
-        parts.append(f"{lead} {listed(texts)}; there the model leaves something out, or the stated noise is too small.")
+        every = "every channel whose noise is stated" if own else "every channel"
+        lead = "The misfit is larger than the noise in" if good else f"The misfit exceeds the noise in {every}:"
+        why = (
+            "how much of it is the model's cannot be said before the search has ended"
+            if unfinished(data)
+            else "there the model leaves something out, or the stated noise is too small"
+        )
+        parts.append(f"{lead} {listed(texts)}; {why}.")
     if own:
         sizes = [f"{name} ({_size(data, name)})" for name in ratios if name in own]
         parts.append(
@@ -150,10 +156,16 @@ def worries(data: View) -> list[Worry]:
     return found[:_MOST_WORRIES]
 
 
+def unfinished(data: View) -> bool:
+    """Whether the search ended before it could converge."""
+    return str(data.outcome.get("code", "")) in ("budget", "deadline", "interrupted", "failed")
+
+
 def _of_search(data: View) -> Iterator[Worry]:
     code = str(data.outcome.get("code", ""))
-    if code in UNFINISHED:
-        yield Worry(UNFINISHED[code], "search", grave=code in ("failed", "interrupted"))
+    short = any(finding["code"] == "not-at-minimum" for finding in findings_of(data))
+    if code in UNFINISHED and not (short and code in ("budget", "stall")):
+        yield Worry(UNFINISHED[code], "search", grave=unfinished(data))
     diverged = as_float(data.outcome.get("diverged")) / max(as_float(data.outcome.get("evaluations")), 1.0)
     if diverged > MANY_DIVERGED:
         share = percent(diverged)
@@ -164,7 +176,7 @@ def _of_findings(data: View) -> Iterator[Worry]:
     findings = findings_of(data)
     for finding in findings:
         if finding["code"] in _OWN_WORRY:
-            yield Worry(f"{finding['message']} {finding['do']}".strip(), "findings", finding["severity"] == "error")
+            yield Worry(f"{finding['message']} {finding['do']}".strip(), "findings", grave=True)
     findings = [finding for finding in findings if finding["code"] not in _OWN_WORRY]
     for severity, grave in (("error", True), ("warning", False)):
         some = [finding for finding in findings if finding["severity"] == severity]
@@ -191,7 +203,7 @@ def _of_steps(data: View) -> Iterator[Worry]:
 def _of_fit(data: View) -> Iterator[Worry]:
     own = estimated(data)
     ratios = {k: v for k, v in channel_ratios(data.fitted).items() if v > FAR_ABOVE and k not in own}
-    if ratios:
+    if ratios and not unfinished(data):
         names = sorted(ratios, key=lambda name: -ratios[name])
         yield Worry(
             f"{listed(names)} {'is' if len(names) == 1 else 'are'} missed by {times(ratios[names[0]])} the noise"
@@ -249,9 +261,9 @@ def _of_parameters(data: View) -> Iterator[Worry]:
             "deviations from the prior: one of the two is wrong.",
             "parameters",
         )
-    for item in data.weak[:_MOST_WEAK]:
-        more = f" There are {len(data.weak) - 1} more such combinations." if len(data.weak) > _MOST_WEAK else ""
-        yield Worry(f"{item.get('sentence', '')}{more if item is data.weak[0] else ''}", "combinations")
+    # A combination of one is among the lost above.
+    joint = [item for item in data.weak if len(item.get("combination") or {}) > 1]
+    yield from (Worry(str(item.get("sentence", "")), "combinations") for item in joint[:_MOST_WEAK])
     pairs = strong_pairs(data, STRONG_PAIR)
     if pairs and not data.weak:
         a, b, value = pairs[0]

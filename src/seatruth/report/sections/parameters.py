@@ -155,6 +155,8 @@ def formula(combination: Mapping[str, float]) -> str:
     largest = terms[0][1]
     sign = 1.0 if largest >= 0 else -1.0
     kept = [(name, sign * value) for name, value in terms if abs(value) >= _SMALL_PART * abs(largest)]
+    if len(kept) == 1:
+        return kept[0][0]
     text = " ".join(f"{'+' if value >= 0 else '−'} {number(abs(value), 2)} {name}" for name, value in kept)
     return text.removeprefix("+ ")
 
