@@ -17,9 +17,10 @@ from seatruth.trials.trial import Trial
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_CLOSE = 1e-5
-"""Standard deviation of a joint between pieces, as a part of how far the state moves: small beside any estimate of a
-state from data, so that the joints hold, and large beside rounding."""
+_CLOSE = 1e-4
+"""Standard deviation of a joint between pieces, as a part of how far the state moves. Small beside what data say of a
+state, so that the joints hold (estimates move by a hundredth of their error); a tenth of it takes five times as many
+steps, three times as much moves estimates by a tenth of their error."""
 
 
 @dataclass(frozen=True)
@@ -179,9 +180,7 @@ class Joints:
         return len(self.sd)
 
 
-def joints(
-    study: Study, pieces: Sequence[Piece], initial: InitialStates, trials: Sequence[Trial], scale: float = _CLOSE
-) -> Joints:
+def joints(study: Study, pieces: Sequence[Piece], initial: InitialStates, trials: Sequence[Trial]) -> Joints:
     """The joints of multiple shooting; none otherwise. A state that is free in the later piece is joined."""
     found = []
     if study.multiple_shooting:
@@ -189,7 +188,7 @@ def joints(
         for number, piece in enumerate(pieces):
             if not piece.first:
                 found += [
-                    (number - 1, number, state, scale * spread[channel.name])
+                    (number - 1, number, state, _CLOSE * spread[channel.name])
                     for state, channel in enumerate(study.model.states)
                     if initial.column_of[number, state] >= 0
                 ]
