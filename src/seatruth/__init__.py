@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
-    from seatruth.identify import Study, identify
+    from seatruth.identification import Study, identify
     from seatruth.models import BlackBox, Model, Parameter, Prior, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise
     from seatruth.report import write_report
@@ -56,7 +56,7 @@ __all__ = [
 _HOMES = {
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
-    "identify": ("Study", "identify"),
+    "identification": ("Study", "identify"),
     "models": ("BlackBox", "Model", "Parameter", "Prior", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),
     "report": ("write_report",),

@@ -24,7 +24,7 @@ from seatruth.studyfile.problems import Problems, add_schema_errors
 from seatruth.studyfile.schema import StudyFile
 
 if TYPE_CHECKING:
-    from seatruth.identify import Study
+    from seatruth.identification import Study
 
 _LARGEST = 4_000_000
 """Bytes; a study file is written by hand, so anything larger is another kind of file."""

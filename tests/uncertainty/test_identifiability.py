@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatruth.costs.fitted import Group
-from seatruth.identify import Study, cost_of
+from seatruth.identification import Study, cost_of
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator

@@ -15,7 +15,7 @@ from seatruth.trials.finding import Finding
 if TYPE_CHECKING:
     import pandas as pd
 
-    from seatruth.identify import Study
+    from seatruth.identification import Study
 
 _STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
 

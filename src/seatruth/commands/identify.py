@@ -16,7 +16,7 @@ from seatruth.commands.progress import ProgressLine
 from seatruth.study import Plan, read_plan
 
 if TYPE_CHECKING:
-    from seatruth.identify import Estimate
+    from seatruth.identification import Estimate
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
@@ -53,7 +53,7 @@ def run(
     plan: Plan, *, threads: int | None = None, workers: int = 1, fresh: bool = False, quiet: bool = False
 ) -> Result:
     """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
-    from seatruth.identify import identify as identify_study
+    from seatruth.identification import identify as identify_study
 
     checkpoint = plan.folder / CHECKPOINT
     plan.folder.mkdir(parents=True, exist_ok=True)

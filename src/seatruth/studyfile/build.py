@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING, Any
 from seatruth.effects import available, effects_by_name, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
-from seatruth.studyfile import expressions, noise, parameters, trial_files
+from seatruth.studyfile import expressions, formula, noise, parameters, trial_files
 from seatruth.studyfile.problems import Problems
 from seatruth.studyfile.schema import COST_KEYS, StudyFile
 
 if TYPE_CHECKING:
-    from seatruth.identify import Study
+    from seatruth.identification import Study
 
 
 def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
     """The study; None where something is wrong with it (`problems` says what)."""
     _check_kind(file, problems)
+    if file.formula is not None:
+        return _of_formula(file, source, name, problems) if file.model is None else None
     if file.model is None:
         return None
     model = None
@@ -45,7 +47,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     if problems:
         return None
     # Loaded here: the engine behind it takes half a second to import, and a wrong study file is told before that.
-    from seatruth.identify import Study
+    from seatruth.identification import Study
 
     options: dict[str, Any] = {key: getattr(file.cost, key) for key in COST_KEYS[file.cost.kind]}
     if "initial_sd" in options:
@@ -66,6 +68,33 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     return None
 
 
+def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
+    """The study of a static formula."""
+    made = formula.parts(file, source.parent, problems)
+    if made is None:
+        return None
+    expressions.check(made.parameters, (), problems)
+    if not any(parameter.vary for parameter in made.parameters):
+        problems.add(("parameters",), "no parameter varies", "Set vary = true for those to identify.")
+    sd = noise.deviations(file.noise, made.model.outputs, ("noise",), problems)
+    trials = formula.read(file, made, problems)
+    if problems:
+        return None
+    from seatruth.identify import Study
+
+    with problems.at("study"):
+        return Study(
+            name=name,
+            model=made.model,
+            trials=trials,
+            parameters=made.parameters,
+            cost="formula",
+            noise=sd,
+            provenance=_provenance(file, source, [made.table]),
+        )
+    return None
+
+
 def profiled(
     patterns: Sequence[str], declared: Sequence[Parameter], path: tuple[str, ...], problems: Problems
 ) -> tuple[str, ...]:
@@ -79,15 +108,17 @@ def _check_kind(file: StudyFile, problems: Problems) -> None:
     if file.model is not None and file.formula is not None:
         problems.add(("formula",), "the study has both a model and a formula", "Remove [model] or [formula].")
     elif file.formula is not None:
-        problems.add(("formula",), "formulas cannot be run from a study file yet", "Use FormulaCost from Python.")
+        if "kind" in file.cost.model_fields_set and file.cost.kind != "formula":
+            problems.add(("cost", "kind"), f"a formula has no {file.cost.kind} cost", 'Set kind = "formula".')
+    elif file.cost.kind == "formula":
+        problems.add(("cost", "kind"), "a formula cost needs a formula", "Add [formula] with its expression.")
     elif file.model is None:
         problems.add((), "the study names no model", 'Add [model] with use = "...", see `seatruth list models`.')
-    allowed = COST_KEYS[file.cost.kind]
+    own = "formula" if file.formula is not None else file.cost.kind
+    allowed = COST_KEYS[own]
     for key in file.cost.model_fields_set - {"kind", *allowed}:
         owners = [kind for kind, keys in COST_KEYS.items() if key in keys]
-        problems.add(
-            ("cost", key), f"{key!r} is no option of a {file.cost.kind} cost", f"It belongs to: {', '.join(owners)}."
-        )
+        problems.add(("cost", key), f"{key!r} is no option of a {own} cost", f"It belongs to: {', '.join(owners)}.")
 
 
 def _provenance(file: StudyFile, source: Path, found: Sequence[trial_files.Recording]) -> dict[str, Any]:
