@@ -59,10 +59,12 @@ class Formula(BlackBox):
             if columns is None:
                 raise BadInput("a callable formula needs the names of its columns", where=f"formula {name!r}")
             self._callback, wanted, self.text = formula, list(columns), ""
-        if self._callback is None:
-            unused = [known_name for known_name in known if known_name not in self._used()]
+        if self.expression is not None:
+            # One that only ties use is used too.
+            used = {*self.expression.names}.union(*(names_in(q.tie) for q in parameters if q.tie is not None))
+            unused = [known_name for known_name in known if known_name not in used]
             if unused:
-                hint = nearest(unused[0], self._used())
+                hint = nearest(unused[0], self.expression.names).split("Known:")[0].strip()
                 raise BadInput(f"it has no parameter {unused[0]!r}", where=f"formula {name!r}", do=hint)
         self.weight = weight
         if weight is not None and weight not in wanted:
@@ -116,9 +118,6 @@ class Formula(BlackBox):
                 )
                 found[:, k] = (ahead - behind) / (2 * step)
         return found
-
-    def _used(self) -> tuple[str, ...]:
-        return self.expression.names if self.expression is not None else ()
 
     def _on_trial(
         self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None

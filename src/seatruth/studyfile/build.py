@@ -80,7 +80,7 @@ def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) ->
     trials = formula.read(file, made, problems)
     if problems:
         return None
-    from seatruth.identify import Study
+    from seatruth.identification import Study
 
     with problems.at("study"):
         return Study(

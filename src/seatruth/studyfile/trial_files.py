@@ -32,15 +32,15 @@ def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Record
     """Every file that [[trials]] names, patterns expanded; names distinct."""
     found: list[Recording] = []
     for entry, table in enumerate(file.trials):
-        paths = _paths(table, folder, ("trials", entry, "file"), problems)
-        if table.name is not None and len(paths) > 1:
+        files = paths(table, folder, ("trials", entry, "file"), problems)
+        if table.name is not None and len(files) > 1:
             problems.add(
                 ("trials", entry, "name"),
-                f"{table.file!r} takes {len(paths)} files, which cannot all be called {table.name!r}",
+                f"{table.file!r} takes {len(files)} files, which cannot all be called {table.name!r}",
                 "Remove `name`: each trial is then called after its file.",
             )
             continue
-        found.extend(Recording(table.name or path.stem, path, entry, table) for path in paths)
+        found.extend(Recording(table.name or path.stem, path, entry, table) for path in files)
     first: dict[str, Recording] = {}
     for recording in found:
         other = first.setdefault(recording.name, recording)
@@ -131,7 +131,8 @@ def _takes(patterns: Sequence[str], name: str) -> bool:
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 
-def _paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: Problems) -> list[Path]:
+def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: Problems) -> list[Path]:
+    """The files that an entry takes; none where there is no such file, which is then a problem."""
     if "\0" in table.file or not table.file.strip():
         problems.add(at, "the file's name is empty or holds a null character", "Name the file.")
         return []
