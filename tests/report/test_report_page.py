@@ -274,3 +274,15 @@ def test_a_misfit_is_not_laid_on_the_model_before_the_search_has_ended() -> None
     assert "The search stopped before it converged" in text
     assert "there the model leaves something out" not in text
     assert "Important: Give it more evaluations" in text
+
+
+def test_a_regression_has_no_noise_of_the_channels_and_says_so() -> None:
+    made = estimate(parameters=2, trials=1, samples=40)
+    made.fit[["noise", "ratio"]] = np.nan
+    made.cost = {"kind": "regression", "noise": {"u_dot": {"sd": 0.1, "estimated": True}}}
+    made.optimizer = {"name": "chain", "stages": [{"name": "genetic"}, {"name": "newton", "options": {"a": 1}}]}
+    page = Page(render(made))
+    assert "there is nothing to measure the misfit by" in page.text
+    assert "standard errors allow for it" not in page.text
+    assert "Optimizer genetic, then newton" in page.text
+    assert "optimizer: stage 2: options a 1" in page.text

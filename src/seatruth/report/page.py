@@ -95,7 +95,7 @@ def _facts(data: View) -> list[tuple[str, str]]:
         ("Trials", trials if fitted or held else ""),
         ("Free parameters", str(len(data.parameters)) if len(data.parameters) else ""),
         ("Cost", str(cost.get("kind", cost.get("name", "")))),
-        ("Optimizer", str(optimizer.get("name", ""))),
+        ("Optimizer", _optimizer(optimizer)),
         ("Time", _time(str(provenance.get("time_utc", "")))),
     ]
     return [(name, value) for name, value in facts if value]
@@ -104,3 +104,9 @@ def _facts(data: View) -> list[tuple[str, str]]:
 def _time(text: str) -> str:
     """ "2026-01-02T03:04:05Z" as "2026-01-02 03:04 UTC"."""
     return f"{text[:10]} {text[11:16]} UTC" if text.endswith("Z") and len(text) == 20 else text
+
+
+def _optimizer(said: dict[str, Any]) -> str:
+    """Its name; of a hybrid, those of its stages."""
+    stages = [str(stage.get("name", "")) for stage in said.get("stages") or [] if isinstance(stage, dict)]
+    return ", then ".join(stages) or str(said.get("name", ""))

@@ -97,11 +97,11 @@ def fit_in_words(data: View) -> str:
             else "there the model leaves something out, or the stated noise is too small"
         )
         parts.append(f"{lead} {listed(texts)}; {why}.")
-    if own:
-        sizes = [f"{name} ({_size(data, name)})" for name in ratios if name in own]
-        parts.append(
-            f"The noise of {listed(sizes or sorted(own))} was estimated from the residuals: their size tests nothing."
-        )
+    sizes = [f"{name} ({_size(data, name)})" for name in ratios if name in own]
+    if sizes:
+        parts.append(f"The noise of {listed(sizes)} was estimated from the residuals: their size tests nothing.")
+    if not ratios:
+        parts.append("The noise of the recorded channels is not known, so there is nothing to measure the misfit by.")
     gain = _gain(data.fitted)
     if gain:
         parts.append(gain)
@@ -273,7 +273,7 @@ def _of_parameters(data: View) -> Iterator[Worry]:
 def _of_residuals(data: View) -> Iterator[Worry]:
     rows = data.fitted[data.fitted["n"] > 0]
     part = (rows["n_eff"] / rows["n"]).dropna()
-    if len(part) and float(part.median()) < FEW_EFFECTIVE:
+    if len(part) and float(part.median()) < FEW_EFFECTIVE and fits_trajectories(data):
         yield Worry(
             f"The residuals hang together in time: typically {percent(float(part.median()))} of the samples count as "
             "independent. The standard errors allow for it; what causes it is in no parameter.",
@@ -309,6 +309,11 @@ def estimated(data: View) -> set[str]:
     if not isinstance(noise, Mapping):
         return set()
     return {str(name) for name, said in noise.items() if isinstance(said, Mapping) and said.get("estimated")}
+
+
+def fits_trajectories(data: View) -> bool:
+    """Whether the residuals that the page shows are those that the search made small; a regression has its own."""
+    return str((getattr(data.estimate, "cost", None) or {}).get("kind", "trajectory")) == "trajectory"
 
 
 def strong_pairs(data: View, least: float) -> list[tuple[str, str, float]]:

@@ -170,6 +170,8 @@ def _walk(values: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[list[str
                 yield [_path(here), value]
             else:
                 yield from _walk(value, here)
+        elif isinstance(value, (list, tuple)) and any(isinstance(part, Mapping) for part in value):
+            yield from _walk({f"{key.removesuffix('s')} {k}": part for k, part in enumerate(value, 1)}, path)
         elif value not in (None, "", [], ()):
             yield [_path(here), _short(value)]
 

@@ -14,7 +14,7 @@ from seatruth.report.figures.runs import residual_channels, track_trials
 from seatruth.report.numbers import count, listed, number, percent, rounded, times
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
-from seatruth.report.words import channel_ratios, estimated
+from seatruth.report.words import channel_ratios, estimated, fits_trajectories
 
 MOST_PANELS = 48
 """Time histories on one page; of more, the trials that fit worst and best."""
@@ -29,7 +29,7 @@ def fit(data: View, album: Album) -> Section | None:
     rows = data.fitted
     if not len(rows):
         return None
-    own = estimated(data)
+    own = estimated(data) & set(rows["channel"])
     text = (
         "Open loop: each trial is simulated from its first state with the recorded inputs alone. RMSE: root mean "
         "square of the residuals. Ratio: RMSE over the noise; 1 means that only noise is left. Before: RMSE with the "
@@ -175,7 +175,7 @@ def residuals(data: View, album: Album) -> Section | None:
         total, effective = float(rows["n"].sum()), float(rows["n_eff"].sum())
         text += (
             f" Of {count(round(total), 'sample')} about {number(effective, 3)} ({percent(effective / total)}) count as "
-            "independent; the standard errors allow for it."
+            f"independent{'; the standard errors allow for it' if fits_trajectories(data) else ''}."
         )
     pictures = [
         album.picture(
