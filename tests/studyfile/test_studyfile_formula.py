@@ -1,0 +1,96 @@
+"""A formula in a study file: one line and a table, parsed and fitted; whatever is wrong has its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatruth.costs import cost_of
+from seatruth.errors import BadInput
+from seatruth.models.formula import Formula
+from seatruth.optimizers import minimise
+from seatruth.study import load_study, read_plan
+
+STUDY = """
+[study]
+synthetic = true
+
+[formula]
+expression = "D = (a * Fr + b) / (delta + c)"
+file = "turns.csv"
+
+[parameters]
+a = { value = 1.0, min = 0.0, vary = true }
+b = { value = 1.0, vary = true }
+c = { tie = "2 * half" }
+half = 5.0
+
+[channels]
+delta = { column = "rudder", unit = "deg" }
+
+[noise]
+D = 0.01
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    rng = np.random.default_rng(0)
+    fr, delta = rng.uniform(0.2, 0.7, 40), rng.uniform(10, 35, 40)
+    d = (300 * fr + 20) / (delta + 10) + 0.01 * rng.standard_normal(40)
+    rows = "\n".join(",".join(f"{x:.9g}" for x in row) for row in zip(fr, delta, d))
+    (tmp_path / "turns.csv").write_text(f"Fr,rudder,D\n{rows}\n")
+    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path
+
+
+def test_a_formula_is_read_and_fitted(folder: Path) -> None:
+    plan = read_plan(folder / "study.toml")
+    study = plan.study
+    assert isinstance(study.model, Formula)
+    assert study.cost == "formula"
+    assert study.synthetic
+    assert [parameter.name for parameter in study.free] == ["a", "b"]
+    assert [channel.unit for channel in study.model.inputs] == ["1", "deg"]
+    # in the units of the file: degrees stay degrees
+    assert 10 < study.trials[0].inputs["delta"].min() < study.trials[0].inputs["delta"].max() < 35
+    cost = cost_of(study)
+    for solver in (plan.optimizer, "ls_svm"):
+        np.testing.assert_allclose(minimise(cost, solver).x, [300, 20], rtol=0.02)
+    assert study.provenance["file_sha256"].keys() == {"turns.csv"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(delta + c)", "(delt + c)", "no column 'delt'|no column 'delta'"),
+        ("a * Fr", "__import__('os') * Fr", r"\[formula\] expression"),
+        ("D = (a", "(a", "is no equation"),
+        ("a * Fr", "a^2 * Fr", "more than arithmetic"),
+        ("b = {", "bb = {", "no parameter 'bb'.*Did you mean 'b'"),
+        ('"2 * half"', '"2 * c"', "no parameter 'half'"),
+        ("half = 5.0", "half = { tie = 'c' }", "lead back"),
+        ("turns.csv", "turn.csv", "Did you mean 'turns.csv'"),
+        ("vary = true }", "vary = false }", "no parameter varies"),
+        ("D = 0.01", "E = 0.01", "unknown channel 'E'"),
+        ("delta = { column", "beta = { column", "no column 'beta'"),
+        ("[noise]", "[[trials]]\nfile = 'x.csv'\n[noise]", "formula study has no \\[trials\\]"),
+        ("[noise]", "[cost]\nkind = 'trajectory'\n[noise]", "a formula has no trajectory cost"),
+        ("[noise]", "[cost]\nhold = 'zero'\n[noise]", "no option of a formula cost"),
+        ("[noise]", "[model]\nuse = 'mmg'\n[noise]", "both a model and a formula"),
+    ],
+)
+def test_what_is_wrong_has_its_place(folder: Path, old: str, new: str, message: str) -> None:
+    assert old in STUDY
+    (folder / "study.toml").write_text(STUDY.replace(old, new))
+    with pytest.raises(BadInput, match=message) as caught:
+        load_study(folder / "study.toml")
+    assert "study.toml" in str(caught.value)
+
+
+def test_a_formula_cost_needs_a_formula(folder: Path) -> None:
+    (folder / "study.toml").write_text("[model]\nuse = 'mmg'\n[cost]\nkind = 'formula'\n")
+    with pytest.raises(BadInput, match="needs a formula"):
+        load_study(folder / "study.toml")
