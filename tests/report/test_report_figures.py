@@ -126,3 +126,11 @@ def test_channels_without_a_known_unit_are_shown_as_they_are() -> None:
     made.traces["channel"] = made.traces["channel"].replace({"u": "strange"})
     assert figures.traces(made, "zigzag_10_10", ["strange"]).axes[0].get_ylabel() == "strange"
     assert set(CHANNELS) - {"u"} <= set(made.traces["channel"])
+
+
+def test_parameters_without_an_error_are_not_among_the_correlations() -> None:
+    made = estimate(parameters=5)
+    made.correlation.loc["Y_r", :] = np.nan
+    made.correlation.loc[:, "Y_r"] = np.nan
+    names = [label.get_text() for label in figures.correlation(made).axes[0].get_yticklabels()]
+    assert names == ["R_0", "X_vvvv", "Y_v", "Y_vvv"]

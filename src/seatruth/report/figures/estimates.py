@@ -37,6 +37,10 @@ if TYPE_CHECKING:
 MOST_CORRELATED = 40
 """Parameters in the figure of the correlations; of more, those with the strongest."""
 _ROW = 0.235
+_NUMBERED = 16
+"""Parameters up to which the figure of the correlations has its numbers in it."""
+_SIZES = {"^": 8.0, "X": 7.5}
+"""Points across: markers of little area are drawn larger."""
 _OFF_START = 4.0
 """The axis of the change from the start reaches no farther than this multiple of the typical reach."""
 _DROP_95 = 1.92
@@ -128,7 +132,7 @@ def _estimate(axes: Axes, y: int, row: Mapping[Any, float], verdict: str) -> Non
             [y],
             marker=marker,
             color=colour,
-            markersize=6,
+            markersize=_SIZES.get(marker, 6.0),
             markeredgecolor="white",
             markeredgewidth=0.6,
             zorder=5,
@@ -181,7 +185,7 @@ def correlation(estimate: Estimate | View, most: int = MOST_CORRELATED) -> Figur
     if n < 2:
         return nothing("Fewer than two free parameters: nothing to correlate.")
     names = [str(name) for name in table.index]
-    cell = 0.36 if n <= 14 else 0.24 if n <= 25 else 0.2
+    cell = 0.36 if n <= _NUMBERED else 0.24 if n <= 25 else 0.2
     left = label_width(names)
     side = cell * n
     figure = Figure(figsize=(max(left + side + 0.15, 3.0), side + left + 0.72))
@@ -195,7 +199,7 @@ def correlation(estimate: Estimate | View, most: int = MOST_CORRELATED) -> Figur
     for spine in axes.spines.values():
         spine.set_visible(False)
     values = table.to_numpy(dtype=float)
-    if n <= 14:
+    if n <= _NUMBERED:
         for i in range(n):
             for j in range(n):
                 value = float(values[i, j])
@@ -217,6 +221,10 @@ def correlated(data: View, most: int = MOST_CORRELATED) -> pd.DataFrame:
         return pd.DataFrame()
     names = [name for name in table.index if name in set(data.parameters.index) and name in table.columns]
     table = table.loc[names, names]
+    # A parameter at a bound has no error, so nothing to correlate.
+    known = table.notna().any(axis=1).to_numpy()
+    table = table.loc[known, known]
+    names = [str(name) for name in table.index]
     if len(names) <= most:
         return table
     strongest = table.abs().to_numpy(copy=True)

@@ -166,7 +166,7 @@ def correlation(data: View, album: Album) -> Section | None:
     shown_table = correlated(data)
     if len(shown_table) < 2:
         return None
-    total = len([name for name in data.correlation.index if name in set(data.parameters.index)])
+    total = len(correlated(data, most=len(data.parameters)))
     more = f" Of {total} parameters, the {MOST_CORRELATED} with the strongest." if total > MOST_CORRELATED else ""
     values = np.abs(np.nan_to_num(shown_table.to_numpy(copy=True)))
     np.fill_diagonal(values, 0.0)
