@@ -8,13 +8,14 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from known_models import Lag, record_of
+from known_models import Lag, plain_model, record_of
 
 import seatruth.simulate.compiled as compiled
-from seatruth.simulate import simulator
+from seatruth.simulate import fingerprint, simulator
 from seatruth.simulate.kernels import marching
 from seatruth.simulate.trace import trace
 
@@ -129,3 +130,20 @@ def test_models_share_a_kernel_in_memory(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv(compiled.CACHE, "off")
     again = simulator(Lag(), [trial]).outputs(np.zeros((1, 0)), np.zeros((1, 2)))
     assert np.array_equal(before.y, again.y)
+
+
+def test_a_fingerprint_is_of_the_equations_not_of_their_text() -> None:
+    """A study's identity: helper functions and constants count, names of local variables do not."""
+
+    def with_gain(gain: float) -> Any:
+        def helper(x: Any) -> Any:
+            return gain * x
+
+        return plain_model(lambda s, i, p: (-helper(s.x),), ("x",))
+
+    def rates(s: Any, i: Any, p: Any) -> Any:
+        strange = 2.0
+        return (-(strange * s.x),)
+
+    assert fingerprint(with_gain(1.0)) != fingerprint(with_gain(2.0))
+    assert fingerprint(with_gain(2.0)) == fingerprint(plain_model(rates, ("x",)))

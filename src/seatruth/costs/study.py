@@ -18,7 +18,9 @@ from seatruth.costs.fitted import Group, StudyCost
 from seatruth.costs.space import ParameterSpace
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.models.blackbox import BlackBox
 from seatruth.models.parameter import Parameter
+from seatruth.simulate import fingerprint
 from seatruth.trials.trial import Trial, Trials
 
 __all__ = ["Group", "ParameterSpace", "Study", "StudyCost", "cost_of"]
@@ -224,11 +226,13 @@ def _of_trial(trial: Trial) -> dict[str, Any]:
 
 
 def _of_model(model: Model) -> dict[str, Any]:
-    """What tells one model from another: its declaration and the source of its equations."""
+    """What tells one model from another: its declaration, and its equations or the source of its function."""
     found: dict[str, Any] = {"name": model.name, "class": type(model).__qualname__}
     for part in ("states", "inputs", "outputs"):
         found[part] = [dataclasses.asdict(channel) for channel in getattr(model, part)]
-    for part in ("rhs", "output", "initial_state", "function"):
+    if not isinstance(model, BlackBox):
+        found["equations"] = fingerprint(model)
+    for part in ("initial_state", "function"):
         function = getattr(model, part, None)
         if function is not None:
             found[part] = _source(function)

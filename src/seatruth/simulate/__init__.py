@@ -16,6 +16,7 @@ from seatruth.models.blackbox import BlackBox
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.engine import CompiledSimulator, Jacobian, Outputs, Simulator, Sums
 from seatruth.simulate.grid import Hold
+from seatruth.simulate.program import fingerprint
 from seatruth.simulate.rates import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.simulate.threads import thread_count
 from seatruth.trials.trial import Trial
@@ -28,6 +29,7 @@ __all__ = [
     "Sums",
     "evaluate_rhs",
     "evaluate_rhs_jacobian",
+    "fingerprint",
     "simulator",
 ]
 

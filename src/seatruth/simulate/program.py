@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from functools import cached_property
@@ -232,6 +233,14 @@ class _System(NamedTuple):
     rates: tuple[Node, ...]
     outputs: tuple[Node, ...]
     parameters: tuple[Node, ...]
+
+
+def fingerprint(model: Model) -> str:
+    """Hash of a model's equations themselves, whatever functions, files and closures they were written in."""
+    e = program(model).equations
+    return hashlib.sha256(
+        mapping(_NARROW, (*e.states, *e.inputs, e.time), e.parameters, (*e.rates, *e.outputs)).encode()
+    ).hexdigest()
 
 
 _programs: WeakKeyDictionary[Model, Program] = WeakKeyDictionary()
