@@ -263,7 +263,7 @@ def sensitivity(estimate: Estimate | View) -> Figure:
     for i, j in np.ndindex(*values.shape):
         value = float(values[i, j])
         if math.isfinite(value):
-            dark = float(norm(max(value, low))) > 0.62
+            dark = float(norm(max(value, low))) > 0.74
             axes.text(j, i, _small(value), ha="center", va="center", fontsize=7.2, color="white" if dark else INK)
     axes.set_yticks(range(len(names)), labels=[text(name) for name in names])
     turned = cell < 0.085 * max(map(len, outputs))
