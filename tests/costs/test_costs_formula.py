@@ -149,6 +149,19 @@ def test_other_tables_are_predicted() -> None:
     assert cost_of(study, trials=other).description != cost.description
 
 
+def test_formulas_have_hashes_of_their_own() -> None:
+    parameters = free("a b", (1.0, 1.0))
+
+    def called(columns: Mapping[str, Any], p: Mapping[str, float]) -> Any:
+        return p["a"] * columns["Fr"] + p["b"]
+
+    texts = ("D = a * Fr + b", "D = b * Fr + a")
+    studies = [formula_study(text, TABLE, parameters) for text in texts]
+    studies.append(formula_study(called, TABLE, parameters, output="D", columns=["Fr"]))
+    studies.append(formula_study("D = a * Fr + b", TABLE.assign(w=1.0), parameters, weight="w"))
+    assert len({study.content_hash for study in studies}) == 4
+
+
 def test_what_cannot_be_a_formula_is_said() -> None:
     parameters = free("a b", (1.0, 1.0))
     for formula, data, message in (

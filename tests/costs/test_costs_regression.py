@@ -11,6 +11,7 @@ from known_runs import VISCOUS, Yaw, YawGain, dive, diving_parameters, yaw_trial
 
 from seatruth.costs import Study, cost_of
 from seatruth.costs.differences import differences
+from seatruth.costs.regression import RegressionCost
 from seatruth.errors import BadInput
 from seatruth.models.diving_plane import DivingPlane
 from seatruth.models.parameter import Prior
@@ -32,6 +33,12 @@ def diving(**changes: Any) -> Study:
         **changes,
     }
     return Study(**fields)
+
+
+def regression_of(study: Study) -> RegressionCost:
+    cost = cost_of(study)
+    assert isinstance(cost, RegressionCost)
+    return cost
 
 
 def errors_of(study: Study, solver: Any = "ls_svm", **options: Any) -> dict[str, float]:
@@ -156,7 +163,7 @@ def test_a_constant_thrust_is_the_intercept() -> None:
 
 
 def test_a_measured_acceleration_is_used_as_it_is() -> None:
-    cost = cost_of(diving(form="euler"))
+    cost = regression_of(diving(form="euler"))
     x = np.array([TRUTH[name] for name in cost.names])
     exact = {name: np.array(values) for name, values in DIVE.outputs.items()}
     rates = cost._predicted(x[None])[0]  # the true accelerations at the samples
@@ -189,14 +196,14 @@ def test_gaps_and_several_trials() -> None:
         )
         for trial in trials
     ]
-    cost = cost_of(Study("gain", gain, Trials(holes), cost="regression"))
+    cost = regression_of(Study("gain", gain, Trials(holes), cost="regression"))
     assert cost.equations == ("r",)
     assert len(cost.residuals(cost.start)) < 3 * (239 - 5 * 7)
     np.testing.assert_allclose(minimise(cost, "ls_svm").x, [0.025, -0.125, -4.0], rtol=0.03)
 
 
 def test_nonlinear_equations_take_residuals() -> None:
-    cost = cost_of(Study("yaw", Yaw(), yaw_trials(noise=(0, 0)), cost="regression"))
+    cost = regression_of(Study("yaw", Yaw(), yaw_trials(noise=(0, 0)), cost="regression"))
     assert cost.linear is None
     with pytest.raises(BadInput, match="'T' does not enter"):
         cost.regression()
@@ -229,6 +236,6 @@ def test_what_cannot_be_done_is_said(changes: dict[str, Any], message: str) -> N
 
 def test_chosen_equations_only() -> None:
     surge = diving(parameters=diving_parameters(("X_uu", "X_wq", "X_qq")))
-    assert cost_of(surge).equations == ("u",)
-    assert cost_of(diving(equations=["w", "q"])).equations == ("w", "q")
+    assert regression_of(surge).equations == ("u",)
+    assert regression_of(diving(equations=["w", "q"])).equations == ("w", "q")
     assert set(VISCOUS) == set(cost_of(diving()).names)

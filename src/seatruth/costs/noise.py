@@ -134,7 +134,10 @@ class Noise:
         found = np.zeros(len(errors))
         with np.errstate(all="ignore"):
             for block in self._blocks:
-                part = np.stack([block.taken(error) for error in errors])
+                whole = block.size == errors.shape[1]
+                part = errors if whole else np.take(errors, block.rows, axis=1)
+                if len(block.columns) < errors.shape[2]:
+                    part = part[:, :, block.columns]
                 if block.estimated:
                     found += block.cost(np.matmul(part.transpose(0, 2, 1), part))
                 else:

@@ -19,6 +19,7 @@ from seatruth.costs.space import ParameterSpace
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.blackbox import BlackBox
+from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
 from seatruth.simulate import fingerprint
 from seatruth.trials.trial import Trial, Trials
@@ -236,15 +237,18 @@ def _of_model(model: Model) -> dict[str, Any]:
         function = getattr(model, part, None)
         if function is not None:
             found[part] = _source(function)
+    if isinstance(model, Formula):
+        found["formula"] = model.text or _source(model.callback)
+        found["weight"] = model.weight
     return found
 
 
 def _source(function: Any) -> str:
+    """The text of a function, or its name where the text is not to be had."""
     try:
         return inspect.getsource(function)
     except (OSError, TypeError):
-        text = getattr(function, "text", None)
-        return str(text) if text is not None else getattr(function, "__qualname__", type(function).__qualname__)
+        return str(getattr(function, "__qualname__", type(function).__qualname__))
 
 
 def _plain(value: Any) -> Any:

@@ -43,7 +43,7 @@ class Formula(BlackBox):
     ) -> None:
         units = dict(units or {})
         self.expression: Expression | None = None
-        self._callback: Callback | None = None
+        self.callback: Callback | None = None
         known = [parameter.name for parameter in parameters]
         if isinstance(formula, str):
             left, right = equation(formula) if "=" in formula else (output or "y", formula)
@@ -58,7 +58,7 @@ class Formula(BlackBox):
         else:
             if columns is None:
                 raise BadInput("a callable formula needs the names of its columns", where=f"formula {name!r}")
-            self._callback, wanted, self.text = formula, list(columns), ""
+            self.callback, wanted, self.text = formula, list(columns), ""
         if self.expression is not None:
             # One that only ties use is used too.
             used = {*self.expression.names}.union(*(names_in(q.tie) for q in parameters if q.tie is not None))
@@ -91,11 +91,11 @@ class Formula(BlackBox):
             sizes = [np.shape(value)[0] for value in parameters.values() if np.ndim(value) == 2]
             shape = (max(sizes), rows) if sizes else (rows,)
             return np.asarray(np.broadcast_to(np.asarray(found, dtype=np.float64), shape))
-        assert self._callback is not None
+        assert self.callback is not None
         where = f"model {self.name!r}"
         try:
             with np.errstate(all="ignore"):
-                y = np.asarray(self._callback(dict(columns), dict(parameters)), dtype=np.float64)
+                y = np.asarray(self.callback(dict(columns), dict(parameters)), dtype=np.float64)
         except Exception as problem:
             raise PluginError(
                 f"the formula raised {type(problem).__name__}: {problem}", where=where, do="Correct it."
