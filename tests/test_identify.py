@@ -341,6 +341,7 @@ def test_regression_cost_and_support_vectors() -> None:
     found = identify(study(cost="regression", noise={}, initial="fixed"), "ls_svm", threads=1)
     for name, true in TRUE.items():
         assert found.parameters.loc[name, "value"] == pytest.approx(true, rel=0.25)
+    assert any(finding.code == "equation-error" for finding in found.findings)
 
 
 def test_the_sample_study() -> None:

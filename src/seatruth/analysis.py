@@ -28,6 +28,13 @@ _AT_BOUND = 1e-6
 """Distance from a bound, as a part of the range, at which a parameter is at it."""
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
+_EQUATION_ERROR = Finding(
+    "note",
+    "equation-error",
+    "Noise in the measured states biases a regression on them, mostly towards zero; standard errors do not cover that.",
+    "cost",
+    "Smooth the states first, or refine the answer with a trajectory cost.",
+)
 _FIT_COLUMNS = (
     *("trial", "channel", "rmse", "rmse_start", "noise", "ratio", "bias", "n", "n_eff"),
     *("autocorrelation", "held_out"),
@@ -57,6 +64,8 @@ class Analysis:
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
         if not math.isfinite(self.outcome.value):
             return
+        if self.study.cost == "regression":
+            self.findings.append(_EQUATION_ERROR)
         self._uncertainty()
         self._compare()
         self.sensitivity = sensitivity(self.cost, self.x)
