@@ -98,7 +98,7 @@ def initial_states(
                             value + reach,
                             vary=True,
                             prior=None if sd is None else Prior(value, sd),
-                            start=(value - 0.2 * reach, value + 0.2 * reach),
+                            start=(value - 0.1 * reach, value + 0.1 * reach),
                             source="first samples",
                             description=f"initial {channel.description or channel.name}",
                         ),
@@ -129,7 +129,7 @@ def _reach(spread: float, value: float, noise: float | None, sd: float | None) -
     """How far from the first sample a state is searched."""
     if sd is not None:
         return 8.0 * sd
-    return max(0.5 * spread, 10.0 * noise if noise is not None else 0.0, 1e-9 * abs(value))
+    return max(spread, 10.0 * noise if noise is not None else 0.0, 1e-9 * abs(value))
 
 
 def _felt(
