@@ -150,11 +150,13 @@ def test_threads_and_lanes_do_not_change_a_bit(name: str, monkeypatch: pytest.Mo
     found = []
     for threads in (1, 2, 3, 8, 64):
         for width in (8, 16):
-            monkeypatch.setattr(seatruth.simulate.program, "_width", lambda lanes, threads, width=width: width)
+            split = [(slice(0, 24), width), (slice(24, None), 24 - width)]
+            monkeypatch.setattr(seatruth.simulate.program, "_parts", lambda *_, split=split: split)
             sim = simulator(model, trials, free=free, threads=threads)
             weights = np.ones(sim.measured.shape)
             sums = sim.sums(theta, x0, weights)
             jacobian = sim.jacobian(theta[0], x0, [model.states[0].name])
+            monkeypatch.undo()
             one = sim.sums(theta[7:8], x0, weights)
             assert np.array_equal(one.squares[0], sums.squares[7])
             found.append((sums.squares.tobytes(), sums.end.tobytes(), jacobian.dy.tobytes(), jacobian.dend.tobytes()))
@@ -346,3 +348,12 @@ def test_a_vanishing_parameter_is_a_parameter(monkeypatch: pytest.MonkeyPatch) -
     sim = simulator(Blowing(), [record_of(np.linspace(0.0, 1.0, 11))], free=("a",))
     found = sim.jacobian(np.zeros(1), np.full((1, 1), 2.0))
     assert found.dy[-1, 0, 0] == pytest.approx(4.0)
+
+
+@settings(max_examples=200, deadline=None)
+@given(size=st.integers(1, 3000), trials=st.integers(1, 12), threads=st.integers(1, 64))
+def test_parts_cover_all_candidates_once(size: int, trials: int, threads: int) -> None:
+    parts = seatruth.simulate.program._parts(size, trials, threads)
+    covered = np.concatenate([np.arange(size)[part] for part, _ in parts])
+    assert covered.tolist() == list(range(size))
+    assert {width for _, width in parts} <= {8, 16}

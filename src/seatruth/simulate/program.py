@@ -52,8 +52,18 @@ class Program:
         self, grid: Grid, values: Array, x0: Array, weighted: Array, weights: Array, threads: int
     ) -> tuple[Array, Array]:
         """Squares (P, T, D) and last states (P, T, S)."""
+        found = [
+            self._sums(grid, values[part], x0[part], weighted, weights, threads, width)
+            for part, width in _parts(len(values), len(grid.rows), threads)
+        ]
+        if len(found) == 1:
+            return found[0]
+        return np.concatenate([part[0] for part in found]), np.concatenate([part[1] for part in found])
+
+    def _sums(
+        self, grid: Grid, values: Array, x0: Array, weighted: Array, weights: Array, threads: int, width: int
+    ) -> tuple[Array, Array]:
         e = self.equations
-        width = _width(len(values) * len(grid.rows), threads)
         lanes, first = padded(values, width), padded(x0, width)
         blocks, trials = len(lanes), len(grid.rows)
         squares = np.empty((blocks, trials, len(e.outputs), width))
@@ -67,7 +77,7 @@ class Program:
         """Outputs (P, N, D) or states (P, N, S), and last states (P, T, S)."""
         e = self.equations
         roots = e.outputs if what == "outputs" else e.states
-        width = _width(len(values) * len(grid.rows), threads)
+        width = _NARROW
         lanes, first = padded(values, width), padded(x0, width)
         record = np.full((len(lanes), len(grid.t), len(roots), width), math.nan)
         end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
@@ -282,12 +292,25 @@ def _spread(lanes: Array, size: int) -> Array:
     return np.asarray(moved.reshape(*moved.shape[:2], -1)[:, :, :size])
 
 
-def _width(lanes: int, threads: int) -> int:
-    """Lanes that run together: two vectors of the widest kind, where there are candidates enough for all threads.
+def _parts(size: int, trials: int, threads: int) -> list[tuple[slice, int]]:
+    """Candidates and the lanes that they run in, so that all threads end at about the same time.
 
-    What a lane computes does not depend on it.
+    Two vectors of the widest kind run together faster than one after the other, but in coarser tasks: they take as
+    many candidates as give every thread the same number of them, single vectors the rest. What a lane computes does
+    not depend on it.
     """
-    return 2 * _NARROW if vector_bytes() == 64 and lanes >= 8 * _NARROW * threads else _NARROW
+    wide = 2 * _NARROW
+    if vector_bytes() != 64 or size * trials < wide * threads:
+        return [(slice(0, size), _NARROW)]
+    if size * trials >= 16 * wide * threads:
+        return [(slice(0, size), wide)]
+    even = wide * threads // math.gcd(trials, threads)
+    cut = size // even * even
+    return (
+        [(slice(0, cut), wide), (slice(cut, size), _NARROW)]
+        if 0 < cut < size
+        else [(slice(0, size), wide if cut else _NARROW)]
+    )
 
 
 def _run(
