@@ -86,9 +86,13 @@ def error_console() -> Console:
     return Console(stderr=True, highlight=False)
 
 
-def say(text: str, style: str = "") -> None:
-    """Prints a line of plain text: brackets in it are not markup."""
-    console().print(Text(text, style=style))
+def say(text: str, style: str = "", *, whole: bool = False) -> None:
+    """Prints a line of plain text: brackets in it are not markup.
+
+    A terminal shows it broken between words; `whole` leaves it in one piece, as for a path that someone copies. Piped, it
+    always is.
+    """
+    console().print(Text(text, style=style), soft_wrap=whole or not sys.stdout.isatty())
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = ()) -> Table:

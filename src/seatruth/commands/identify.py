@@ -84,7 +84,7 @@ def run(
     show(estimate)
     where = [f"Result: {plan.folder}"] + ([f"Report: {report}"] if report else [])
     for line in where:
-        say(line)
+        say(line, whole=True)
     if code == "interrupted":
         say("Interrupted: this is the best so far. Run the same command again to go on.", style="yellow")
     data = {**summary(estimate), "folder": str(plan.folder), "report": str(report) if report else None}

@@ -34,7 +34,7 @@ def init(
     folder = target.parent
     text, notes = template(_relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
     write_text(target, text)
-    say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}")
+    say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}", whole=True)
     for note in notes:
         say(f"To do: {note}", style="yellow")
     return Result({"study": str(target), "log": str(log), "columns": list(map(str, frame.columns)), "to_do": notes})
