@@ -32,7 +32,8 @@ class TrajectoryCost(StudyCost):
     is then no residual, as it is matched by construction) or "free"; `segments` start anew from the data every so many
     seconds; with `multiple_shooting` they must join (the first initial state of a trial is free only with
     initial = "free"). A free state with an `initial_sd` has a prior from the first sample, which then is no residual
-    of that output, so that it counts once. Candidates that diverge or break a constraint cost inf.
+    of that output, so that it counts once. A model whose initial state depends on parameters gets that of their start
+    values. Candidates that diverge or break a constraint cost inf.
     """
 
     def __init__(self, study: Study, *, threads: int | None = None) -> None:
