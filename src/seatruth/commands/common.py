@@ -89,10 +89,9 @@ def error_console() -> Console:
 def say(text: str, style: str = "", *, whole: bool = False) -> None:
     """Prints a line of plain text: brackets in it are not markup.
 
-    A terminal shows it broken between words; `whole` leaves it in one piece, as for a path that someone copies. Piped, it
-    always is.
+    It is broken into lines as wide as the console; `whole` leaves it in one piece, as for a path that someone copies.
     """
-    console().print(Text(text, style=style), soft_wrap=whole or not sys.stdout.isatty())
+    console().print(Text(text, style=style), soft_wrap=whole)
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = ()) -> Table:
