@@ -68,7 +68,8 @@ def test_estimates_that_move_together_are_named() -> None:
     [
         (0.01, {}, "identified"),
         (0.8, {}, "weak"),
-        (0.01, {"tied": True}, "weak"),
+        (0.01, {"tied": True}, "identified"),
+        (0.2, {"tied": True}, "weak"),
         (5.0, {}, "not identifiable"),
         (math.inf, {}, "not identifiable"),
         (0.01, {"unseen": True}, "not identifiable"),

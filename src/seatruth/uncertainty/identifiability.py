@@ -22,6 +22,8 @@ _TIED = 0.98
 """Correlation from which two parameters trade off."""
 _UNTOLD = 0.5
 """Standard error over value from which a parameter is weakly identified."""
+_TIED_UNTOLD = 0.1
+"""The same for a parameter that is tied to another: their common error is no longer a detail."""
 _PRIOR_LED = 0.8
 """Standard error over the prior's from which the value is the prior's rather than the data's."""
 
@@ -111,7 +113,7 @@ def verdict(parameter: Parameter, value: float, stderr: float, at_bound: bool, u
     if stderr > scale_of(parameter):
         return "not identifiable"
     null = abs(value) if value else scale_of(parameter)
-    return "weak" if tied or stderr > _UNTOLD * null else "identified"
+    return "weak" if stderr > (_TIED_UNTOLD if tied else _UNTOLD) * null else "identified"
 
 
 def tied(found: Covariance) -> NDArray[np.bool_]:
