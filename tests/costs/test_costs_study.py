@@ -115,3 +115,11 @@ def test_studies_travel_to_other_processes() -> None:
     assert again.content_hash == made.content_hash
     x = cost_of(made).start[None]
     np.testing.assert_array_equal(cost_of(again).values(x), cost_of(made).values(x))
+
+
+def test_it_shows_itself_in_a_notebook() -> None:
+    shown = study(name="<yaw> & more")._repr_html_()
+    assert "&lt;yaw&gt; &amp; more" in shown
+    assert "(synthetic)" in shown
+    for part in ("K", "free parameter", "Held out", "c"):
+        assert part in shown

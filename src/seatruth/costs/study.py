@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import html
 import inspect
 import json
 import math
@@ -129,6 +130,19 @@ class Study:
             if name not in known:
                 raise BadInput(f"a study has no {name!r}", do=nearest(name, known))
         return dataclasses.replace(self, **changes)
+
+    def _repr_html_(self) -> str:
+        label = " (synthetic)" if self.synthetic else ""
+        rows = "".join(
+            f"<tr><td>{q.name}</td><td>{q.value:.5g}</td><td>{q.unit}</td><td>{q.min:.4g} to {q.max:.4g}</td></tr>"
+            for q in self.free
+        )
+        held = f"<p>Held out:</p>{self.holdout._repr_html_()}" if len(self.holdout) else ""
+        return (
+            f"<p><b>{html.escape(self.name)}</b>{label}: model {html.escape(self.model.name)}, cost {self.cost}</p>"
+            f"<table><tr><th>free parameter</th><th>start</th><th>unit</th><th>bounds</th></tr>{rows}</table>"
+            f"<p>Fitted to:</p>{self.trials._repr_html_()}{held}"
+        )
 
     def _check_parameters(self, where: str) -> None:
         wanted = [parameter.name for parameter in self.model.parameters]
