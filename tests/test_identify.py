@@ -246,6 +246,45 @@ def test_an_interrupt_after_the_search_keeps_the_answer(tmp_path: Path, monkeypa
     same(whole, again)
 
 
+@pytest.mark.parametrize("stage", ["profile", "trials left out"])
+def test_an_interrupt_within_a_fit_after_the_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str
+) -> None:
+    """Ctrl-C reaches the driver of one of the many small fits: that fit is no finished piece, the others are."""
+    from seatruth.costs.trajectory import TrajectoryCost
+
+    plan: dict[str, Any] = {"threads": 1, "workers": 1}
+    plan |= {"profile": ["b"]} if stage == "profile" else {"cross_validate": True}
+    alone = study(holdout=Trials([]))
+    whole = identify(alone, **plan)
+    plain, costs = TrajectoryCost.residuals, list[Any]()
+
+    def residuals(self: Any, x: Any) -> Any:
+        if not any(self is cost for cost in costs):
+            costs.append(self)
+        # The search's, the first fit's (with trials left out also that of the prediction's start), then the second's.
+        if len(costs) == (3 if stage == "profile" else 4):
+            raise KeyboardInterrupt
+        return plain(self, x)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(TrajectoryCost, "residuals", residuals)
+        cut = identify(alone, checkpoint=tmp_path / "run", **plan)
+    assert cut.outcome["code"] == "interrupted"
+    assert cut.values == whole.values
+    assert cut.profile is None
+    assert cut.cross_validation is None
+    assert len((tmp_path / "run.pieces").read_text().splitlines()) == 2  # whose they are, and the one that was done
+    again = identify(alone, checkpoint=tmp_path / "run", **plan)
+    same(whole, again)
+    if stage == "profile":
+        assert whole.profile is not None
+        assert again.profile is not None
+        pd.testing.assert_frame_equal(whole.profile["b"], again.profile["b"], check_exact=True)
+    else:
+        pd.testing.assert_frame_equal(whole.cross_validation, again.cross_validation, check_exact=True)
+
+
 def _interrupt(*_: Any, **__: Any) -> Any:
     raise KeyboardInterrupt
 

@@ -78,16 +78,21 @@ class Estimate:
         return {str(name): float(value) for name, value in self.parameters["value"].items()}
 
     def save(self, folder: str | Path) -> Path:
-        """Writes the estimate into a folder (estimate.json and Parquet tables); each file whole or not at all."""
+        """Writes the estimate into a folder: estimate.json and Parquet tables.
+
+        An estimate that stood there is replaced only once all files of this one are on the disk. OSError where they
+        cannot be written; nothing has changed then.
+        """
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         tables: dict[str, dict[str, Any]] = {}
+        files: dict[str, bytes] = {}
         for name, frame in self._frames().items():
             buffer = io.BytesIO()
             plain, layout = _flat(frame)
             plain.to_parquet(buffer, index=False)
             data = buffer.getvalue()
-            _write(place / f"{name}.parquet", data)
+            files[f"{name}.parquet"] = data
             tables[name] = {"sha256": hashlib.sha256(data).hexdigest(), **layout}
         content = {
             "format": FORMAT,
@@ -100,7 +105,11 @@ class Estimate:
             "provenance": self.provenance,
         }
         text = json.dumps(encoded(content), indent=1, ensure_ascii=False, allow_nan=False)
-        _write(place / NAME, text.encode())
+        # The JSON file last: it names the others' contents, so a stop in between is noticed.
+        _write(place, {**files, NAME: text.encode()})
+        for path in (place / "cross_validation.parquet", *place.glob("profile_*.parquet")):
+            if path.name not in files:
+                path.unlink(missing_ok=True)  # of the estimate that stood there
         return place
 
     @classmethod
@@ -213,13 +222,23 @@ def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     return frame
 
 
-def _write(path: Path, data: bytes) -> None:
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Writes all files, then puts all in their places."""
+    written: dict[Path, str] = {}
     try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
+        for name, data in files.items():
+            try:
+                handle, written[folder / name] = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
+                with os.fdopen(handle, "wb") as stream:
+                    stream.write(data)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+            except OSError as problem:
+                raise OSError(problem.errno, problem.strerror, str(folder / name)) from None
+        for path, temporary in written.items():
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        for temporary in written.values():
+            Path(temporary).unlink(missing_ok=True)
         raise

@@ -17,7 +17,7 @@ from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
 from seatruth.optimizers.ledger import Progress
 from seatruth.uncertainty import leave_one_out, profiles
-from seatruth.uncertainty.pieces import Pieces
+from seatruth.uncertainty.pieces import Pieces, pieces_beside
 
 __all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
 
@@ -41,7 +41,8 @@ def identify(
 
     `optimizer` is a name, an Optimizer, or a list of them for a hybrid; `budget` and `seed` are the search's.
     `checkpoint` names a file in which the search is kept (and beside it, with the ending .pieces, the profile and the
-    trials left out): the same call goes on where an interrupted one stopped and ends with the same estimate.
+    trials left out): the same call goes on where an interrupted one stopped and ends with the same estimate. Both
+    files stay, so that an estimate that could not be saved is soon made again; remove them when it is.
     `profile` names free parameters whose likelihood is profiled; `cross_validate` leaves each trial out in turn.
     `threads` are those of a simulation (all processors where None), `workers` how many profile points or left-out
     trials run at once; neither changes the result.
@@ -87,7 +88,7 @@ def _judged(
     usable = math.isfinite(outcome.value)
     if outcome.code == "interrupted" or not usable:
         return analysis.estimate()
-    place = None if checkpoint is None else Path(f"{checkpoint}.pieces")
+    place = None if checkpoint is None else pieces_beside(checkpoint)
     pieces = Pieces(place, f"{study.content_hash} {outcome.x.tobytes().hex()}")
     estimate = analysis.estimate()
     try:
@@ -102,8 +103,6 @@ def _judged(
             estimate.cross_validation = _beside_fit(left, estimate.fit)
     except KeyboardInterrupt:
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
-        return estimate
-    pieces.discard()
     return estimate
 
 

@@ -187,7 +187,7 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
 
 def _os_problem(problem: OSError) -> tuple[int, dict[str, str]]:
     name = f" {problem.filename}" if problem.filename else ""
-    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+    if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return 1, _message(
             "DiskFull", f"no space left on the disk{name and ' for' + name}", "Free some space and run it again."
         )

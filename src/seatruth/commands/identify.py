@@ -32,7 +32,9 @@ def identify(
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
     ] = None,
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes of the cross-validation.")] = 1,
+    workers: Annotated[
+        int, typer.Option("--workers", min=1, help="Profile points or left-out trials that run at once.")
+    ] = 1,
     profile: Annotated[
         str | None, typer.Option("--profile", metavar="NAMES", help="Profile these, comma-separated; * is a wildcard.")
     ] = None,
@@ -54,11 +56,14 @@ def run(
 ) -> Result:
     """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
     from seatruth.identification import identify as identify_study
+    from seatruth.uncertainty.pieces import pieces_beside
 
     checkpoint = plan.folder / CHECKPOINT
     plan.folder.mkdir(parents=True, exist_ok=True)
+    kept = (checkpoint, pieces_beside(checkpoint))
     if fresh:
-        checkpoint.unlink(missing_ok=True)
+        for path in kept:
+            path.unlink(missing_ok=True)
     resumed = checkpoint.exists()
     if resumed and not quiet:
         error_console().print(Text(f"Going on with the interrupted run in {plan.folder} (--fresh starts again)."))
@@ -76,11 +81,18 @@ def run(
             workers=workers,
         )
         progress.show("Writing the result", now=False)
-        estimate.save(plan.folder)
-        report = _report(estimate, plan)
+        try:
+            estimate.save(plan.folder)
+            report = _report(estimate, plan)
+        except OSError:
+            # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
+            progress.__exit__(None, None, None)
+            show(estimate)
+            raise
     code = str(estimate.outcome["code"])
     if code != "interrupted":
-        checkpoint.unlink(missing_ok=True)
+        for path in kept:
+            path.unlink(missing_ok=True)
     show(estimate)
     where = [f"Result: {plan.folder}"] + ([f"Report: {report}"] if report else [])
     for line in where:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
@@ -11,9 +11,9 @@ from joblib import Parallel, delayed
 
 from seatruth.costs.base import Array
 from seatruth.costs.study import Study, cost_of
-from seatruth.optimizers import Budget, minimise
+from seatruth.optimizers import Budget
 from seatruth.trials.trial import Trials
-from seatruth.uncertainty.pieces import Pieces
+from seatruth.uncertainty.pieces import Pieces, refit
 
 _BUDGET = Budget(evaluations=50_000)
 
@@ -44,7 +44,7 @@ def leave_one_out(
             for parameter in study.parameters
         )
         cost = cost_of(study.but(trials=others, holdout=Trials([]), parameters=started), threads=threads)
-        found = minimise(cost, "least_squares", budget=_BUDGET)
+        found = refit(cost, _BUDGET)
         trial = study.trials[name]
         predicted = cost.predict(found.x, [trial])[0]
         return name, rms_errors(study, trial.outputs, predicted)
@@ -61,14 +61,13 @@ def leave_one_out(
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
-def rms_errors(study: Study, measured: object, predicted: Array) -> dict[str, float]:
+def rms_errors(study: Study, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
     """Root mean square of measured less predicted for each recorded output."""
     found = {}
     for column, channel in enumerate(study.model.outputs):
-        record = measured.get(channel.name) if isinstance(measured, dict) else None
+        record = measured.get(channel.name)
         if record is not None and np.isfinite(record).any():
-            error = np.asarray(record) - predicted[:, column]
-            error = error[np.isfinite(np.asarray(record))]
+            error = (record - predicted[:, column])[np.isfinite(record)]
             found[channel.name] = float(np.sqrt(np.mean(error**2)))
     return found
 

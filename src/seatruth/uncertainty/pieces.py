@@ -8,6 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from seatruth.costs.base import Cost
+from seatruth.optimizers import Budget, Outcome, minimise
+
 
 class Pieces:
     """Finished pieces by name in a file of JSON lines; only in memory where there is no file.
@@ -19,6 +22,7 @@ class Pieces:
     def __init__(self, path: Path | None, work: str) -> None:
         self._path, self._work = path, work
         self._done: dict[str, Any] = {}
+        self._torn = False
         if path is not None and path.exists():
             self._read(path)
 
@@ -37,26 +41,26 @@ class Pieces:
         with suppress(OSError):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("a", encoding="utf-8") as stream:
+                if self._torn:
+                    stream.write("\n")
+                    self._torn = False
                 if fresh:
                     stream.write(json.dumps({"work": self._work}) + "\n")
                 stream.write(json.dumps({"name": name, "value": value}) + "\n")
                 stream.flush()
                 os.fsync(stream.fileno())
 
-    def discard(self) -> None:
-        """Removes the file."""
-        if self._path is not None:
-            with suppress(OSError):
-                self._path.unlink(missing_ok=True)
-
     def _read(self, path: Path) -> None:
         try:
-            lines = path.read_text(encoding="utf-8").splitlines()
-            if not lines or json.loads(lines[0]).get("work") != self._work:
-                path.unlink()
-                return
+            text = path.read_text(encoding="utf-8")
+            self._torn, lines = not text.endswith("\n"), text.splitlines()
+            whose = json.loads(lines[0]).get("work") if lines else None
         except (OSError, ValueError, AttributeError):
-            self.discard()
+            whose = None
+        if whose != self._work:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+            self._torn = False
             return
         for line in lines[1:]:
             try:
@@ -64,3 +68,16 @@ class Pieces:
                 self._done[str(entry["name"])] = entry["value"]
             except (ValueError, KeyError, TypeError):
                 continue
+
+
+def refit(cost: Cost, budget: Budget) -> Outcome:
+    """A local fit that is one piece. An interrupt goes through: the driver's best so far is no finished piece."""
+    found = minimise(cost, "least_squares", budget=budget)
+    if found.code == "interrupted":
+        raise KeyboardInterrupt
+    return found
+
+
+def pieces_beside(checkpoint: str | Path) -> Path:
+    """The file of the pieces that belong to a search's checkpoint."""
+    return Path(f"{checkpoint}.pieces")

@@ -12,8 +12,8 @@ from joblib import Parallel, delayed
 from seatruth.costs.base import Ability, Array, Cost
 from seatruth.costs.fitted import StudyCost
 from seatruth.costs.study import Study, cost_of
-from seatruth.optimizers import Budget, minimise
-from seatruth.uncertainty.pieces import Pieces
+from seatruth.optimizers import Budget
+from seatruth.uncertainty.pieces import Pieces, refit
 
 POINTS = 9
 REACH = 3.0
@@ -84,7 +84,7 @@ def profiles(
         held = Held(cost_of(study, threads=threads), k, value, x)
         if not held.parameters:
             return _key(name, value), float(held.values(np.zeros((1, 0)))[0])
-        return _key(name, value), minimise(held, "least_squares", budget=_BUDGET).value
+        return _key(name, value), refit(held, _BUDGET).value
 
     jobs = Parallel(n_jobs=workers, prefer="threads", return_as="generator")(delayed(one)(*job) for job in ahead)
     for done, (key, value) in enumerate(jobs, 1):
