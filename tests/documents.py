@@ -21,9 +21,9 @@ _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _FILE = re.compile(r"# (\S+\.(?:py|toml))\n")
 
 
-def execute(document: str) -> dict[str, Any]:
-    """Writes and runs all blocks of a document; returns the namespace of its Python blocks."""
-    namespace: dict[str, Any] = {"__name__": "document"}
+def execute(document: str, **given: Any) -> dict[str, Any]:
+    """Writes and runs all blocks of a document; returns the namespace of its Python blocks, which starts as `given`."""
+    namespace: dict[str, Any] = {"__name__": "document", **given}
     for name, text in files(document).items():
         Path(name).write_text(text)
     for line, kind, block in _blocks(document):

@@ -9,9 +9,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from documents import ROOT, execute, files
 
+from seatruth import identify, load_model, load_study
 from seatruth.sample import copy_to
 
 DOCUMENTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")))
@@ -45,6 +47,23 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert 0.05 < estimate.parameters.loc["K", "value"] < 1.0
     assert (folder / "my_study-result" / "report.html").exists()
     assert (folder / "black_box-result" / "report.html").exists()
+
+
+def test_reading_the_report(folder: Path) -> None:
+    estimate = identify(load_study(copy_to(folder)))
+    execute("docs/reading-the-report.md", estimate=estimate)
+    assert (folder / "report.html").stat().st_size > 10_000
+    assert (folder / "parameters.pdf").exists()
+
+
+def test_engine(folder: Path) -> None:
+    trials = load_study(copy_to(folder)).trials
+    model = load_model("mmg")
+    weights = np.ones((sum(len(trial) for trial in trials), len(model.outputs)))
+    theta = np.array([[model.nominal()["Y_v"], model.nominal()["N_v"]]] * 3)
+    sums = execute("docs/engine.md", trials=trials, theta=theta, weights=weights)["sums"]
+    assert np.isfinite(sums.squares).all()
+    assert sums.squares.shape == (3, len(trials), len(model.outputs))
 
 
 def test_the_model_of_the_document_conforms(folder: Path) -> None:
