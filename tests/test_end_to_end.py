@@ -145,6 +145,7 @@ def test_ctrl_c_loses_nothing(folder: Path) -> None:
         (("evaluations = 12000", "evaluatons = 12000"), "evaluations"),
         (('unit = "deg/s"', 'unit = "deg/parsec2x"'), "deg/parsec2x"),
         (("[study]", "[study"), "TOML"),
+        (("[optimizer]", "[parameters.Y_v]\nmin = 0.5\nmax = 1.0\n\n[optimizer]"), "outside its bounds"),
     ],
 )
 def test_a_wrong_study_ends_in_one_message(
@@ -192,6 +193,26 @@ class Wild(MMGShip):
 def test_a_full_disk_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["list", "models", "--json", "/dev/full"]) == 1
     assert "no space left" in capsys.readouterr().err.lower()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of processes are POSIX")
+def test_a_disk_that_fills_up_costs_no_answer(folder: Path) -> None:
+    """What was found is shown, one message says why it is not saved, and the same command makes it again."""
+    import resource
+
+    study = folder / "local.toml"
+    study.write_text(SHORT.replace("differential_swarm", "least_squares"))
+    command = [sys.executable, "-m", "seatruth", "identify", "local.toml", "--threads", "1"]
+    plan: dict[str, Any] = {"cwd": folder, "capture_output": True, "text": True, "timeout": 120, "check": False}
+    small = (4096, 4096)
+    done = subprocess.run(command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, small), **plan)
+    assert done.returncode == 1
+    assert "N_r" in done.stdout
+    assert "no space left" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in (folder / "local-result").iterdir()] == ["checkpoint.journal"]
+    assert subprocess.run(command, **plan).returncode == 0
+    assert Estimate.load(folder / "local-result").outcome["code"] == "converged"
 
 
 def test_a_folder_that_cannot_be_written_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

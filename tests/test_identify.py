@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -177,6 +178,32 @@ def test_saved_and_reloaded_exactly(tmp_path: Path) -> None:
     assert str(found) == str(again)
     assert found._repr_html_() == again._repr_html_()
     assert "SYNTHETIC" in str(found)
+
+
+def test_a_result_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = identify(study(), threads=1, profile=["b"], cross_validate=True)
+    folder = first.save(tmp_path / "result")
+    stood = sorted(path.name for path in folder.iterdir())
+    second = identify(study(seed=2), threads=1)
+    plain, calls = seatruth.estimate.os.fsync, [0]
+
+    def full(handle: int) -> None:
+        calls[0] += 1
+        if calls[0] == 4:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        plain(handle)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(seatruth.estimate.os, "fsync", full)
+        with pytest.raises(OSError, match="No space left") as problem:
+            second.save(folder)
+    assert str(folder) in str(problem.value.filename)
+    assert sorted(path.name for path in folder.iterdir()) == stood
+    assert Estimate.load(folder).values == first.values
+    second.save(folder)
+    assert Estimate.load(folder).values == second.values
+    # Nothing of the first one is left to be taken for the second's.
+    assert {"cross_validation.parquet", "profile_0.parquet"} & {path.name for path in folder.iterdir()} == set()
 
 
 def test_a_damaged_result_is_said(tmp_path: Path) -> None:

@@ -7,13 +7,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from seatruth.costs.base import Array
 from seatruth.costs.study import Study, cost_of
 from seatruth.optimizers import Budget
 from seatruth.trials.trial import Trials
-from seatruth.uncertainty.pieces import Pieces, refit
+from seatruth.uncertainty.pieces import Pieces, in_order, refit
 
 _BUDGET = Budget(evaluations=50_000)
 
@@ -49,8 +48,7 @@ def leave_one_out(
         predicted = cost.predict(found.x, [trial])[0]
         return name, rms_errors(study, trial.outputs, predicted)
 
-    jobs = Parallel(n_jobs=workers, prefer="threads", return_as="generator")(delayed(one)(name) for name in ahead)
-    for done, (name, errors) in enumerate(jobs, 1):
+    for done, (name, errors) in enumerate(in_order(one, [(name,) for name in ahead], workers), 1):
         pieces.add(_key(name), errors)
         say(f"Leaving out each trial in turn: {done} of {len(ahead)}")
     rows = [

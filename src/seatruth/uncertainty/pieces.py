@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+from joblib import Parallel, delayed
 
 from seatruth.costs.base import Cost
 from seatruth.optimizers import Budget, Outcome, minimise
+
+T = TypeVar("T")
 
 
 class Pieces:
@@ -68,6 +74,19 @@ class Pieces:
                 self._done[str(entry["name"])] = entry["value"]
             except (ValueError, KeyError, TypeError):
                 continue
+
+
+def in_order(work: Callable[..., T], jobs: Iterable[tuple[Any, ...]], workers: int) -> Iterator[T]:
+    """work(*job) of each job, in the jobs' order, `workers` of them at once.
+
+    In threads: the simulations leave the interpreter, and a user's model need not be one that can be sent to a process.
+    """
+    with warnings.catch_warnings():
+        # An interrupt leaves jobs undone; that is said elsewhere.
+        warnings.filterwarnings("ignore", message=".*tasks which were still being processed", category=UserWarning)
+        yield from Parallel(n_jobs=workers, prefer="threads", return_as="generator")(
+            delayed(work)(*job) for job in jobs
+        )
 
 
 def refit(cost: Cost, budget: Budget) -> Outcome:

@@ -7,13 +7,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from seatruth.costs.base import Ability, Array, Cost
 from seatruth.costs.fitted import StudyCost
 from seatruth.costs.study import Study, cost_of
 from seatruth.optimizers import Budget
-from seatruth.uncertainty.pieces import Pieces, refit
+from seatruth.uncertainty.pieces import Pieces, in_order, refit
 
 POINTS = 9
 REACH = 3.0
@@ -86,8 +85,7 @@ def profiles(
             return _key(name, value), float(held.values(np.zeros((1, 0)))[0])
         return _key(name, value), refit(held, _BUDGET).value
 
-    jobs = Parallel(n_jobs=workers, prefer="threads", return_as="generator")(delayed(one)(*job) for job in ahead)
-    for done, (key, value) in enumerate(jobs, 1):
+    for done, (key, value) in enumerate(in_order(one, ahead, workers), 1):
         pieces.add(key, value)
         say(f"Profile: {done} of {len(ahead)} points")
     return {
