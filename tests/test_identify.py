@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -185,7 +186,7 @@ def test_a_result_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, m
     folder = first.save(tmp_path / "result")
     stood = sorted(path.name for path in folder.iterdir())
     second = identify(study(seed=2), threads=1)
-    plain, calls = seatruth.estimate.os.fsync, [0]
+    plain, calls = os.fsync, [0]
 
     def full(handle: int) -> None:
         calls[0] += 1
@@ -194,7 +195,7 @@ def test_a_result_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, m
         plain(handle)
 
     with monkeypatch.context() as patch:
-        patch.setattr(seatruth.estimate.os, "fsync", full)
+        patch.setattr(os, "fsync", full)
         with pytest.raises(OSError, match="No space left") as problem:
             second.save(folder)
     assert str(folder) in str(problem.value.filename)
