@@ -15,7 +15,7 @@ import pytest
 
 import seatruth.analysis
 from seatruth import sample
-from seatruth.errors import BadInput
+from seatruth.errors import BadInput, PluginError
 from seatruth.estimate import NAME, Estimate
 from seatruth.identification import Study, identify
 from seatruth.models.base import Model
@@ -311,6 +311,23 @@ def test_an_interrupt_within_a_fit_after_the_search(
         pd.testing.assert_frame_equal(whole.profile["b"], again.profile["b"], check_exact=True)
     else:
         pd.testing.assert_frame_equal(whole.cross_validation, again.cross_validation, check_exact=True)
+
+
+def test_a_model_that_raises_after_the_search_costs_only_that_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: Any, **__: Any) -> Any:
+        raise PluginError("its function raised ValueError: no such water")
+
+    monkeypatch.setattr(seatruth.analysis, "sensitivity", broken)
+    for name in ("leave_one_out", "profiles"):
+        monkeypatch.setattr(f"seatruth.identification.{name}", broken)
+    found = identify(study(), threads=1, profile=["a"], cross_validate=True)
+    assert found.outcome["code"] == "converged"
+    assert np.isfinite(found.parameters["stderr"]).all()
+    assert found.discretisation
+    assert (found.profile, found.cross_validation) == (None, None)
+    said = [finding.message for finding in found.findings if finding.code == "part-missing"]
+    assert len(said) == 3
+    assert all("no such water" in sentence for sentence in said)
 
 
 def _interrupt(*_: Any, **__: Any) -> Any:

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.costs.study import Study, StudyCost
+from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
@@ -66,10 +67,17 @@ class Analysis:
             return
         if self.study.cost == "regression":
             self.findings.append(_EQUATION_ERROR)
-        self._uncertainty()
-        self._compare()
-        self.sensitivity = sensitivity(self.cost, self.x)
-        self._steps()
+        parts = {
+            "Standard errors": self._uncertainty,
+            "The fit of each channel": self._compare,
+            "Sensitivities": self._sensitivities,
+            "The error of the integration steps": self._steps,
+        }
+        for title, part in parts.items():
+            try:
+                part()
+            except SeatruthError as problem:  # a model that raises now cannot take the answer away
+                self.findings.append(part_missing(title, problem))
 
     def estimate(self, interrupted: str = "") -> Estimate:
         """The estimate, as far as it has come."""
@@ -221,6 +229,9 @@ class Analysis:
             "held_out": held_out,
         }
 
+    def _sensitivities(self) -> None:
+        self.sensitivity = sensitivity(self.cost, self.x)
+
     def _steps(self) -> None:
         for name, error in self.cost.discretisation(self.x).items():
             noise = self.cost.sigma.get(name, math.nan)
@@ -274,6 +285,11 @@ class Analysis:
     def _square(values: Array | None, names: Sequence[str]) -> pd.DataFrame:
         index = pd.Index(list(names), name="name")
         return pd.DataFrame(math.nan if values is None else values, index=index, columns=list(names), dtype=float)
+
+
+def part_missing(title: str, problem: SeatruthError) -> Finding:
+    """Says that a part of the estimate could not be made, and why."""
+    return Finding("warning", "part-missing", f"{title} could not be computed: {problem.message}", "model")
 
 
 def _without(jacobian: Array, columns: Sequence[int]) -> Array:

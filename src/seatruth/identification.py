@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from seatruth.analysis import Analysis
+from seatruth.analysis import Analysis, part_missing
 from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_of
-from seatruth.errors import BadInput, nearest
+from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
 from seatruth.optimizers.ledger import Progress
@@ -93,14 +93,19 @@ def _judged(
     estimate = analysis.estimate()
     try:
         if profile:
-            estimate.profile = profiles(
-                study, profile, outcome.x, analysis.stderr, pieces=pieces, say=say, threads=threads, workers=workers
-            )
+            try:
+                estimate.profile = profiles(
+                    study, profile, outcome.x, analysis.stderr, pieces=pieces, say=say, threads=threads, workers=workers
+                )
+            except SeatruthError as problem:
+                estimate.findings.append(part_missing("The profile", problem))
         if cross_validate:
-            left = leave_one_out(
-                study, _values(cost, outcome), pieces=pieces, say=say, threads=threads, workers=workers
-            )
-            estimate.cross_validation = _beside_fit(left, estimate.fit)
+            values = _values(cost, outcome)
+            try:
+                left = leave_one_out(study, values, pieces=pieces, say=say, threads=threads, workers=workers)
+                estimate.cross_validation = _beside_fit(left, estimate.fit)
+            except SeatruthError as problem:
+                estimate.findings.append(part_missing("The prediction of trials left out", problem))
     except KeyboardInterrupt:
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
     return estimate
@@ -112,7 +117,8 @@ def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:
 
 def _beside_fit(left: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
     """Errors of prediction beside those of the fit, and the noise."""
-    own = fit.loc[~fit["held_out"], ["trial", "channel", "rmse", "noise"]].rename(columns={"rmse": "rmse_fitted"})
+    fitted = fit.loc[~fit["held_out"].astype(bool), ["trial", "channel", "rmse", "noise"]]
+    own = fitted.rename(columns={"rmse": "rmse_fitted"})
     return left.merge(own, on=["trial", "channel"], how="left")
 
 
