@@ -1,4 +1,4 @@
-"""The equations of a model as a graph of operations: folded, shared, and differentiated.
+"""The equations of a model as a graph of operations: folded and shared.
 
 A `Node` behaves like a number, so a model's plain functions run on it and leave their equations behind. Equal
 operations on equal arguments are one node. `level` says what a node changes with, which decides where it is computed:
@@ -288,30 +288,30 @@ class Graph:
         return None
 
     def _add(self, a: Node, b: Node) -> Node | None:
-        if _is(a, 0.0):
+        if is_constant(a, 0.0):
             return b
-        if _is(b, 0.0):
+        if is_constant(b, 0.0):
             return a
         return self.make("sub", a, b.args[0]) if b.op == "neg" else None
 
     def _sub(self, a: Node, b: Node) -> Node | None:
-        if _is(b, 0.0):
+        if is_constant(b, 0.0):
             return a
-        if _is(a, 0.0):
+        if is_constant(a, 0.0):
             return self.make("neg", b)
         return self.make("add", a, b.args[0]) if b.op == "neg" else None
 
     def _mul(self, a: Node, b: Node) -> Node | None:
-        if _is(a, 0.0) or _is(b, 0.0):
+        if is_constant(a, 0.0) or is_constant(b, 0.0):
             # An effect at its null and a coefficient of zero vanish, whatever they multiply.
             return self.node(0.0)
-        if _is(a, 1.0):
+        if is_constant(a, 1.0):
             return b
-        if _is(b, 1.0):
+        if is_constant(b, 1.0):
             return a
-        if _is(a, -1.0):
+        if is_constant(a, -1.0):
             return self.make("neg", b)
-        if _is(b, -1.0):
+        if is_constant(b, -1.0):
             return self.make("neg", a)
         if not b.level & ROW and a.level & ROW:
             return self.make("mul", b, a)  # what is constant for a candidate stands first ...
@@ -322,11 +322,11 @@ class Graph:
         return None
 
     def _div(self, a: Node, b: Node) -> Node | None:
-        if _is(b, 1.0):
+        if is_constant(b, 1.0):
             return a
-        if _is(a, 0.0):
+        if is_constant(a, 0.0):
             return self.node(0.0)
-        if not b.level & ROW and a.level & ROW and not _is(b, 0.0):
+        if not b.level & ROW and a.level & ROW and not is_constant(b, 0.0):
             return self.make("mul", self.make("div", self.node(1.0), b), a)
         return None
 
@@ -355,7 +355,7 @@ class Graph:
         return None
 
 
-def _is(node: Node, value: float) -> bool:
+def is_constant(node: Node, value: float) -> bool:
     return node.op == "constant" and bool(node.value == value)
 
 
@@ -385,116 +385,3 @@ def ordered(roots: Iterable[Node]) -> list[Node]:
             seen[id(node)] = node
             ahead.extend(node.args)
     return sorted(seen.values(), key=lambda node: node.order)
-
-
-def directional(roots: Iterable[Node], directions: Mapping[int, Node]) -> list[Node]:
-    """Derivatives of the roots along a direction: `directions` maps id(leaf) to the leaf's own derivative.
-
-    This is the first-order part of a complex step, kept apart from the value instead of scaled by 1e-20: comparisons,
-    `abs`, `min`, `max` and `if` act on the value. At a square root of zero the derivative is taken as zero.
-    """
-    roots = list(roots)
-    if not roots:
-        return []
-    graph = roots[0].graph
-    zero = graph.node(0.0)
-    found: dict[int, Node] = {}
-    for node in ordered(roots):
-        if node.op == "leaf":
-            found[id(node)] = directions.get(id(node), zero)
-        elif node.op == "constant" or node.op in COMPARISONS:
-            found[id(node)] = zero
-        else:
-            found[id(node)] = _derivative(node, [found[id(a)] for a in node.args])
-    return [found[id(root)] for root in roots]
-
-
-def _derivative(node: Node, d: list[Node]) -> Node:
-    make, const = node.graph.make, node.graph.node
-    if all(_is(x, 0.0) for x in d):
-        return const(0.0)
-    a = node.args[0]
-    match node.op:
-        case "add" | "sub":
-            return make(node.op, *d)
-        case "mul":
-            return d[0] * node.args[1] + a * d[1]
-        case "div":
-            return (d[0] - node * d[1]) / node.args[1]
-        case "neg":
-            return -d[0]
-        case "abs":
-            return node.graph.select(a < 0.0, -d[0], d[0])
-        case "sqrt":
-            return node.graph.select(a > 0.0, d[0] * (0.5 / node), const(0.0))
-        case "select":
-            return node.graph.select(a, d[1], d[2])
-        case "copysign":
-            turned = make("copysign", const(1.0), node.args[1]) * make("copysign", const(1.0), a)
-            return turned * d[0]
-        case "hypot":
-            along = (a * d[0] + node.args[1] * d[1]) / node
-            return node.graph.select(node > 0.0, along, const(0.0))
-        case "atan2":
-            b = node.args[1]
-            return (b * d[0] - a * d[1]) / (a * a + b * b)
-        case "pow":
-            return _power_derivative(node, d)
-        case "fmod":
-            return d[0] - make("trunc", a / node.args[1]) * d[1]
-        case "floor" | "ceil" | "trunc":
-            return const(0.0)
-    return _slope(node, a) * d[0]
-
-
-def _power_derivative(node: Node, d: list[Node]) -> Node:
-    a, b = node.args
-    total = b * node.graph.make("pow", a, b - 1.0) * d[0]
-    if not _is(d[1], 0.0):
-        total = total + node * node.graph.make("log", a) * d[1]
-    return total
-
-
-def _slope(node: Node, a: Node) -> Node:
-    """Derivative of a function of one variable."""
-    make = node.graph.make
-    match node.op:
-        case "sin":
-            return make("cos", a)
-        case "cos":
-            return -make("sin", a)
-        case "tan":
-            return 1.0 + node * node
-        case "asin":
-            return 1.0 / make("sqrt", 1.0 - a * a)
-        case "acos":
-            return -1.0 / make("sqrt", 1.0 - a * a)
-        case "atan":
-            return 1.0 / (1.0 + a * a)
-        case "sinh":
-            return make("cosh", a)
-        case "cosh":
-            return make("sinh", a)
-        case "tanh":
-            return 1.0 - node * node
-        case "asinh":
-            return 1.0 / make("sqrt", a * a + 1.0)
-        case "acosh":
-            return 1.0 / make("sqrt", a * a - 1.0)
-        case "atanh":
-            return 1.0 / (1.0 - a * a)
-        case "exp":
-            return node
-        case "expm1":
-            return node + 1.0
-        case "log":
-            return 1.0 / a
-        case "log1p":
-            return 1.0 / (1.0 + a)
-        case "log10":
-            return 1.0 / (a * math.log(10.0))
-        case "log2":
-            return 1.0 / (a * math.log(2.0))
-        case "cbrt":
-            return 1.0 / (3.0 * node * node)
-    raise NotTraceable(f"{node.op} has no derivative")

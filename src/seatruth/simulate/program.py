@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from seatruth.models.base import Model
 from seatruth.simulate.compiled import Kernel, kernel, vector_bytes
-from seatruth.simulate.graph import BOTH, LANE, Node, directional
+from seatruth.simulate.derivatives import directional
+from seatruth.simulate.graph import BOTH, LANE, Node
 from seatruth.simulate.grid import Grid
 from seatruth.simulate.kernels import MAPPING, MARCHING, as_number, mapping, marching, row_features
 from seatruth.simulate.threads import run

@@ -82,7 +82,11 @@ def _explore(
         if runs > _MOST_PATHS:
             raise NotTraceable(f"there are more than {_MOST_PATHS} ways through its conditions")
         graph.path, graph.given = [], decided
-        values = tuple(function(*given))
+        returned = function(*given)
+        if returned is None or isinstance(returned, (Node, int, float)):
+            what = "nothing" if returned is None else "one bare value"
+            raise NotTraceable(f"it returns {what}, not a tuple of {size}")
+        values = tuple(returned)
         if len(values) != size:
             raise NotTraceable(f"it returns {len(values)} values, {size} are declared")
         result = tuple(graph.node(value) for value in values)
