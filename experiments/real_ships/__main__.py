@@ -1,0 +1,171 @@
+"""Real ships: MMG models fitted to recorded runs, and the runs left out that they predict.
+
+    python experiments/real_ships [--quick]
+
+`studies` are the TOML files beside this one; README.md says what was chosen and why.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from seatruth import Study, Trials, identify
+from seatruth.models import Parameter
+from seatruth.study import parse, read_text
+from seatruth.studyfile import build
+
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
+
+from common import COLOURS, Options, Results, main  # noqa: E402
+from predict import errors, manoeuvre_figures, simulated, windows  # noqa: E402
+
+HERE = Path(__file__).resolve().parent
+USUAL = "../../../shared/data"
+"""The folder of real trials as the study files name it."""
+STUDIES = ("kvlcc2_hsva", "kvlcc2_marin", "esso_osaka")
+SEED = 0
+OTHER_BASIN = "zz_"
+"""Names of MARIN's runs; left out of HSVA's study they are another basin's, a set of their own."""
+
+
+def load(name: str, data: Path) -> Study:
+    """A study with its trials taken from this folder of real trials."""
+    source = HERE / f"{name}.toml"
+    text = read_text(source)
+    if data.resolve() != (HERE / USUAL).resolve():
+        text = text.replace(USUAL, data.resolve().as_posix())
+    file, problems = parse(text, str(source))
+    study = build.study(file, source, name, problems)
+    problems.stop()
+    assert study is not None  # otherwise there was a problem
+    return study
+
+
+def sets(study: Study) -> dict[str, list[Any]]:
+    """The study's runs: fitted, left out, and left out from another basin."""
+    elsewhere = study.name == "kvlcc2_hsva"
+    out = [run for run in study.holdout if not (elsewhere and run.name.startswith(OTHER_BASIN))]
+    other = [run for run in study.holdout if elsewhere and run.name.startswith(OTHER_BASIN)]
+    found = {"fitted": list(study.trials), "left out": out}
+    return {**found, "other basin": other} if other else found
+
+
+def only_resistance(study: Study) -> Study:
+    """The baseline: published coefficients, only the resistance fitted to the same runs, so that the speed is right."""
+    return study.but(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
+
+
+def fit(study: Study, threads: int | None) -> dict[str, Any]:
+    """Fits without the runs left out: they are not even given. All values, and the table of those that were free."""
+    estimate = identify(study.but(holdout=Trials([])), seed=SEED, threads=threads)
+    values = {p.name: p.value for p in study.parameters} | {
+        p.name: float(estimate.parameters.loc[p.name, "value"]) for p in study.free
+    }
+    columns = ["value", "stderr", "start", "prior_sd", "min", "max", "verdict"]
+    table = estimate.parameters[columns].reset_index(names="name").to_dict("records")
+    return {"values": values, "table": table, "outcome": estimate.outcome["reason"]}
+
+
+def body(options: Options, results: Results) -> None:
+    options.trials("kvlcc2_hsva", "kvlcc2_marin", "esso_osaka")
+    names = STUDIES[1:2] if options.quick else STUDIES
+    results.expect(2 * len(names))
+    for name in names:
+        study = load(name, options.data)
+        definition = {"study": study.content_hash, "seed": SEED}
+        fitted = results.stage(f"fit {name}", definition, lambda s=study: fit(s, options.workers))
+        baseline = results.stage(
+            f"baseline {name}", definition, lambda s=study: fit(only_resistance(s), options.workers)
+        )
+        models = {
+            "before": {p.name: p.value for p in study.parameters},
+            "baseline": baseline["values"],
+            "fitted": fitted["values"],
+        }
+        report(name, study, models, fitted, options, results)
+
+
+def report(
+    name: str,
+    study: Study,
+    models: Mapping[str, Mapping[str, float]],
+    fitted: Mapping[str, Any],
+    options: Options,
+    results: Results,
+) -> None:
+    """Tables, figures by name and pictures of one study."""
+    runs = sets(study)
+    table = errors(study, models, runs, options.workers)
+    results.add_table(f"{name} rmse", table)
+    results.add_table(f"{name} parameters", pd.DataFrame(fitted["table"]))
+    figures = manoeuvre_figures(study, models, runs)
+    results.add_table(f"{name} manoeuvres", figures)
+    pooled = table[table.trial == "all"].set_index(["set", "over", "model"])
+    lines = [
+        f"## {name}",
+        "Root mean square error, open loop: u, v mm/s; r, psi deg(/s); x, y m.",
+        "| runs | over | model | u | v | r | psi | x | y |\n|---|---|---|---|---|---|---|---|---|",
+    ]
+    scales = {"u": 1e3, "v": 1e3, "r": 180 / math.pi, "psi": 180 / math.pi, "x": 1.0, "y": 1.0}
+    for row in table[table.trial == "all"].to_dict("records"):
+        where = [str(row[key]) for key in ("set", "over", "model")]
+        shown = [f"{float(row[name]) * scale:.3g}" for name, scale in scales.items()]
+        lines[-1] += f"\n| {' | '.join([*where, *shown])} |"
+    for group in runs:
+        for channel, unit, scale in (("psi", "deg", 180 / math.pi), ("u", "m/s", 1.0), ("y", "m", 1.0)):
+            ours, theirs = (float(pooled[channel][group, "100 s", model]) for model in ("fitted", "baseline"))
+            results.add_figure(
+                f"{name}: {group}, {channel} over 100 s", ours * scale, unit,
+                f"baseline {theirs * scale:.3g} {unit}", goal="below the baseline", met=ours < theirs,
+            )  # fmt: skip
+    if "figure" in figures:
+        lines.append(
+            "| runs | model | figure | n | mean difference | mean size of it |\n|---|---|---|---|---|---|"
+            + "".join(_summary_line(where, part) for where, part in figures.groupby(["set", "model", "figure"]))
+        )
+    results.add_text("\n\n".join(lines))
+    for group, own in runs.items():
+        results.add_picture(f"{name} {group}", _picture(study, models, own, options.workers))
+
+
+def _summary_line(where: Any, part: pd.DataFrame) -> str:
+    gap = part.difference.dropna()
+    missing = len(part) - len(gap)
+    count = f"{len(gap)}" + (f" ({missing} not reached)" if missing else "")
+    return f"\n| {' | '.join(where)} | {count} | {gap.mean():.3g} | {gap.abs().mean():.3g} |"
+
+
+def _picture(study: Study, models: Mapping[str, Mapping[str, float]], runs: list[Any], threads: int) -> Any:
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(len(runs), 2, figsize=(10, 1.6 * len(runs) + 0.6), squeeze=False)
+    for row, run in zip(axes, runs, strict=True):
+        pieces = windows(run)
+        for axis, channel, scale, unit in zip(row, ("psi", "u"), (180 / math.pi, 1.0), ("deg", "m/s"), strict=True):
+            axis.plot(run.t, scale * run.outputs[channel], color=COLOURS[7], linewidth=1, label="measured")
+            for model, colour in (("baseline", COLOURS[1]), ("fitted", COLOURS[0])):
+                for k, made in enumerate(simulated(study, models[model], pieces, threads)):
+                    axis.plot(
+                        made.t, scale * made.outputs[channel], color=colour, linewidth=1, label="" if k else model
+                    )
+            axis.set_ylabel(f"{channel}, {unit}")
+        row[0].set_title(run.name, fontsize=8, loc="left")
+    axes[0][0].legend(fontsize=7)
+    axes[-1][0].set_xlabel("t, s")
+    figure.tight_layout()
+    return figure
+
+
+def _fixed(parameter: Parameter) -> Parameter:
+    return replace(parameter, vary=False, prior=None)
+
+
+if __name__ == "__main__":
+    sys.exit(main("real_ships", (__doc__ or "").splitlines()[0], body, seeds={"search": SEED}))
