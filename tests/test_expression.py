@@ -57,6 +57,11 @@ def test_derivatives_are_exact(text: str, name: str) -> None:
         assert expression.derivative(at, name) == pytest.approx(expected, rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.parametrize("text", ["a ** 9 ** 9 ** 9", "a ** (1 / 0)", "a ** (0 / 0)"])
+def test_a_power_without_a_finite_exponent_has_no_finite_value(text: str) -> None:
+    assert not np.isfinite(Expression(text, NAMES).evaluate({"a": 5.0}))
+
+
 def test_names_in_the_order_in_which_they_stand() -> None:
     assert Expression("b + a * b + pi", NAMES).names == ("b", "a")
     assert names_in("(a1*Fr**3 + max(a2, Fr)) / pi") == ("a1", "Fr", "a2")

@@ -67,7 +67,7 @@ def _copysign(x: Any, y: Any) -> Any:
 
 
 def _power(base: Any, exponent: Any) -> Any:
-    if isinstance(exponent, float) and exponent == int(exponent) and abs(exponent) <= 8:
+    if isinstance(exponent, float) and abs(exponent) <= 8 and exponent == int(exponent):
         exponent = int(exponent)  # whole powers by multiplication: exact for negative bases, complex ones too
     if isinstance(exponent, int):
         return np.asarray(base) ** exponent if exponent >= 0 else 1.0 / np.asarray(base) ** -exponent
