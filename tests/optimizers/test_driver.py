@@ -188,6 +188,16 @@ class TestFailures:
         assert "none of the 200 candidates" in outcome.reason
         assert np.allclose(outcome.x, [-1.2, 1.0])
 
+    def test_a_budget_below_the_first_step_is_not_blamed_on_the_data(self) -> None:
+        def run(problem: Problem, rng: np.random.Generator) -> str:
+            problem.jacobian(problem.start)
+            return "done"
+
+        outcome = minimise(rosenbrock().cost, solver(run, ("residuals", "derivatives")), budget=Budget(1))
+        assert (outcome.code, outcome.evaluations) == ("failed", 0)
+        assert "no candidate was tried" in outcome.reason
+        assert "larger budget" in outcome.reason
+
     def test_proposals_of_the_wrong_shape_are_named(self) -> None:
         def run(problem: Problem, rng: np.random.Generator) -> str:
             problem.value(problem.start)

@@ -66,11 +66,15 @@ def minimise(
     if ledger.answer is not None:
         x, value = ledger.answer, ledger.answer_value
     if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(ledger.best_value):
+        if ledger.evaluations:
+            reason = (
+                f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
+                "constraint. Check the units and signs of the data, the start values and the bounds."
+            )
+        else:
+            more = " Give it a larger budget." if code in ("budget", "deadline") else ""
+            reason = f"no candidate was tried ({reason}).{more}"
         code = "failed"
-        reason = (
-            f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
-            "constraint. Check the units and signs of the data, the start values and the bounds."
-        )
     if not cost.noise_known and math.isfinite(value):
         with contextlib.suppress(Exception):  # an answer is there; a cost that fails now cannot take it away
             cost.reweight(x)
