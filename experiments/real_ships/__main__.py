@@ -11,6 +11,7 @@ import math
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -65,9 +66,7 @@ def only_resistance(study: Study) -> Study:
 def fit(study: Study, threads: int | None) -> dict[str, Any]:
     """Fits without the runs left out: they are not even given. All values, and the table of those that were free."""
     estimate = identify(study.but(holdout=Trials([])), seed=SEED, threads=threads)
-    values = {p.name: p.value for p in study.parameters} | {
-        p.name: float(estimate.parameters.loc[p.name, "value"]) for p in study.free
-    }
+    values = {p.name: p.value for p in study.parameters} | estimate.values
     columns = ["value", "stderr", "start", "prior_sd", "min", "max", "verdict"]
     table = estimate.parameters[columns].reset_index(names="name").to_dict("records")
     return {"values": values, "table": table, "outcome": estimate.outcome["reason"]}
@@ -80,10 +79,8 @@ def body(options: Options, results: Results) -> None:
     for name in names:
         study = load(name, options.data)
         definition = {"study": study.content_hash, "seed": SEED}
-        fitted = results.stage(f"fit {name}", definition, lambda s=study: fit(s, options.workers))
-        baseline = results.stage(
-            f"baseline {name}", definition, lambda s=study: fit(only_resistance(s), options.workers)
-        )
+        fitted = results.stage(f"fit {name}", definition, partial(fit, study, options.workers))
+        baseline = results.stage(f"baseline {name}", definition, partial(fit, only_resistance(study), options.workers))
         models = {
             "before": {p.name: p.value for p in study.parameters},
             "baseline": baseline["values"],
