@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable
 from math import sin as sine
 from typing import Any
@@ -183,10 +184,33 @@ def endless(s: Any, i: Any, p: Any) -> Any:
     return (x,)
 
 
+def endless_question(s: Any, i: Any, p: Any) -> Any:
+    while s.x:
+        pass
+    return (s.x,)
+
+
+_calls = [0.0]
+
+
+def counting(s: Any, i: Any, p: Any) -> Any:
+    _calls[0] += 1.0
+    return (s.x * _calls[0],)
+
+
+@pytest.mark.parametrize("rates", [counting, lambda s, i, p: (random.random() * s.x,)])
+def test_equations_that_change_from_run_to_run_are_refused(rates: Any) -> None:
+    with pytest.raises(PluginError, match="other equations each time"):
+        trace(plain_model(rates, ("x",)))
+
+
 @pytest.mark.parametrize(
     ("rates", "words"),
     [
         (endless, "without end"),
+        (endless_question, "without end"),
+        (lambda s, i, p: s.x, "returns one bare value"),
+        (lambda s, i, p: None, "returns nothing"),
         (lambda s, i, p: (float("0" + str(s.x)),), "ValueError"),
         (lambda s, i, p: ([1.0, 2.0][int(s.x)],), "integer"),
         (lambda s, i, p: (np.linalg.norm([s.x, 1.0]),), "plain"),

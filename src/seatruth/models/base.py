@@ -151,6 +151,14 @@ def _check(model: Model) -> None:
         raise BadInput("it declares no states or no outputs", where=where)
     if not callable(getattr(model, "rhs", None)):
         raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
+    for role in ("rhs", "output", "initial_state"):
+        function = inspect.getattr_static(type(model), role, None)
+        if inspect.isfunction(function):
+            first = next(iter(inspect.signature(function).parameters), "")
+            if first != "self":
+                raise BadInput(
+                    f"its {role} starts with {first!r}, not self", where=where, do="Put @staticmethod above it."
+                )
     state_names = {state.name for state in model.states}
     missing = [c.name for c in model.outputs if c.name not in state_names]
     if model.output is None and missing:

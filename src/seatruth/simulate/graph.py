@@ -179,6 +179,9 @@ class Graph:
         """Decisions taken in the run of the equations under way, see `trace`."""
         self.given: tuple[bool, ...] = ()
         self.most_decisions = 64
+        self.most_questions = 100_000
+        """How often one run may ask: `while s.r:` asks the same question for ever."""
+        self.asked = 0
         self.most_nodes = 200_000
 
     def node(self, value: Any) -> Node:
@@ -200,6 +203,9 @@ class Graph:
         test = condition if condition.op in COMPARISONS else self.make("ne", condition, self.node(0.0))
         if test.op == "constant":
             return bool(test.value)
+        self.asked += 1
+        if self.asked > self.most_questions:
+            raise NotTraceable("a loop depends on its variables without end")
         for known, way in self.path:
             if known is test:
                 return way

@@ -59,7 +59,17 @@ def trace(model: Model) -> Equations:
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
         given = (s, i, p, e) if takes_surroundings(function) else (s, i, p)
-        return _explore(graph, model, role, Shims(graph).rebuilt(function), given, size)
+        found = _explore(graph, model, role, Shims(graph).rebuilt(function), given, size)
+        # Equal nodes are one object, so the same equations give the same nodes.
+        if any(
+            a is not b for a, b in zip(found, _explore(graph, model, role, Shims(graph).rebuilt(function), given, size))
+        ):
+            raise PluginError(
+                f"{role} gives other equations each time it runs: random numbers, or something that it changes itself",
+                where=f"model {model.name!r}",
+                do="Let it depend on states, inputs and parameters alone.",
+            )
+        return found
 
     rates = run("rhs", model.rhs, len(states))
     if model.output is None:
@@ -81,7 +91,7 @@ def _explore(
         runs += 1
         if runs > _MOST_PATHS:
             raise NotTraceable(f"there are more than {_MOST_PATHS} ways through its conditions")
-        graph.path, graph.given = [], decided
+        graph.path, graph.given, graph.asked = [], decided, 0
         returned = function(*given)
         if returned is None or isinstance(returned, (Node, int, float)):
             what = "nothing" if returned is None else "one bare value"
