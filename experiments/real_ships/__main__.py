@@ -135,7 +135,7 @@ def report(
 def _summary_line(where: Any, part: pd.DataFrame) -> str:
     gap = part.difference.dropna()
     missing = len(part) - len(gap)
-    count = f"{len(gap)}" + (f" ({missing} not reached)" if missing else "")
+    count = f"{len(gap)}" + (f" ({missing} without)" if missing else "")
     return f"\n| {' | '.join(where)} | {count} | {gap.mean():.3g} | {gap.abs().mean():.3g} |"
 
 

@@ -106,8 +106,9 @@ def manoeuvre_figures(
     """Rows (set, trial, model, figure) with value measured and predicted, and the difference.
 
     Zigzags of a ship whose rudder was recorded are sailed anew in closed loop: the model's own heading reverses the
-    rudder, from the speeds and yaw rate measured when the rudder was first moved. Turns, and zigzags of which only the
-    orders are known, are replayed under the recorded orders. Angles in deg, lengths in m.
+    rudder, from the speeds and yaw rate measured when the rudder was first moved. Turns are
+    replayed under the recorded orders from 20 s before the rudder is laid. Angles in deg, lengths in m. A row without
+    figures says why there are none.
     """
     rows: list[dict[str, Any]] = []
     for group, runs in trials.items():
@@ -132,6 +133,10 @@ Made = tuple[dict[str, float], dict[str, dict[str, float]]]
 
 
 def _zigzag(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial) -> Made:
+    if "delta" not in run.inputs:
+        # The run-up was steered by hand and orders were changed by hand: there is no rule to sail anew, and under the
+        # recorded orders the times of reversal are given, not predicted.
+        raise BadInput("only orders were recorded: no figures of a zigzag", where=run.name)
     helm = _helm(run)
     found = zigzag_figures(helm)
     # The heading at which the rudder was reversed: nominal angles are whole degrees, switches are noisy.
@@ -142,10 +147,6 @@ def _zigzag(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial)
     revolutions = float(np.median(run.inputs["n"]))
     predicted = {}
     for name, values in models.items():
-        if "delta" not in run.inputs:
-            (made,) = simulated(study, values, [run], 1)
-            predicted[name] = _overshoots(zigzag_figures(_helm(made)))
-            continue
         plan = Zigzag(found.rudder, nominal, found.first, executes=len(found.executes), approach=0.0)  # type: ignore[arg-type]
         try:
             sailed = run_manoeuvre(
