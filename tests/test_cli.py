@@ -315,3 +315,24 @@ def test_a_closed_pipe_is_no_error() -> None:
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
     assert done.stderr == ""
+
+
+def test_an_interrupt_while_loading_is_one_line() -> None:
+    code = (
+        "import sys\n"
+        "class Impatient:\n"
+        "    def find_spec(self, name, *rest):\n"
+        "        if name == 'seatruth.commands':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Impatient())\n"
+        "import seatruth.cli\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ended.returncode == 130
+    assert ended.stderr.splitlines() == ["seatruth: interrupted. Run the same command again."]
+
+
+def test_a_log_that_is_a_link_to_itself_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "loop.csv").symlink_to("loop.csv")
+    assert cli.run(["init", "loop.csv"]) == 2
+    assert "loop.csv" in capsys.readouterr().err

@@ -12,10 +12,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+try:
+    import typer
 
-from seatruth.commands import check, demo, identify, init, listing, simulate
-from seatruth.commands.common import Result, Session, fail, version, write_json
+    from seatruth.commands import check, demo, identify, init, listing, simulate
+    from seatruth.commands.common import Result, Session, fail, version, write_json
+except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun in it
+    sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
+    sys.exit(130)
 
 app = typer.Typer(
     name="seatruth",

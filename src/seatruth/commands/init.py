@@ -28,7 +28,7 @@ def init(
     target = output or log.with_suffix(".toml")
     if target.exists() and not force:
         raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")
-    if target.resolve() == log.resolve():
+    if target.exists() and log.exists() and target.samefile(log):
         raise BadInput("the study file would replace the log", where=str(target), do="Choose another name with -o.")
     frame = read_columns(log)
     folder = target.parent

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import glob
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -152,6 +153,8 @@ def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: 
         return []
     if path.is_dir():
         problems.add(at, f"{table.file!r} is a folder", f'Name its files, as "{table.file.rstrip("/")}/*.csv".')
+    elif os.path.lexists(path):
+        problems.add(at, f"{table.file!r} is no plain file", "It is a device, a pipe, or a link that leads nowhere.")
     else:
         hint = nearest(path.name, siblings).split("Known:")[0].strip()
         problems.add(at, f"there is no file {table.file!r}", hint or f"Paths are relative to {folder.resolve()}.")
