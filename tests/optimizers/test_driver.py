@@ -188,6 +188,21 @@ class TestFailures:
         assert "none of the 200 candidates" in outcome.reason
         assert np.allclose(outcome.x, [-1.2, 1.0])
 
+    def test_residuals_whose_square_is_no_number_have_diverged(self) -> None:
+        seen: list[Any] = []
+
+        def run(problem: Problem, rng: np.random.Generator) -> str:
+            seen.append(problem.residuals(problem.start))
+            return "done"
+
+        class Far(Wrapped):
+            def residuals(self, x: Array) -> Array:
+                return np.array([1e200, 1.0])
+
+        outcome = minimise(Far(rosenbrock().cost, lambda x: None), solver(run, ("residuals",)), budget=Budget(9))
+        assert np.isinf(seen[0]).all()
+        assert outcome.diverged == 1
+
     def test_a_budget_below_the_first_step_is_not_blamed_on_the_data(self) -> None:
         def run(problem: Problem, rng: np.random.Generator) -> str:
             problem.jacobian(problem.start)

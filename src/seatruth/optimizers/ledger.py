@@ -142,6 +142,8 @@ class Ledger:
         with np.errstate(over="ignore", invalid="ignore"):
             # Not simply half the sum of squares: where noise is estimated, the weights change during a run.
             value = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf])
+        if not np.isfinite(value[0]):
+            r = np.full(len(r), np.inf)  # so far off that its square is no number: it diverged as well
         self._book(inside, value, 1, self.seconds)
         return r
 
