@@ -106,6 +106,7 @@ FAULTS: list[tuple[str, str, str, dict[str, Callable[[Array], Array]]]] = [
     ("position jump", "jumps", "x", {"x": step_at}),
     ("no valid sample", "output-empty", "v", {"v": lambda a: a * np.nan}),
     ("mostly missing", "output-missing", "v", {"v": spoil(0, 2000, np.nan)}),
+    ("a late start", "output-late", "v", {"v": spoil(0, 8, np.nan)}),
     ("a long gap", "output-gap", "v", {"v": spoil(500, 800, np.nan)}),
     ("missing input", "input-missing", "delta", {"delta": spoil(5, 9, np.nan)}),
     ("tiny rudder", "input-small", "delta", {"delta": lambda a: a * 0.01}),

@@ -317,7 +317,7 @@ def _time_order(table: Table, t: Array, repeated: str) -> NDArray[np.int64] | No
         raise BadInput(
             f"{again.size} sample(s) repeat the time of the sample before (first {t[again[0]]:g} s)",
             where=f"{table.source}, {table.places(again)}",
-            do="Delete them, give time more digits, or set repeated_time to 'first' or 'last'.",
+            do='Delete them, give time more digits, or set repeated = "first" or "last" in [time].',
         )
     keep = np.ones(t.size, dtype=bool)
     keep[again if repeated == "first" else again - 1] = False

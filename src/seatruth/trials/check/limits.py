@@ -11,6 +11,8 @@ MISSING_PART = 0.5
 """A channel that is mostly not valid hardly constrains anything."""
 LONG_MISSING_PART = 0.05
 """A single stretch without valid samples this long, as a part of the trial, is worth knowing."""
+LATE_START = 5
+"""Samples without a value at a trial's start: an initial state from a later sample is then another moment's."""
 
 # Units and frames, from one channel alone
 ANGLE_LIMIT = 3.5

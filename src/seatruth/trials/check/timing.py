@@ -93,6 +93,18 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 channel=name,
             )
         elif bad.size:
+            late = int(np.flatnonzero(np.isfinite(values))[0])
+            if late > limits.LATE_START:
+                yield found(
+                    trial,
+                    "warning",
+                    "output-late",
+                    f"Its first valid sample is {trial.t[late] - trial.t[0]:.4g} s after the trial's start.",
+                    "An initial state that it gives is that of the later moment: cut the trial's start, or set "
+                    'initial = "free".',
+                    channel=name,
+                    samples=np.arange(late),
+                )
             first, stop = max(gaps(values), key=lambda gap: gap[1] - gap[0])
             if stop - first > max(10, limits.LONG_MISSING_PART * values.size):
                 yield found(
