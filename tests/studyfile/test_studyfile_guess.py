@@ -53,6 +53,12 @@ def test_units_come_from_the_header_or_the_range(header: str, numbers: np.ndarra
     assert {name: hit.unit for name, hit in found.items()} == {channel: unit}
 
 
+@pytest.mark.parametrize(("rudder", "unit"), [(0.6, "rad"), (35.0, "deg")])
+def test_a_wound_up_heading_has_the_rudders_unit(rudder: float, unit: str) -> None:
+    found = guess({"psi": np.linspace(0.0, 13.5, 200), "delta": rudder * WAVE}, WANTED)
+    assert found["psi"].unit == found["delta"].unit == unit
+
+
 def test_each_column_serves_one_channel_and_the_plain_name_wins() -> None:
     found = guess({"speed": WAVE, "u": WAVE, "drift": WAVE, "heading": WAVE, "psi": WAVE}, WANTED)
     assert found["u"].column == "u"

@@ -98,6 +98,13 @@ class Guess:
     why: str
 
 
+_TOO_LARGE = "numbers up to"
+_RUDDER_MOVES = 0.05
+"""A rudder that moves by more than this and stays below a quarter turn is in rad: in degrees it would be at rest."""
+_WOUND_UP = 130.0
+"""rad, 20 turns; more than any manoeuvre turns."""
+
+
 def guess(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel]) -> dict[str, Guess]:
     """Columns (name to numbers) that look like the wanted channels, at most one each, best match first."""
     candidates: list[tuple[int, int, Guess]] = []
@@ -113,6 +120,12 @@ def guess(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel])
         if hit.channel not in taken and hit.column not in used:
             taken[hit.channel] = hit
             used.add(hit.column)
+    psi, delta = taken.get("psi"), taken.get("delta")
+    if psi and delta and psi.why.startswith(_TOO_LARGE) and delta.unit == "rad":
+        # A turning circle winds the heading up past a turn: what the rudder is in tells radians from degrees.
+        moves, top = np.ptp(_finite(columns[delta.column])), np.max(np.abs(_finite(columns[psi.column])))
+        if moves > _RUDDER_MOVES and top < _WOUND_UP:
+            taken["psi"] = Guess("psi", psi.column, "rad", "assumed, as the rudder is in rad; the header has no unit")
     return taken
 
 
@@ -154,7 +167,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
 
 def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, str]:
     """The unit that makes the numbers plausible; the channel's own where nothing speaks against it."""
-    finite = numbers[np.isfinite(numbers)]
+    finite = _finite(numbers)
     if finite.size == 0:
         return channel.unit, "no numbers to guess the unit from"
     top = float(np.max(np.abs(finite)))
@@ -170,8 +183,12 @@ def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, st
     if channel.unit in limits:
         other, limit = limits[channel.unit]
         if top > limit:
-            return other, f"numbers up to {top:.3g} would be implausible in {channel.unit}"
+            return other, f"{_TOO_LARGE} {top:.3g} would be implausible in {channel.unit}"
     return channel.unit, "assumed; the header has no unit"
+
+
+def _finite(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    return numbers[np.isfinite(numbers)]
 
 
 def _fits(unit: str, channel_unit: str) -> bool:

@@ -87,15 +87,16 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
             channel=angle,
         )
     size = abs(scale)
-    for factor, text in ((_DEGREES, angle), (1.0 / _DEGREES, rate)):
+    for factor, text, other in ((_DEGREES, angle, rate), (1.0 / _DEGREES, rate, angle)):
         if abs(size / factor - 1.0) < 4 * limits.KNOWN_SCALE:
-            unit = "deg" if text == angle else "deg/s"
+            unit, other_unit = ("deg", "rad/s") if text == angle else ("deg/s", "rad")
             yield found(
                 trial,
                 "error",
                 "unit",
-                f"Changes of {angle} are {size:.3g} times the integral of {rate}: {text} is in {unit}.",
-                f"State unit = '{unit}' for {text}.",
+                f"Changes of {angle} are {size:.3g} times the integral of {rate}: {text} is in {unit}, or {other} in "
+                f"{other_unit}.",
+                f"State unit = '{unit}' for {text}; or, if {other} is in {other_unit}, '{other_unit}' for {other}.",
                 channel=text,
             )
             return
