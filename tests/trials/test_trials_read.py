@@ -284,3 +284,11 @@ def test_a_long_log_is_read_fast(tmp_path: Path) -> None:
     trial = read_trial(tmp_path / "long.csv", inputs={"a": ColumnSpec("a")}, outputs={"b": ColumnSpec("b")})
     assert time.perf_counter() - start < 3.0
     np.testing.assert_array_equal(trial.outputs["b"], values[:, 1])
+
+
+def test_a_bare_name_is_a_column(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("clock,rudder,heading\n0,0.1,1.0\n1,0.2,1.1\n")
+    trial = read_trial(tmp_path / "log.csv", time="clock", inputs={"delta": "rudder"}, outputs={"psi": "heading"})
+    assert trial.t.tolist() == [0.0, 1.0]
+    assert trial.inputs["delta"].tolist() == [0.1, 0.2]
+    assert trial.outputs["psi"].tolist() == [1.0, 1.1]

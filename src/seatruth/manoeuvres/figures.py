@@ -199,15 +199,17 @@ def _input(trial: Trial, name: str, where: str) -> Array:
 
 
 def _held(delta: Array, where: str) -> float:
-    """The hard-over rudder angle: where the rudder stays longest beyond 70 % of its largest angle."""
-    largest = float(np.max(np.abs(delta)))
-    if largest < _STILL:
+    """The rudder angle of the turn: the one at which the rudder stays longest, amidships apart."""
+    over = np.abs(delta) > max(_STILL, 0.1 * float(np.max(np.abs(delta), initial=0.0)))
+    if not over.any():
         raise BadInput("the rudder is not used", where=where, do="Give a turning circle.")
-    over = np.abs(delta) > 0.7 * largest
-    level = float(np.median(delta[over]))
-    if np.count_nonzero(over & (np.sign(delta) == math.copysign(1.0, level))) < 0.9 * np.count_nonzero(over):
+    degrees, counts = np.unique(np.round(delta[over] / _STILL), return_counts=True)
+    longest = float(degrees[counts.argmax()]) * _STILL
+    near = max(1.5 * _STILL, 0.1 * abs(longest))
+    here, opposite = (np.abs(delta - side * longest) < near for side in (1.0, -1.0))
+    if np.count_nonzero(opposite) > 0.1 * np.count_nonzero(here):
         raise BadInput("the rudder is held to both sides", where=where, do="Give a turning circle.")
-    return level
+    return float(np.median(delta[here]))
 
 
 def _turn_start(t: Array, delta: Array, level: float) -> float:

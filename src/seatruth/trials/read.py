@@ -57,9 +57,9 @@ class ColumnSpec:
 def read_trial(
     path: str | Path,
     *,
-    time: ColumnSpec | None = None,
-    inputs: Mapping[str, ColumnSpec],
-    outputs: Mapping[str, ColumnSpec],
+    time: ColumnSpec | str | None = None,
+    inputs: Mapping[str, ColumnSpec | str],
+    outputs: Mapping[str, ColumnSpec | str],
     channels: Mapping[str, Channel] | None = None,
     name: str | None = None,
     conditions: Mapping[str, Any] | None = None,
@@ -73,7 +73,8 @@ def read_trial(
 ) -> Trial:
     """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
 
-    `inputs` and `outputs` say which columns hold which channels; `channels` gives the units inside seatruth (a model's
+    `inputs` and `outputs` say which columns hold which channels (a bare name is a column in the channel's own unit, or
+    in the one that the header states); `channels` gives the units inside seatruth (a model's
     channels), and the standard channels (STANDARD_CHANNELS) need no entry. Outputs may have missing samples (NaN).
     Inputs must be complete once the steps in `prepare`, as (name, options), have run; without any they must be
     complete in the file. `repeated_time` keeps the "first" or the "last" of samples with the same time instead of
@@ -96,12 +97,16 @@ def read_trial(
     )
 
 
+def _spec(given: ColumnSpec | str) -> ColumnSpec:
+    return ColumnSpec(given) if isinstance(given, str) else given
+
+
 def trial_from_table(
     table: Table,
     *,
-    time: ColumnSpec | None = None,
-    inputs: Mapping[str, ColumnSpec],
-    outputs: Mapping[str, ColumnSpec],
+    time: ColumnSpec | str | None = None,
+    inputs: Mapping[str, ColumnSpec | str],
+    outputs: Mapping[str, ColumnSpec | str],
     channels: Mapping[str, Channel] | None = None,
     name: str,
     conditions: Mapping[str, Any] | None = None,
@@ -110,12 +115,12 @@ def trial_from_table(
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
 ) -> Trial:
     """The same as read_trial for a table that is already in memory."""
-    t, about = _time(table, ColumnSpec("t") if time is None else time)
+    t, about = _time(table, _spec("t" if time is None else time))
     notes: list[str] = []
     columns: dict[str, dict[str, Array]] = {"inputs": {}, "outputs": {}}
     for kind, specs in (("inputs", inputs), ("outputs", outputs)):
         for channel, spec in specs.items():
-            values, note = _channel(table, channel, spec, channels or {})
+            values, note = _channel(table, channel, _spec(spec), channels or {})
             columns[kind][channel] = values
             if note:
                 notes.append(note)
