@@ -139,5 +139,5 @@ def test_a_broken_plug_in_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
 
 
 def test_equations_without_staticmethod_are_named(write: Callable[[str], Path]) -> None:
-    with pytest.raises(BadInput, match="rhs starts with 's'.*@staticmethod"):
+    with pytest.raises(BadInput, match=r"rhs starts with 's'.*@staticmethod"):
         load_model("mine.py:Mine", write(MINE.replace("    @staticmethod\n", "")))
