@@ -218,7 +218,23 @@ def test_a_disk_that_fills_up_costs_no_answer(folder: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "file").write_text("")
     code = run(["identify", str(folder / "short.toml"), "--quiet", "--out", str(folder / "file" / "below")])
-    assert code == 1
+    assert code == 2
     shown = capsys.readouterr().err
     assert "Traceback" not in shown
     assert "file" in shown
+
+
+def test_a_file_where_the_folder_should_be_and_a_checkpoint_of_another_study(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "taken").write_text("mine")
+    command = ["identify", str(folder / "short.toml"), "--quiet", "--out"]
+    assert run([*command, str(folder / "taken")]) == 2
+    assert "--out" in capsys.readouterr().err
+    assert (folder / "taken").read_text() == "mine"
+    old = folder / "old" / "checkpoint.journal"
+    old.parent.mkdir()
+    old.write_text('{"format": "something else"}\n')
+    assert run([*command, str(old.parent)]) == 2
+    assert "--fresh" in capsys.readouterr().err
+    assert old.read_text() == '{"format": "something else"}\n'

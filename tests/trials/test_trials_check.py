@@ -14,6 +14,7 @@ from known_motion import Array, altered, zigzag
 from seatruth.trials import Channel, Finding, Trial, check_trials, findings_table
 from seatruth.trials.check import check_trial, excitation_table
 from seatruth.trials.check.excitation import reversals
+from seatruth.trials.check.tools import squared_correlation
 
 GOOD = zigzag(amplitude=0.5, period=80)
 DEG = 180 / np.pi
@@ -258,3 +259,11 @@ def test_no_data_break_the_checks(seed: int, n: int) -> None:
     trial = Trial("any", t, {"delta": column(), "n": column()}, {k: column() for k in names})
     with np.errstate(all="raise"):
         assert isinstance(check_trials([trial]), list)
+
+
+@pytest.mark.parametrize("size", [1e-200, 1.0, 1e200, 1e300])
+def test_the_squared_correlation_takes_any_size(size: float) -> None:
+    a = np.array([1.0, -2.0, 3.0])
+    assert squared_correlation(size * a, a) == pytest.approx(1.0)
+    assert squared_correlation(size * a, np.array([2.0, 1.0, 0.0])) == pytest.approx(0.0, abs=1e-30)
+    assert squared_correlation(size * a, np.zeros(3)) == 0.0

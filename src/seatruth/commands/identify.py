@@ -13,6 +13,7 @@ from rich.text import Text
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
 from seatruth.commands.progress import ProgressLine
+from seatruth.errors import BadInput
 from seatruth.study import Plan, read_plan
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
+_ELSEWHERE = "Name another folder with --out, or move the file."
 
 
 def identify(
@@ -56,10 +58,15 @@ def run(
 ) -> Result:
     """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
     from seatruth.identification import identify as identify_study
+    from seatruth.optimizers import StaleCheckpoint
     from seatruth.uncertainty.pieces import pieces_beside
 
     checkpoint = plan.folder / CHECKPOINT
-    plan.folder.mkdir(parents=True, exist_ok=True)
+    try:
+        plan.folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        what = "a file stands where the results' folder should be"
+        raise BadInput(what, where=str(plan.folder), do=_ELSEWHERE) from None
     kept = (checkpoint, pieces_beside(checkpoint))
     if fresh:
         for path in kept:
@@ -68,18 +75,22 @@ def run(
     if resumed and not quiet:
         error_console().print(Text(f"Going on with the interrupted run in {plan.folder} (--fresh starts again)."))
     with ProgressLine(plan.budget.evaluations, quiet=quiet) as progress:
-        estimate = identify_study(
-            plan.study,
-            plan.optimizer,
-            budget=plan.budget,
-            seed=plan.seed,
-            checkpoint=checkpoint,
-            progress=progress,
-            cross_validate=plan.cross_validate,
-            profile=plan.profile,
-            threads=threads,
-            workers=workers,
-        )
+        try:
+            estimate = identify_study(
+                plan.study,
+                plan.optimizer,
+                budget=plan.budget,
+                seed=plan.seed,
+                checkpoint=checkpoint,
+                progress=progress,
+                cross_validate=plan.cross_validate,
+                profile=plan.profile,
+                threads=threads,
+                workers=workers,
+            )
+        except StaleCheckpoint as problem:
+            do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
+            raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
         progress.show("Writing the result", now=False)
         try:
             estimate.save(plan.folder)
@@ -150,7 +161,7 @@ def show(estimate: Estimate) -> None:
     if estimate.cross_validation is not None:
         say("\nLeft out in turn and predicted:")
         console().print(_cross_validation(estimate.cross_validation))
-    grave = [finding for finding in estimate.findings if finding.severity != "note"]
+    grave = [finding for wanted in ("error", "warning") for finding in estimate.findings if finding.severity == wanted]
     for finding in grave[:_MOST_NOTES]:
         say(str(finding), style="yellow")
     if len(grave) > _MOST_NOTES:

@@ -140,8 +140,12 @@ def rms(values: Array) -> float:
 
 def squared_correlation(a: Array, b: Array) -> float:
     """Squared correlation about zero: both are changes, and no change must go with no change."""
-    top, bottom = float(a @ b) ** 2, float(a @ a) * float(b @ b)
-    return top / bottom if bottom > 0 else 0.0
+    largest = [float(np.abs(values).max(initial=0.0)) for values in (a, b)]
+    if min(largest) == 0.0:
+        return 0.0
+    # Scaled first: the square of a nonsense value of 1e200 is beyond what a double holds.
+    a, b = a / largest[0], b / largest[1]
+    return float(a @ b) ** 2 / (float(a @ a) * float(b @ b))
 
 
 def degrees(angle: float) -> str:
