@@ -17,7 +17,7 @@ WORKERS ?= 8
 TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test lint types imports experiments-quick clean
+.PHONY: help demo test lint types imports experiments experiments-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -27,6 +27,7 @@ help:
 	@echo "make lint               style and format of the code (ruff)"
 	@echo "make types              static types (mypy)"
 	@echo "make imports            the direction of imports (import-linter)"
+	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
 	@echo "make clean              removes .venv, caches and results"
 
@@ -48,16 +49,12 @@ types: $(DEV)
 imports: $(DEV)
 	$(VENV)/bin/lint-imports --no-logo
 
-# An experiment on the real trials is left out, with a word, where there are none.
+# Says how long it will take, goes on where it was stopped; an experiment that fails does not stop the others.
+experiments: $(DEV)
+	@$(PY) experiments/all.py $(ARGS)
+
 experiments-quick: $(DEV)
-	@set -e; for script in experiments/*.py experiments/*/__main__.py; do \
-		grep -qs '__name__ == "__main__"' "$$script" || continue; \
-		if grep -q 'options\.trials(' "$$script" && ! [ -d ../shared/data ]; then \
-			echo "== $$script: left out, it needs the real trials (../shared/data)"; continue; \
-		fi; \
-		echo "== $$script --quick"; \
-		$(PY) "$$script" --quick; \
-	done
+	@$(PY) experiments/all.py --quick $(ARGS)
 
 $(RUN): $(PINS)
 	$(call install,-e .)

@@ -76,6 +76,7 @@ def body(options: Options, results: Results) -> None:
     options.trials("kvlcc2_hsva", "kvlcc2_marin", "esso_osaka")
     names = STUDIES[1:2] if options.quick else STUDIES
     results.expect(2 * len(names))
+    pooled = {}
     for name in names:
         study = load(name, options.data)
         definition = {"study": study.content_hash, "seed": SEED}
@@ -86,7 +87,8 @@ def body(options: Options, results: Results) -> None:
             "baseline": baseline["values"],
             "fitted": fitted["values"],
         }
-        report(name, study, models, fitted, options, results)
+        pooled[name] = report(name, study, models, fitted, options, results)
+    results.add_picture("errors", _errors_picture(pooled))
 
 
 def report(
@@ -96,8 +98,8 @@ def report(
     fitted: Mapping[str, Any],
     options: Options,
     results: Results,
-) -> None:
-    """Tables, figures by name and pictures of one study."""
+) -> pd.DataFrame:
+    """Tables, figures by name and pictures of one study; the errors of each set of runs, over all its runs."""
     runs = sets(study)
     table = errors(study, models, runs, options.workers)
     results.add_table(f"{name} rmse", table)
@@ -130,6 +132,29 @@ def report(
     results.add_text("\n\n".join(lines))
     for group, own in runs.items():
         results.add_picture(f"{name} {group}", _picture(study, models, own, options.workers))
+    return pooled
+
+
+def _errors_picture(pooled: Mapping[str, pd.DataFrame]) -> Any:
+    """Errors of the runs left out, over 100 s, before and after the fit."""
+    import matplotlib.pyplot as plt
+
+    rows = [
+        (name, group) for name, table in pooled.items() for group in ("left out", "other basin") if group in table.u
+    ]
+    figure, axes = plt.subplots(1, 3, figsize=(10, 1.4 + 0.55 * len(rows)), sharey=True, layout="constrained")
+    channels = (("psi", "heading (deg)", 180 / math.pi), ("u", "speed u (mm/s)", 1e3), ("y", "position y (m)", 1.0))
+    for axis, (channel, label, scale) in zip(axes, channels, strict=True):
+        for offset, model, colour in ((-0.18, "baseline", COLOURS[1]), (0.18, "fitted", COLOURS[0])):
+            sizes = [scale * float(pooled[name][channel][group, "100 s", model]) for name, group in rows]
+            axis.barh([k + offset for k in range(len(rows))], sizes, 0.34, color=colour, label=model)
+        axis.set_xlabel(label)
+        axis.grid(True, axis="x", alpha=0.3)
+    axes[0].set_yticks(range(len(rows)), [f"{name}\n{group}" for name, group in rows])
+    axes[0].invert_yaxis()
+    axes[-1].legend(fontsize=8)
+    figure.suptitle("Root mean square error of runs left out, open loop over 100 s", fontsize=10)
+    return figure
 
 
 def _summary_line(where: Any, part: pd.DataFrame) -> str:

@@ -1,0 +1,106 @@
+"""The driver of all experiments: finds them, says how long, goes on after a failure, exits with what happened."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
+sys.path.insert(0, str(EXPERIMENTS))
+
+import all as driver  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+
+SCRIPT = (
+    'import sys\nif __name__ == "__main__":\n    print("{name}", *sys.argv[1:], flush=True)\n    sys.exit({code})\n'
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "ended.py").write_text(SCRIPT.format(name="ended", code=0))
+    (tmp_path / "broken.py").write_text(SCRIPT.format(name="broken", code=3))
+    (tmp_path / "helper.py").write_text("x = 1\n")
+    (tmp_path / "ships").mkdir()
+    (tmp_path / "ships" / "__main__.py").write_text(SCRIPT.format(name="ships", code=0))
+    (tmp_path / "ships" / "body.py").write_text("def body(options):\n    options.trials()\n")
+    return tmp_path
+
+
+def test_experiments_are_found_and_those_without_their_trials_left_out(folder: Path) -> None:
+    found = driver.find(folder)
+    assert [(one.name, one.needs_trials) for one in found] == [("broken", False), ("ended", False), ("ships", True)]
+    run, left_out = driver.chosen(found, [], folder / "nowhere")
+    assert [one.name for one in run] == ["broken", "ended"]
+    assert left_out == ["ships"]
+    run, left_out = driver.chosen(found, ["ships"], folder)
+    assert [one.name for one in run] == ["ships"]
+    assert left_out == []
+    with pytest.raises(SystemExit, match="no experiment 'boat'"):
+        driver.chosen(found, ["boat"], folder)
+
+
+def test_a_failure_does_not_stop_the_others(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    failed = driver.run(driver.find(folder), ["--quick"], True, folder / "results")
+    assert failed == ["broken: exit code 3"]
+    shown = capfd.readouterr().out
+    assert "ended --quick" in shown
+    assert "ships --quick" in shown
+    assert "[3/3]" in shown
+
+
+def test_the_exit_code_and_the_last_lines_say_what_failed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    found = driver.find(folder)
+    monkeypatch.setattr(driver, "find", lambda: found)
+    assert driver.main(["--quick", "--data", str(folder)]) == 1
+    shown = capfd.readouterr().out
+    assert "3 experiments, about 0 s from nothing, and 3 of unknown length" in shown
+    assert shown.rstrip().endswith("Not all went well:\n  broken: exit code 3")
+    assert driver.main(["--only", "ended", "--data", str(folder)]) == 0
+    (folder / "broken.py").write_text(SCRIPT.format(name="broken", code=130))
+    assert driver.main([]) == 130
+
+
+def test_an_interrupt_stops_all(folder: Path) -> None:
+    (folder / "broken.py").write_text(SCRIPT.format(name="broken", code=130))
+    with pytest.raises(KeyboardInterrupt):
+        driver.run(driver.find(folder), [], False, folder / "results")
+
+
+def test_times_are_those_of_the_last_run_or_recorded_ones(folder: Path) -> None:
+    results, durations = folder / "results", folder / "durations.json"
+    assert driver.expected("ended", False, results, durations) == (None, "never run")
+    durations.write_text(json.dumps({"machine": "4 cores", "full": {"ended": 9}, "quick": {}}))
+    assert driver.expected("ended", False, results, durations) == (9.0, "4 cores")
+    assert driver.expected("ended", True, results, durations) == (None, "never run")
+    (results / "ended").mkdir(parents=True)
+    stages = {"a": {"seconds": 30.0, "resumed": True}, "b": {"seconds": 2.0, "resumed": False}}
+    (results / "ended" / "result.json").write_text(json.dumps({"wall_s": 5.0, "stages": stages}))
+    assert driver.expected("ended", False, results, durations) == (35.0, "last run here")
+    driver.record(driver.find(folder), results, durations)
+    assert json.loads(durations.read_text())["full"] == {"ended": 35}
+    assert driver.duration(35) == "35 s"
+    assert driver.duration(354) == "5.9 min"
+    assert driver.duration(None) == "?"
+
+
+def test_the_command_line_lists_all_there_are() -> None:
+    command = [sys.executable, str(EXPERIMENTS / "all.py"), "--quick", "--list", "--data", str(EXPERIMENTS / "nowhere")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "xu2012" in done.stdout
+    assert re.search(r"real_ships +left out, it needs the real trials", done.stdout)
+    assert "experiments, about" in done.stdout
+
+
+def test_the_readme_shows_figures_that_exist() -> None:
+    shown = re.findall(r"\]\((figures/[^)]+)\)", (EXPERIMENTS / "README.md").read_text())
+    assert len(shown) >= 4
+    for figure in shown:
+        assert 1_000 < (EXPERIMENTS / figure).stat().st_size < 150_000
