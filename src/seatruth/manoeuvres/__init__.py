@@ -6,6 +6,7 @@ from seatruth.manoeuvres.figures import (
     turning_circle_figures,
     zigzag_figures,
 )
+from seatruth.manoeuvres.gliding import GlideSpiral, Sawtooth, Trim
 from seatruth.manoeuvres.plans import (
     CoastDown,
     Manoeuvre,
@@ -26,12 +27,15 @@ from seatruth.manoeuvres.run import (
 
 __all__ = [
     "CoastDown",
+    "GlideSpiral",
     "Manoeuvre",
     "PitchZigzag",
+    "Sawtooth",
     "SpeedSteps",
     "Spiral",
     "Stepper",
     "Straight",
+    "Trim",
     "TurningCircle",
     "TurningCircleFigures",
     "Zigzag",

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from seatruth.effects.environment import carried
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Manoeuvre
 from seatruth.models.base import Model, Surroundings, call, record, takes_surroundings
@@ -27,9 +28,11 @@ Around = Callable[[float, Any], Surroundings]
 def steady_current(speed: float, direction: float) -> Around:
     """A current of `speed` (m/s) that runs towards `direction` (rad, clockwise from +x), the same everywhere."""
 
+    north, east = speed * math.cos(direction), speed * math.sin(direction)
+
     def around(t: float, s: Any) -> Surroundings:
-        u_c, v_c = speed * math.cos(direction - s.psi), speed * math.sin(direction - s.psi)
-        return Surroundings(t=t, u_c=u_c, v_c=v_c, du_c=s.r * v_c, dv_c=-s.r * u_c)
+        found: Surroundings = carried(Surroundings(t=t), s, north, east)
+        return found
 
     return around
 
