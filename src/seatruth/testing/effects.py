@@ -27,6 +27,8 @@ from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
 Array = NDArray[np.float64]
+STEP = 0.05
+"""s: short enough for quick models too, as a small vehicle that is told to go fast."""
 
 
 class EffectConformance:
@@ -79,7 +81,7 @@ class EffectConformance:
             trial, first = self.trial(model)
             names = tuple(effect.named(parameter.name) for parameter in effect.parameters)
             null = np.array([effect.null[parameter.name] for parameter in effect.parameters])
-            sim = simulator(extended, [trial], free=names)
+            sim = simulator(extended, [trial], free=names, max_step=STEP)
             states = self.padded(first, extended)
             exact = sim.jacobian(null, states).dy
             assert np.isfinite(exact).all(), model.name
@@ -106,5 +108,5 @@ class EffectConformance:
 
     def simulated(self, model: Model, trial: Trial, first: Array, values: dict[str, float] | None = None) -> Array:
         """Outputs (n, D) of a run."""
-        sim = simulator(model, [trial], values={**model.nominal(), **(values or {})})
+        sim = simulator(model, [trial], values={**model.nominal(), **(values or {})}, max_step=STEP)
         return np.asarray(sim.outputs(np.zeros((1, 0)), self.padded(first, model)).y[0])
