@@ -24,7 +24,7 @@ PLANT = LongitudinalPlane()
 TRUTH: dict[str, float] = PLANT.nominal()
 FREE = READINGS["R2"]
 OUTPUTS = tuple(channel.name for channel in PLANT.outputs)
-FIRST = {"v_x": 4.0, "y_0": -60.0}
+FIRST = {"u": 4.0, "z": 60.0}
 """[S] m/s, m."""
 STEP = 0.05
 """[S] s: 20 Hz."""
@@ -40,7 +40,7 @@ LOW, HIGH = 0.2, 3.0
 class PitchSteps(Manoeuvre):
     """[S] Pitch up and down by `pitch` every 10 s in closed loop, with a switching elevator on top.
 
-    The elevator follows -(2.0 (theta_d - theta) - 1.5 omega_z) + 8 deg sign(sin(2 pi t / 3.1) + 0.7 sin(2 pi t / 1.7))
+    The elevator follows -(2.0 (theta_d - theta) - 1.5 q) + 8 deg sign(sin(2 pi t / 3.1) + 0.7 sin(2 pi t / 1.7))
     within its limits. What it did is the record: an identification takes it as a known input.
     """
 
@@ -52,24 +52,20 @@ class PitchSteps(Manoeuvre):
         return "pitch steps with a switching elevator"
 
     def helm(self) -> Any:
-        now = 0.0
-        fastest = RATE * STEP
-
         def helm(t: float, y: Mapping[str, float]) -> Mapping[str, float]:
-            nonlocal now
             wanted = self.pitch if t % 20.0 < 10.0 else -self.pitch
             sign = math.sin(2.0 * math.pi * t / 3.1) + 0.7 * math.sin(2.0 * math.pi * t / 1.7)
-            order = -(2.0 * (wanted - y["theta"]) - 1.5 * y["omega_z"])
+            order = -(2.0 * (wanted - y["theta"]) - 1.5 * y["q"])
             order += math.copysign(self.dither, sign) if sign else 0.0
-            now += max(-fastest, min(fastest, max(-ANGLE, min(ANGLE, order)) - now))
-            return {"delta_e": now}
+            return {"delta_s": max(-ANGLE, min(ANGLE, order))}
 
         return helm
 
 
-def benchmark(model: Model = PLANT, values: Mapping[str, float] | None = None) -> Trial:
-    """The benchmark trial [S], simulated, without noise."""
-    return run_manoeuvre(model, PitchSteps(), values, dt=STEP, first_state=FIRST, limit=SECONDS)
+def benchmark(model: Model = PLANT, values: Mapping[str, float] | None = None, plan: Manoeuvre | None = None) -> Trial:
+    """The benchmark trial [S], simulated, without noise; of another model, or with another plan."""
+    plan = plan or PitchSteps()
+    return run_manoeuvre(model, plan, values, dt=STEP, first_state=FIRST, rudder_rate=RATE, limit=SECONDS)
 
 
 def noise_of(trial: Trial, level: float) -> dict[str, float]:

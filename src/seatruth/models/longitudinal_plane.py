@@ -5,12 +5,13 @@ reconstruction [R] from the surviving text [P]: origin at the centre of gravity,
 constant added masses, viscous forces linear in incidence, pitch rate and fin. Values: [S] a 324 mm body of the class
 that Zhao, Xie and Qiao 2018 describe; the pendulum term of y_G is an addition (0 in the paper's geometry).
 
-This is the papers' own convention, with x forward and **y up**. The mapping to that of the rest of seatruth (z down):
+The equations stand in the torpedo convention of the paper, x forward and **y up**. States, inputs and outputs are in
+seatruth's axes, z down, as those of the coupled model in `torpedo.py` are:
 
-    here      v_x   v_y   omega_z   theta   x_0   y_0
-    standard   u    -w       q      theta    x    -z
+    v_x = u     w_z = q           x_0 = x     delta_e = delta_s
+    v_y = -w    theta = theta     y_0 = -z
 
-A positive elevator angle pitches the nose down, as that of `delta_s` does. Incidence is alpha = -arctan(v_y / v_x).
+Incidence is alpha = -arctan(v_y / v_x). A positive elevator angle pitches the nose down.
 """
 
 from __future__ import annotations
@@ -23,17 +24,6 @@ from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
-
-STANDARD: Mapping[str, tuple[str, int]] = {
-    "v_x": ("u", 1),
-    "v_y": ("w", -1),
-    "omega_z": ("q", 1),
-    "theta": ("theta", 1),
-    "x_0": ("x", 1),
-    "y_0": ("z", -1),
-    "delta_e": ("delta_s", 1),
-}
-"""The standard channel and sign of each channel here."""
 
 _BODY = "[S] a 324 mm body, chosen here"
 _TINY_SPEED_2 = 1e-12
@@ -55,18 +45,18 @@ def _constant(name: str, value: float, unit: str, low: float, high: float, descr
     return Parameter(name, value, unit, low, high, source=_BODY, description=description)
 
 
-_GRAVITY = 9.81
-_WEIGHT = 232.57 * _GRAVITY
+_WEIGHT = 232.57 * 9.81
+"""N."""
 _THRUST = 0.5 * 1025.0 * (math.pi * 0.324**2 / 4.0) * 0.16 * 4.0**2
 """N: balances a drag coefficient of 0.16 at 4 m/s."""
 
 _R2: tuple[Parameter, ...] = (
     _constant("rho", 1025.0, "kg/m3", 990.0, 1035.0, "water density"),
+    _constant("g", 9.81, "m/s2", 9.77, 9.84, "gravity"),
     _constant("L", 3.2, "m", 2.5, 4.0, "length"),
     _constant("D", 0.324, "m", 0.25, 0.4, "diameter; its cross-section is the reference area"),
     _constant("m", 232.57, "kg", 180.0, 280.0, "mass"),
     _constant("J_z", 170.1, "kg m2", 100.0, 250.0, "pitch moment of inertia"),
-    _constant("G", _WEIGHT, "N", 1800.0, 2800.0, "weight"),
     _constant("dG", -0.05 * _WEIGHT, "N", -600.0, 600.0, "net weight: weight less buoyancy, negative if it floats"),
     _constant("x_B", 0.0, "m", -0.2, 0.2, "centre of buoyancy ahead of that of gravity"),
     _constant("y_G", -0.012, "m", -0.1, 0.1, "height of the centre of gravity that gives the pendulum moment"),
@@ -79,28 +69,28 @@ _R2: tuple[Parameter, ...] = (
     _coefficient("C_x_alpha", 0.35, "drag by |incidence|"),
     _constant("C_y0", 0.0, "1", -0.1, 0.1, "lift at zero incidence (reading R1)"),
     _coefficient("C_y_alpha", 2.30, "lift by incidence"),
-    _coefficient("C_y_omega", 1.20, "lift by pitch rate"),
-    _coefficient("C_y_delta", 0.45, "lift by the elevator (reading R2)"),
+    _coefficient("C_y_wz", 1.20, "lift by pitch rate"),
+    _coefficient("C_y_de", 0.45, "lift by the elevator (reading R2)"),
     _constant("m_z0", 0.0, "1", -0.02, 0.02, "pitch moment at zero incidence (reading R1)"),
     _coefficient("m_z_alpha", 0.60, "pitch moment by incidence (destabilising)"),
-    _coefficient("m_z_omega", -0.62, "pitch damping"),
-    _coefficient("m_z_delta", -0.21, "pitch moment by the elevator (reading R2)"),
+    _coefficient("m_z_wz", -0.62, "pitch damping"),
+    _coefficient("m_z_de", -0.21, "pitch moment by the elevator (reading R2)"),
 )
 _R1: tuple[Parameter, ...] = (
     _constant("T", 0.0, "N", 0.0, 600.0, "thrust"),
     _constant("C_y0", 0.005, "1", -0.1, 0.1, "lift at zero incidence"),
-    _constant("C_y_delta", 0.0, "1", -1.0, 1.0, "lift by the elevator (reading R2)"),
+    _constant("C_y_de", 0.0, "1", -1.0, 1.0, "lift by the elevator (reading R2)"),
     _constant("m_z0", -0.001, "1", -0.02, 0.02, "pitch moment at zero incidence"),
-    _constant("m_z_delta", 0.0, "1", -1.0, 1.0, "pitch moment by the elevator (reading R2)"),
+    _constant("m_z_de", 0.0, "1", -1.0, 1.0, "pitch moment by the elevator (reading R2)"),
 )
 READINGS: Mapping[str, tuple[str, ...]] = {
     "R2": (
         *("lambda_22", "lambda_26", "lambda_66", "C_x0", "C_x_alpha"),
-        *("C_y_alpha", "C_y_omega", "C_y_delta", "m_z_alpha", "m_z_omega", "m_z_delta"),
+        *("C_y_alpha", "C_y_wz", "C_y_de", "m_z_alpha", "m_z_wz", "m_z_de"),
     ),
     "R1": (
         *("lambda_22", "lambda_26", "lambda_66", "C_x0", "C_x_alpha"),
-        *("C_y0", "C_y_alpha", "C_y_omega", "m_z0", "m_z_alpha", "m_z_omega"),
+        *("C_y0", "C_y_alpha", "C_y_wz", "m_z0", "m_z_alpha", "m_z_wz"),
     ),
 }
 """The 11 parameters that each reading of the paper's vector identifies (the 12th, lambda_11, is kept)."""
@@ -119,14 +109,14 @@ class LongitudinalPlane(Model):
     kind = "auv"
     source = "[R] after Chen, Yan and Wang 2011"
     states = (
-        Channel("v_x", "m/s", "forward velocity over ground"),
-        Channel("v_y", "m/s", "upward velocity over ground, body axes"),
-        Channel("omega_z", "rad/s", "pitch rate, positive nose up"),
+        Channel("u", "m/s", "forward velocity over ground"),
+        Channel("w", "m/s", "downward velocity over ground, body axes"),
+        Channel("q", "rad/s", "pitch rate, positive nose up"),
         Channel("theta", "rad", "pitch angle, positive nose up", angle=True),
-        Channel("x_0", "m", "distance made good"),
-        Channel("y_0", "m", "height, up from the surface"),
+        Channel("x", "m", "distance made good"),
+        Channel("z", "m", "depth"),
     )
-    inputs = (Channel("delta_e", "rad", "elevator angle, positive pitches the nose down"),)
+    inputs = (Channel("delta_s", "rad", "elevator angle, positive pitches the nose down"),)
     outputs = states
     parameters: tuple[Parameter, ...] = _R2
     sets: ClassVar[tuple[str, ...]] = tuple(READINGS)
@@ -141,7 +131,7 @@ class LongitudinalPlane(Model):
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        return motion(s, i.delta_e, p, e, 0.0)
+        return motion(s, i.delta_s, p, e, 0.0)
 
 
 class LongitudinalPlaneExplicit(LongitudinalPlane):
@@ -152,38 +142,42 @@ class LongitudinalPlaneExplicit(LongitudinalPlane):
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        return motion(s, i.delta_e, p, e, 1.0)
+        return motion(s, i.delta_s, p, e, 1.0)
 
 
 def motion(s: Any, delta: Any, p: Any, e: Any, couplings: float) -> tuple[Any, ...]:
     """d/dt of the states under the elevator angle delta; `couplings` is 1 where they stand apart, else 0."""
-    v_x, v_y, omega = s.v_x - e.u_c, s.v_y + e.w_c, s.omega_z
-    speed_2 = v_x * v_x + v_y * v_y
-    ahead = math.sqrt(v_x * v_x + _TINY_SPEED_2)
-    alpha = math.atan2(-v_y, ahead)
-    half = 0.125 * math.pi * p.rho * p.D * p.D
-    q = half * speed_2
-    q_omega = half * math.sqrt(speed_2 + _TINY_SPEED_2) * p.L * omega  # of the rate made dimensionless by L / v
-    X = p.T - q * (p.C_x0 + p.C_x_alpha * abs(alpha)) * (v_x / ahead) - p.dG * math.sin(s.theta)
-    Y = q * (p.C_y0 + p.C_y_alpha * alpha + p.C_y_delta * delta) + q_omega * p.C_y_omega - p.dG * math.cos(s.theta)
-    M = p.L * (q * (p.m_z0 + p.m_z_alpha * alpha + p.m_z_delta * delta) + q_omega * p.m_z_omega)
-    M = M + (p.G - p.dG) * p.x_B * math.cos(s.theta) + p.G * p.y_G * math.sin(s.theta)
+    # Into the torpedo convention, over ground and through the water.
+    v_x, v_y, w_z, G = s.u, -s.w, s.q, p.m * p.g
+    r_x, r_y = v_x - e.u_c, v_y + e.w_c
+    square = r_x * r_x + r_y * r_y
+    ahead = math.sqrt(r_x * r_x + _TINY_SPEED_2)
+    alpha = math.atan2(-r_y, ahead)
+    half = 0.125 * math.pi * p.rho * p.D * p.D  # half the density times the cross-section
+    pressure, damping = half * square, half * math.sqrt(square + _TINY_SPEED_2) * p.L
+    drag = pressure * (p.C_x0 + p.C_x_alpha * abs(alpha)) * (r_x / ahead)
+    F_x = p.T - drag - p.dG * math.sin(s.theta)
+    F_y = pressure * (p.C_y0 + p.C_y_alpha * alpha + p.C_y_de * delta) + damping * p.C_y_wz * w_z
+    F_y = F_y - p.dG * math.cos(s.theta)
+    M_z = p.L * (pressure * (p.m_z0 + p.m_z_alpha * alpha + p.m_z_de * delta) + damping * p.m_z_wz * w_z)
+    M_z = M_z + (G - p.dG) * p.x_B * math.cos(s.theta) + G * p.y_G * math.sin(s.theta)
     if couplings:
-        X = X + p.lambda_22 * v_y * omega + p.lambda_26 * omega * omega
-        Y = Y - p.lambda_11 * v_x * omega
-        M = M - p.lambda_26 * v_x * omega
+        F_x = F_x + p.lambda_22 * r_y * w_z + p.lambda_26 * w_z * w_z
+        F_y = F_y - p.lambda_11 * r_x * w_z
+        M_z = M_z - p.lambda_26 * r_x * w_z
 
-    # Rigid body on the velocity over ground, added mass on the velocity through the water. Surroundings have z down.
-    X = X + p.m * s.v_y * omega + p.lambda_11 * e.du_c + e.X
-    Y = Y - p.m * s.v_x * omega - p.lambda_22 * e.dw_c - e.Z
-    M = M - p.lambda_26 * e.dw_c + e.M
+    # Rigid body on the velocity over ground, added mass on the velocity through the water.
+    F_x = F_x + p.m * v_y * w_z + p.lambda_11 * e.du_c + e.X
+    F_y = F_y - p.m * v_x * w_z - p.lambda_22 * e.dw_c - e.Z
+    M_z = M_z - p.lambda_26 * e.dw_c + e.M
     a, b, d = p.m + p.lambda_22, p.lambda_26, p.J_z + p.lambda_66
     determinant = a * d - b * b
+    sin_t, cos_t = math.sin(s.theta), math.cos(s.theta)
     return (
-        X / (p.m + p.lambda_11),
-        (d * Y - b * M) / determinant,
-        (a * M - b * Y) / determinant,
-        omega,
-        s.v_x * math.cos(s.theta) - s.v_y * math.sin(s.theta),
-        s.v_x * math.sin(s.theta) + s.v_y * math.cos(s.theta),
+        F_x / (p.m + p.lambda_11),
+        -(d * F_y - b * M_z) / determinant,
+        (a * M_z - b * F_y) / determinant,
+        w_z,
+        v_x * cos_t - v_y * sin_t,
+        -(v_x * sin_t + v_y * cos_t),
     )
