@@ -40,6 +40,7 @@ class Lagging(Effect):
     title = "rudder partly late"
     family = "actuator"
     source = "[S] made for this test"
+    acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)
     parameters = (Parameter("share", 0.5, "1", -1.0, 1.0, source="[S] test"),)
     null = {"share": 0.0}  # noqa: RUF012
@@ -109,7 +110,7 @@ def test_no_effects_is_the_model_itself() -> None:
 def test_where_effects_cannot_act_is_said() -> None:
     known = available()
     with pytest.raises(BadInput, match="no input 'delta'"):
-        with_effects(load_model("mmg_ordered"), [known["rudder_offset"]])
+        with_effects(load_model("diving_plane"), [known["rudder_offset"]])
     with pytest.raises(BadInput, match="no state 'v'"):
         with_effects(load_model("diving_plane"), [known["current"]])
     with pytest.raises(BadInput, match="named twice"):
@@ -118,7 +119,7 @@ def test_where_effects_cannot_act_is_said() -> None:
         effects_by_name(["curent"], known)
     box = BlackBox("box", lambda *_: {}, inputs=(), outputs=(Channel("u", "m/s"),), parameters=())
     with pytest.raises(BadInput, match="black box"):
-        with_effects(box, [known["speed_bias"]])
+        with_effects(box, [known["current"]])
 
 
 def test_a_wrong_effect_is_said() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from importlib.metadata import EntryPoint, entry_points
 
-from seatruth.effects.base import Effect, ExtendedModel, effects_by_name, with_effects
+from seatruth.effects.base import EQUATIONS, Effect, dimensions_of, effects_by_name
+from seatruth.effects.extended import ExtendedModel, with_effects
+from seatruth.effects.outside import ExtendedBlackBox
 from seatruth.errors import PluginError
 
 GROUP = "seatruth.effects"
@@ -43,4 +45,14 @@ def _load(point: EntryPoint) -> Effect:
     return effect
 
 
-__all__ = ["Effect", "ExtendedModel", "available", "broken", "effects_by_name", "with_effects"]
+__all__ = [
+    "EQUATIONS",
+    "Effect",
+    "ExtendedBlackBox",
+    "ExtendedModel",
+    "available",
+    "broken",
+    "dimensions_of",
+    "effects_by_name",
+    "with_effects",
+]

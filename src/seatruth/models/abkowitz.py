@@ -21,8 +21,14 @@ from typing import Any
 from seatruth.models.base import Model
 from seatruth.models.mmg import EAST, HEADING, NORTH, RUDDER, SURGE, SWAY, YAW_RATE
 from seatruth.models.parameter import Parameter
+from seatruth.models.vehicle import Dimensions
 
 _SOURCE = "[L] Chislett and Strom-Tejsen 1965, Mariner"
+_BREADTH, _DRAFT = 23.17 / 160.93, 8.23 / 160.93
+"""Over the length [L, Mariner]; only effects' forces need them."""
+_RESISTANCE = 0.5
+"""Resistance over -X_u: were the thrust constant, drag less thrust would rise by twice the drag over U_0 [R]. The
+propeller is part of the series, so the thrust of effects is the one at U_0, where it balances the drag."""
 _SLOWEST = 0.25
 """Smallest U / U_0 that divides the series."""
 
@@ -101,6 +107,20 @@ class AbkowitzShip(Model):
         _coefficient("N_dr", -43.8, 30, "added moment of inertia in yaw, sign as a moment"),
         *_SERIES,
     )
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        half = 0.5 * p.rho
+        return Dimensions(p.L, _BREADTH * p.L, _DRAFT * p.L, half * p.L * p.L * p.L * p.m, p.rho)
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return 0.5 * p.rho * p.L * p.L * _RESISTANCE * -p.X_u * p.U_0 * p.U_0
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return 0.5 * p.rho * p.L * p.L * _RESISTANCE * -p.X_u * u * abs(u)
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:

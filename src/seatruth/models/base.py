@@ -18,10 +18,11 @@ from __future__ import annotations
 import inspect
 from collections import namedtuple
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.parameter import Parameter
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 
@@ -58,6 +59,11 @@ class Model:
     `rhs(s, i, p[, e])`; `output(s, i, p[, e])` unless every output is a state of the same name; and
     `initial_state(y, i, p)`, where y and i are the outputs and inputs at the start of a trial, unless every state is
     an output of the same name. Creating an instance checks the declaration.
+
+    For effects only, all optional: `dimensions(p)` gives the vehicle's size, `thrust(s, i, p, e)` the thrust of its
+    propeller (N, forwards), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion), and
+    `standard` the standard channel and the sign of channels that have names or axes of their own
+    (`{"v_y": ("w", -1)}`).
     """
 
     name: str = ""
@@ -73,6 +79,10 @@ class Model:
     rhs: Equations
     output: Equations | None = None
     initial_state: Equations | None = None
+    dimensions: Callable[[Any], Dimensions] | None = None
+    thrust: Callable[[Any, Any, Any, Any], Any] | None = None
+    drag: Callable[[Any, Any, Any, Any], Any] | None = None
+    standard: ClassVar[Mapping[str, tuple[str, int]]] = {}
 
     def __init__(self) -> None:
         _check(self)
@@ -151,7 +161,7 @@ def _check(model: Model) -> None:
         raise BadInput("it declares no states or no outputs", where=where)
     if not callable(getattr(model, "rhs", None)):
         raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
-    for role in ("rhs", "output", "initial_state"):
+    for role in ("rhs", "output", "initial_state", "dimensions", "thrust", "drag"):
         function = inspect.getattr_static(type(model), role, None)
         if inspect.isfunction(function):
             first = next(iter(inspect.signature(function).parameters), "")

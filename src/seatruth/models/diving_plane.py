@@ -14,11 +14,14 @@ from typing import Any
 
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 _NPS = "[L] Healey and Lienard 1993, NPS AUV II"
 _XU = "[P] Xu, Zou et al. 2012"
 _CHOSEN = "[S] chosen here"
+_SLENDER = 0.15
+"""Breadth and height over length; the vehicle's hull is 0.7 m by 0.4 m at 5.3 m [L]. Only effects' forces need it."""
 
 
 def _coefficient(name: str, value: float, low: float, high: float, source: str, description: str) -> Parameter:
@@ -73,6 +76,19 @@ class DivingPlane(Model):
         _coefficient("M_qaq", -20e-3, -0.5, 0.5, _CHOSEN, "quadratic pitch damping"),
         _coefficient("M_ds", -41e-3, -0.1, -0.005, _NPS, "pitch moment by the stern plane"),
     )
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(p.L, _SLENDER * p.L, _SLENDER * p.L, p.m, p.rho)
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.X_T
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return -0.5 * p.rho * p.L * p.L * p.X_uu * u * abs(u)
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:

@@ -26,6 +26,7 @@ from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 from seatruth.models.ship_sets import KVLCC2, SHIPS
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 TINY_SPEED_2 = 1e-12
@@ -152,6 +153,21 @@ class MMGShip(Model):
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         return motion(s, i.delta, i.n, p, e)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(p.L, p.B, p.d, p.rho * p.nabla, p.rho)
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u, v = s.u - e.u_c, s.v - e.v_c
+        _, _, _, beta, r1 = hull(u, v, s.r, p)
+        return (1.0 - p.t_P) * p.rho * p.D_P * p.D_P * propeller(u, i.n, beta, r1, p)[0]
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return 0.5 * p.rho * p.L * p.d * p.R_0 * u * abs(u)
 
 
 class MMGShipOrdered(MMGShip):

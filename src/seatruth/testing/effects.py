@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seatruth.effects import Effect, with_effects
+from seatruth.effects import EQUATIONS, Effect, with_effects
 from seatruth.models import available
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
@@ -53,11 +53,38 @@ class EffectConformance:
         assert effect.source, "say where the equation and the magnitude come from"
         assert effect.family in ("environment", "actuator", "sensor", "hydrodynamics", "loading")
         assert effect.parameters
+        assert effect.acts_on, "say where it acts"
+        for place in effect.acts_on:
+            word, _, channel = place.partition(":")
+            assert (word in ("actuator", "sensor") and channel.isidentifier()) or place in EQUATIONS, place
         for parameter in effect.parameters:
             assert is_unit(parameter.unit), f"{parameter.name}: {parameter.unit!r} is no unit"
             assert parameter.source, f"{parameter.name}: say where the magnitude comes from"
             assert parameter.min <= effect.null[parameter.name] <= parameter.max
             assert parameter.min <= parameter.value <= parameter.max
+        for start in effect.starts:
+            for parameter in effect.parameters:
+                assert parameter.min <= start[parameter.name] <= parameter.max
+
+    def test_its_priors_are_usable_on_every_model(self, effect: Effect, models: list[Model]) -> None:
+        for model in models:
+            priors = effect.priors(model)
+            typical = effect.typical(model)
+            assert sorted(priors) == sorted(typical) == sorted(effect.null)
+            for parameter in effect.parameters:
+                prior = priors[parameter.name]
+                assert prior.mean == effect.null[parameter.name]
+                assert np.isfinite(prior.sd)
+                assert prior.sd > 0.0
+                assert parameter.min <= typical[parameter.name] <= parameter.max
+
+    def test_its_places_are_those_of_the_model(self, effect: Effect, models: list[Model]) -> None:
+        for model in models:
+            for place in effect.places(model):
+                word, _, channel = place.partition(":")
+                if channel:
+                    channels = model.inputs if word == "actuator" else model.outputs
+                    assert channel in {c.name for c in channels}, f"{model.name}: {place}"
 
     def test_vanishes_at_its_null(self, effect: Effect, models: list[Model]) -> None:
         for model in models:
@@ -70,7 +97,7 @@ class EffectConformance:
     def test_shows_at_its_typical_magnitude(self, effect: Effect, models: list[Model]) -> None:
         for model in models:
             trial, first = self.trial(model)
-            values = {effect.named(parameter.name): parameter.value for parameter in effect.parameters}
+            values = {effect.named(name): value for name, value in effect.typical(model).items()}
             changed = self.simulated(with_effects(model, [effect]), trial, first, values)
             assert np.isfinite(changed).all(), model.name
             assert np.abs(changed - self.simulated(model, trial, first)).max() > 1e-6, model.name
@@ -85,10 +112,15 @@ class EffectConformance:
             states = self.padded(first, extended)
             exact = sim.jacobian(null, states).dy
             assert np.isfinite(exact).all(), model.name
-            for k in range(len(names)):
+            for k, parameter in enumerate(effect.parameters):
                 h = 1e-6 * np.eye(len(names))[k]
-                ahead, behind = sim.outputs(np.array([null + h, null - h]), states).y
-                slope = (ahead - behind) / 2e-6
+                if parameter.min < null[k] < parameter.max:
+                    ahead, behind = sim.outputs(np.array([null + h, null - h]), states).y
+                    slope = (ahead - behind) / 2e-6
+                else:  # it exists on one side of its null only
+                    h = h if null[k] < parameter.max else -h
+                    here, near, far = sim.outputs(np.array([null, null + h, null + 2 * h]), states).y
+                    slope = (4.0 * near - far - 3.0 * here) / (2 * h[k])
                 assert exact[:, :, k] == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), names[k]
 
     def trial(self, model: Model) -> tuple[Trial, Array]:

@@ -1,0 +1,161 @@
+"""Outputs that were recorded late, one effect a sensor: its clock, its filter, or the link."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from seatruth.effects.base import Effect
+from seatruth.effects.terms import QUICKEST, delayed, followers
+from seatruth.models.parameter import Parameter
+from seatruth.trials.channel import Channel
+
+_TAU = Parameter("tau", 0.4, "s", 0.0, 5.0, source="[S] chosen here", description="delay")
+_SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
+
+
+class PositionDelay(Effect):
+    """The position is recorded late."""
+
+    name = "position_delay"
+    title = "delay of the position"
+    family = "sensor"
+    number = 10
+    equation = "x_m(t) = x(t - tau), y_m alike"
+    source = _SOURCE
+    acts_on = ("sensor:x", "sensor:y")
+    confused_with = ("position_lever_arm", "rudder_delay")
+    told_apart = "late along the track, in proportion to the speed; other sensors are in time"
+    needs_outputs = ("x", "y")
+    parameters = (_TAU,)
+    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    states = (
+        *(Channel(f"x_{k}", "m", f"x after lag {k}") for k in (1, 2)),
+        *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
+    )
+
+    @staticmethod
+    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(x=delayed(y.x, s.x_1, s.x_2, q.tau), y=delayed(y.y, s.y_1, s.y_2, q.tau))
+
+    @staticmethod
+    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (*followers(y.x, s.x_1, s.x_2, q.tau), *followers(y.y, s.y_1, s.y_2, q.tau))
+
+    @staticmethod
+    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        # The vehicle came with a speed: its followers are behind by that times their time constant.
+        T = math.sqrt(q.tau * q.tau + QUICKEST * QUICKEST)
+        u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
+        x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
+        return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
+
+
+class HeadingDelay(Effect):
+    """The heading is recorded late."""
+
+    name = "heading_delay"
+    title = "delay of the heading"
+    family = "sensor"
+    number = 10
+    equation = "psi_m(t) = psi(t - tau)"
+    source = _SOURCE
+    acts_on = ("sensor:psi",)
+    confused_with = ("rudder_delay", "rudder_lag")
+    told_apart = "the heading alone is late, other sensors are in time"
+    needs_outputs = ("psi",)
+    parameters = (_TAU,)
+    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
+
+    @staticmethod
+    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(psi=delayed(y.psi, s.first, s.second, q.tau))
+
+    @staticmethod
+    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return followers(y.psi, s.first, s.second, q.tau)
+
+    @staticmethod
+    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        T = math.sqrt(q.tau * q.tau + QUICKEST * QUICKEST)
+        rate = getattr(y, "r", 0.0)
+        return y.psi - T * rate, y.psi - 2.0 * T * rate
+
+
+class PitchDelay(HeadingDelay):
+    """The pitch angle is recorded late."""
+
+    name = "pitch_delay"
+    title = "delay of the pitch angle"
+    equation = "theta_m(t) = theta(t - tau)"
+    confused_with = ("plane_delay", "plane_lag")
+    told_apart = "the pitch angle alone is late, other sensors are in time"
+    acts_on = ("sensor:theta",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",), "r": ("q",)}
+
+
+class RateDelay(Effect):
+    """The yaw rate is recorded late; the pitch rate where the model has no yaw rate."""
+
+    name = "rate_delay"
+    title = "delay of the rate of turn"
+    family = "sensor"
+    number = 10
+    equation = "r_m(t) = r(t - tau)"
+    source = _SOURCE
+    acts_on = ("sensor:r",)
+    confused_with = ("rudder_delay", "rudder_lag")
+    told_apart = "the rate alone is late, other sensors are in time"
+    needs_outputs = ("r",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("r", "q")}
+    parameters = (_TAU,)
+    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
+
+    @staticmethod
+    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(r=delayed(y.r, s.first, s.second, q.tau))
+
+    @staticmethod
+    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return followers(y.r, s.first, s.second, q.tau)
+
+    @staticmethod
+    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        return y.r, y.r
+
+
+class SpeedDelay(Effect):
+    """The log records late: speed along and across, or along and down where the model has no sway."""
+
+    name = "speed_delay"
+    title = "delay of the log"
+    family = "sensor"
+    number = 10
+    equation = "u_m(t) = u(t - tau), v_m alike"
+    source = _SOURCE
+    acts_on = ("sensor:u", "sensor:v")
+    confused_with = ("rudder_delay", "log_lever_arm")
+    told_apart = "the log alone is late, other sensors are in time"
+    needs_outputs = ("u", "v")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": ("v", "w")}
+    parameters = (_TAU,)
+    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    states = (
+        *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
+        *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),
+    )
+
+    @staticmethod
+    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(u=delayed(y.u, s.u_1, s.u_2, q.tau), v=delayed(y.v, s.v_1, s.v_2, q.tau))
+
+    @staticmethod
+    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (*followers(y.u, s.u_1, s.u_2, q.tau), *followers(y.v, s.v_1, s.v_2, q.tau))
+
+    @staticmethod
+    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        return y.u, y.u, y.v, y.v
