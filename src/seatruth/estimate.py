@@ -106,7 +106,7 @@ class Estimate:
         }
         text = json.dumps(encoded(content), indent=1, ensure_ascii=False, allow_nan=False)
         # The JSON file last: it names the others' contents, so a stop in between is noticed.
-        _write(place, {**files, NAME: text.encode()})
+        write_files(place, {**files, NAME: text.encode()})
         for path in (place / "cross_validation.parquet", *place.glob("profile_*.parquet")):
             if path.name not in files:
                 path.unlink(missing_ok=True)  # of the estimate that stood there
@@ -222,7 +222,7 @@ def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     return frame
 
 
-def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     """Writes all files, then puts all in their places."""
     written: dict[Path, str] = {}
     try:

@@ -148,7 +148,7 @@ class TrajectoryCost(StudyCost):
 
     def errors(self, x: Array) -> Array:
         """Measured less simulated (N, D), the pieces one after another; NaN where not measured or diverged."""
-        theta, x0 = self._candidate(x)
+        theta, x0 = self.candidate(x)
         outputs = self._simulator.outputs(theta[None], x0)
         with np.errstate(all="ignore"):
             found = self._simulator.measured - outputs.y[0]
@@ -164,7 +164,7 @@ class TrajectoryCost(StudyCost):
         samples at least) with the parameters as they are: nothing later is looked at.
         """
         if trials is None:
-            theta, x0 = self._candidate(x)
+            theta, x0 = self.candidate(x)
             return self._runs(self._whole_simulator(), theta, x0[[piece.first for piece in self._pieces]])
         if not len(trials):
             return []
@@ -175,7 +175,7 @@ class TrajectoryCost(StudyCost):
 
     def discretisation(self, x: Array) -> dict[str, float]:
         """Root mean square change of each output of whole trials when every step is halved; NaN for a black box."""
-        theta, x0 = self._candidate(x)
+        theta, x0 = self.candidate(x)
         x0 = x0[[piece.first for piece in self._pieces]]
         found = self._whole_simulator().discretisation_error(theta, x0)
         return {channel.name: float(error) for channel, error in zip(self.study.model.outputs, found)}
@@ -203,7 +203,7 @@ class TrajectoryCost(StudyCost):
             self._whole = self._simulate(self.trials)
         return self._whole
 
-    def _candidate(self, x: Array) -> tuple[Array, Array]:
+    def candidate(self, x: Array) -> tuple[Array, Array]:
         """What the simulator takes for x (K,): parameters, initial states (T, S)."""
         x = np.asarray(x, dtype=np.float64)
         x0 = self._initial.of(x[None, self._K :])
@@ -341,7 +341,7 @@ class TrajectoryCost(StudyCost):
         start, (low, high) = cost.start, cost.bounds
         if len(start) and np.isfinite(cost.residuals(start)).all():
             start = least_squares(cost.residuals, start, cost.jacobian, (low, high), x_scale="jac", max_nfev=50).x
-        return cost._candidate(start)[1]
+        return cost.candidate(start)[1]
 
 
 def _warm_up(trial: Trial, outputs: Sequence[str]) -> int:

@@ -1,0 +1,173 @@
+"""Study -> Diagnosis: the order in which everything in this package is asked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from seatruth.costs.study import Study
+from seatruth.effects import Effect, available
+from seatruth.errors import BadInput, SeatruthError
+from seatruth.gap.diagnosis import Diagnosis
+from seatruth.gap.parts import Parts
+from seatruth.gap.probability import (
+    candidates,
+    detectable,
+    powerless,
+    verdict,
+)
+from seatruth.gap.problem import GapProblem, whole_trials
+from seatruth.gap.search import Say, Search, floor_of, search
+from seatruth.gap.unknown import Probes, probes
+from seatruth.models.blackbox import BlackBox
+from seatruth.trials.check import check_trials
+from seatruth.trials.finding import Finding
+
+
+def diagnose(
+    study: Study,
+    effects: Sequence[Effect | str] | None = None,
+    *,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Say | None = None,
+    left_out: bool = True,
+    suggest: bool = True,
+) -> Diagnosis:
+    """Says where a study's model and its trials disagree, which effect causes it, and how far the gap shrinks.
+
+    `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
+    under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
+    `suggest` looks for the next trial. `seed` is that of the tests by permutation and of the bootstrap. Raises BadInput
+    for a study that cannot be diagnosed; an interrupt after the search gives what there is.
+    """
+    began = time.perf_counter()
+    say: Say = progress or (lambda text: None)
+    whole_trials(study)
+    chosen, reasons = _effects(study, effects)
+    with threadpool_limits(limits=1, user_api="blas"):
+        problem = GapProblem(study, chosen, threads=threads)
+        findings = [*check_trials(study.trials, study.model), *_doubts(study, problem)]
+        floor, full = floor_of(problem, say)
+        found = search(problem, floor, full.x, say)
+        if not np.isfinite(found.base.cost):
+            raise BadInput(
+                "the model diverges on these trials wherever it was tried",
+                where=f"study {study.name!r}",
+                do="`seatruth simulate` shows from where; check units, signs and the first samples.",
+            )
+        say("What is not in the library")
+        probed = _probed(problem, found, findings)
+        answers = candidates(found, probed)
+        least = detectable(found)
+        judged = verdict(answers, powerless(found, least), len(problem.effects))
+        parts = Parts(study, problem, found, probed, answers, judged, least, findings, say, seed)
+        extra: dict[str, Any] = {"how_far": None, "next_trial": None}
+        code, reason = "done", "everything was asked"
+        try:
+            if left_out:
+                extra["how_far"] = parts.shrinkage()
+            if suggest:
+                extra["next_trial"] = parts.suggestion()
+        except KeyboardInterrupt:
+            code, reason = "interrupted", "stopped by the user; what is missing was not reached"
+        outcome = {"code": code, "reason": reason, "wall_s": time.perf_counter() - began, "fits": len(found.fits)}
+        return parts.diagnosis(reasons, outcome, extra)
+
+
+def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:
+    """Effects that can act on the study's model, and why others cannot."""
+    installed = available()
+    if wanted is None:
+        asked = list(installed.values())
+    else:
+        from seatruth.effects import effects_by_name
+
+        asked = [e if isinstance(e, Effect) else effects_by_name([e], installed)[0] for e in wanted]
+    own = {effect.name for effect in getattr(study.model, "effects", ())}
+    found, reasons = [], {}
+    for effect in asked:
+        reason = "the model has it already" if effect.name in own else effect.missing(study.model)
+        if not reason and not effect.dynamic:
+            reason = "it is noise, which the noise floor takes up"
+        if not reason and isinstance(study.model, BlackBox) and not effect.outside:
+            reason = "it acts inside the model, and the model is a black box"
+        if reason:
+            reasons[effect.name] = reason
+        else:
+            found.append(effect)
+    if not found:
+        raise BadInput(
+            "no effect can act on this model",
+            where=f"study {study.name!r}",
+            do="; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3]),
+        )
+    return found, reasons
+
+
+def _doubts(study: Study, problem: GapProblem) -> list[Finding]:
+    """What weakens any diagnosis of this study."""
+    found = []
+    where = f"study {study.name!r}"
+    if len(study.trials) == 1:
+        found.append(
+            Finding("warning", "one-trial", "One trial alone cannot be predicted from others.", where, "Add trials.")
+        )
+    if not len(problem.coefficients):
+        text = "No coefficient of the model is free: any error in one would be taken for an effect."
+        found.append(Finding("warning", "no-coefficients", text, where, "Set `vary` for those that are uncertain."))
+    plain = [p.name for p in study.parameters if p.vary and p.prior is None]
+    if plain:
+        text = f"{len(plain)} free coefficients state no prior; a deviation of 20 % of the value was taken for them."
+        found.append(
+            Finding("note", "prior-assumed", text, where, "State what is known of them: prior_mean, prior_sd.")
+        )
+    for k, one in enumerate(problem.trials):
+        for other in list(problem.trials)[k + 1 :]:
+            same = len(one) == len(other) and all(
+                name in other.outputs and np.array_equal(values, other.outputs[name], equal_nan=True)
+                for name, values in one.outputs.items()
+            )
+            if same:
+                text = f"Trials {one.name!r} and {other.name!r} hold the same data: they count twice."
+                found.append(Finding("error", "duplicate", text, where, "Leave one out.", one.name))
+    courses = [_course(trial) for trial in problem.trials]
+    known = [c for c in courses if c is not None]
+    if known and all(abs(np.angle(np.exp(1j * (c - known[0])))) < 0.5 for c in known) and not _turns(problem):
+        text = "All trials keep to one course: a current, a heading bias and a wind look alike there."
+        found.append(Finding("warning", "one-course", text, where, "Add a reciprocal run or a full turn."))
+    return found
+
+
+def _course(trial: Any) -> float | None:
+    psi = trial.outputs.get("psi")
+    if psi is None or not np.isfinite(psi).any():
+        return None
+    return float(np.angle(np.nanmean(np.exp(1j * np.asarray(psi)))))
+
+
+def _turns(problem: GapProblem) -> bool:
+    """Whether any trial turns by half a circle or more."""
+    for trial in problem.trials:
+        psi = trial.outputs.get("psi")
+        if psi is not None and np.isfinite(psi).any() and float(np.nanmax(psi) - np.nanmin(psi)) > np.pi:
+            return True
+    return False
+
+
+def _probed(problem: GapProblem, found: Search, findings: list[Finding]) -> list[Probes]:
+    """Probes at the model without effects and at the best hypothesis."""
+    if isinstance(problem.study.model, BlackBox):
+        return []
+    at = [found.base, *found.leaders(1)]
+    try:
+        return [probes(problem, found.floor, one) for one in at]
+    except SeatruthError as trouble:
+        findings.append(
+            Finding("warning", "no-probes", f"Unnamed causes were not looked for: {trouble.message}", "model")
+        )
+        return []

@@ -1,0 +1,201 @@
+"""Fits under priors, and how much the data speak for one hypothesis over another.
+
+A fit is the most probable x of a hypothesis (Gauss-Newton with Levenberg-Marquardt damping on whitened residuals and
+priors). Its evidence is Laplace's approximation of the marginal likelihood,
+
+    log p(data | hypothesis) = -1/2 |e|^2 - 1/2 |(x - mean)/sd|^2 - 1/2 log det(I + P G) + constant,
+
+with G = A'A of the whitened derivatives A and P the priors' covariance: what each hypothesis could have explained
+counts against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from seatruth.gap.noise import NoiseFloor
+from seatruth.gap.problem import Array, GapProblem, Indices, Linear
+
+_STEPS = 25
+_SETTLED = 1e-2
+"""Expected fall of the cost below which a fit has settled."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The most probable x of a hypothesis; `cost` is minus its log-posterior up to a constant of the problem."""
+
+    effects: tuple[str, ...]
+    x: Array
+    active: Indices
+    cost: float
+    evidence: float
+    linear: Linear
+    covariance: Array
+    """Of the active entries, (n, n)."""
+    settled: bool
+
+    @property
+    def misfit(self) -> float:
+        """Sum of squares of the whitened errors."""
+        return float(self.linear.errors @ self.linear.errors)
+
+    def stderr(self, problem: GapProblem) -> Array:
+        """Posterior deviation of every entry of x (K,); 0 for what the hypothesis holds fixed."""
+        found = np.zeros(problem.size)
+        found[self.active] = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return found
+
+
+def fit(
+    problem: GapProblem,
+    effects: Sequence[str],
+    floor: NoiseFloor,
+    x: Array,
+    *,
+    steps: int = _STEPS,
+    free: Indices | None = None,
+    without: int | None = None,
+) -> Fit:
+    """Fits a hypothesis from x; what it does not free stands at the start of the problem.
+
+    `free` names the columns instead of the hypothesis (the initial states alone, say). `without` leaves the data of
+    one trial out, by its number.
+    """
+    active = problem.active(effects) if free is None else free
+    base = problem.start
+    now = base.copy()
+    now[active] = np.clip(x[active], problem.low[active], problem.high[active])
+    weight = 1.0 / problem.sd[active] ** 2
+    mean = problem.mean[active]
+    linear = problem.linear(now, floor, without)
+    if not np.isfinite(linear.errors).all():
+        now = base.copy()
+        linear = problem.linear(now, floor, without)
+    cost = _cost(linear.errors, now[active], mean, weight)
+    damping, settled = 1e-6, False
+    for _ in range(steps):
+        if not np.isfinite(cost):
+            break
+        A = linear.derivatives[:, active]
+        G = A.T @ A + np.diag(weight)
+        slope = A.T @ linear.errors + weight * (now[active] - mean)
+        moved = False
+        while damping < 1e9:
+            step = _solved(G + damping * np.diag(np.diag(G)), -slope)
+            trial = now.copy()
+            trial[active] = np.clip(now[active] + step, problem.low[active], problem.high[active])
+            errors = problem.whitened(trial, floor, without)
+            found = _cost(errors, trial[active], mean, weight)
+            if found < cost:
+                moved = True
+                break
+            if -float(slope @ step) < _SETTLED:
+                break
+            damping = max(10.0 * damping, 1e-4)
+        if not moved:
+            settled = True
+            break
+        fall, now, cost = cost - found, trial, found
+        damping = max(damping / 10.0, 1e-9)
+        linear = problem.linear(now, floor, without)
+        if fall < _SETTLED:
+            settled = True
+            break
+    return _fit(problem, tuple(effects), now, active, linear, settled)
+
+
+def _fit(
+    problem: GapProblem, effects: tuple[str, ...], x: Array, active: Indices, linear: Linear, settled: bool
+) -> Fit:
+    sd, mean = problem.sd[active], problem.mean[active]
+    cost = _cost(linear.errors, x[active], mean, 1.0 / sd**2)
+    if not np.isfinite(cost):
+        size = len(active)
+        return Fit(effects, x, active, np.inf, -np.inf, linear, np.full((size, size), np.nan), False)
+    A = linear.derivatives[:, active]
+    scaled = np.eye(len(active)) + (A.T @ A) * np.outer(sd, sd)
+    values, vectors = np.linalg.eigh(scaled)
+    values = np.maximum(values, 1.0)
+    covariance = (vectors / values) @ vectors.T * np.outer(sd, sd)
+    evidence = -cost - 0.5 * float(np.log(values).sum())
+    return Fit(effects, x, active, cost, evidence, linear, covariance, settled)
+
+
+def _cost(errors: Array, x: Array, mean: Array, weight: Array) -> float:
+    if not np.isfinite(errors).all():
+        return np.inf
+    return 0.5 * float(errors @ errors) + 0.5 * float(((x - mean) ** 2 * weight).sum())
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    try:
+        return np.asarray(cho_solve(cho_factor(matrix), right))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What columns that are not in a fit would add to it, everything that it frees projected out.
+
+    `information` (n, n) and `slope` (n,) are of the candidate columns; `sd` (n,) their priors' deviations.
+    """
+
+    information: Array
+    slope: Array
+    sd: Array
+    columns: Mapping[str, Indices] = field(default_factory=dict)
+
+    def gain(self, *names: str) -> float:
+        """Rise of the log-evidence by freeing these candidates together, to first order."""
+        at = np.concatenate([self.columns[name] for name in names])
+        sd = self.sd[at]
+        S = self.information[np.ix_(at, at)] * np.outer(sd, sd) + np.eye(len(at))
+        b = self.slope[at] * sd
+        values, vectors = np.linalg.eigh(S)
+        along = vectors.T @ b
+        return 0.5 * float((along**2 / values).sum()) - 0.5 * float(np.log(values).sum())
+
+    def score(self, name: str) -> float:
+        """Efficient score statistic of a candidate: chi-square with as many degrees of freedom as it has columns."""
+        at = self.columns[name]
+        return float(self.slope[at] @ np.linalg.pinv(self.information[np.ix_(at, at)], hermitian=True) @ self.slope[at])
+
+
+def screen(found: Fit, problem: GapProblem, candidates: Mapping[str, Array], sds: Mapping[str, Array]) -> Screen:
+    """Candidate columns by name, whitened (rows, n_c), at a fit; `sds` their priors' deviations (n_c,)."""
+    A = found.linear.derivatives[:, found.active]
+    H = A.T @ A + np.diag(1.0 / problem.sd[found.active] ** 2)
+    C = np.concatenate([candidates[name] for name in candidates], axis=1) if candidates else np.zeros((len(A), 0))
+    cross = A.T @ C
+    solved = cho_solve(cho_factor(H), cross)
+    information = C.T @ C - cross.T @ solved
+    # The fit's own slope is zero at its optimum; what is left of it (a bound, few steps) is projected as well.
+    own = (
+        A.T @ found.linear.errors + (found.x[found.active] - problem.mean[found.active]) / problem.sd[found.active] ** 2
+    )
+    slope = -(C.T @ found.linear.errors - solved.T @ own)
+    columns: dict[str, Indices] = {}
+    at = 0
+    for name, block in candidates.items():
+        columns[name] = np.arange(at, at + block.shape[1], dtype=np.intp)
+        at += block.shape[1]
+    sd = np.concatenate([sds[name] for name in candidates]) if candidates else np.zeros(0)
+    return Screen(0.5 * (information + information.T), slope, sd, columns)
+
+
+def effect_screen(found: Fit, problem: GapProblem, starts: Mapping[str, Array] | None = None) -> Screen:
+    """The effects that a fit does not free. `starts` adds pseudo-candidates "name@k": whitened changes (rows,) of the
+    errors from the null to a finite starting point, for effects that have no slope at their null."""
+    free = set(found.effects)
+    blocks = {n: found.linear.derivatives[:, c] for n, c in problem.columns.items() if n not in free}
+    sds = {n: problem.sd[c] for n, c in problem.columns.items() if n not in free}
+    for name, change in (starts or {}).items():
+        if name.partition("@")[0] not in free:
+            blocks[name], sds[name] = change[:, None], np.ones(1)
+    return screen(found, problem, blocks, sds)

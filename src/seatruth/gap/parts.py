@@ -1,0 +1,296 @@
+"""What was found, turned into the parts of a Diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from seatruth.costs.study import Study
+from seatruth.effects import Effect
+from seatruth.gap.diagnosis import Diagnosis, towards
+from seatruth.gap.fit import Fit, fit
+from seatruth.gap.how_far import how_far
+from seatruth.gap.next_trial import next_trial
+from seatruth.gap.probability import UNKNOWN, Candidate, Verdict, apart, inclusion, lambda_of, powerless
+from seatruth.gap.problem import Array, GapProblem
+from seatruth.gap.search import Say, Search
+from seatruth.gap.sentences import sentence
+from seatruth.gap.unknown import Probes
+from seatruth.gap.where import by_channel, in_region, in_time, noise_table, shares
+from seatruth.provenance import provenance
+from seatruth.trials.finding import Finding
+
+_RIVALS = 6
+_SEEN = 9.0
+"""Lambda of its own from which it makes sense to ask what an effect is taken for."""
+_CONFUSED = 25.0
+"""Pairwise lambda below which a report says that two effects are easily taken for each other."""
+
+
+class Parts:
+    """Turns what was found into the parts of a Diagnosis."""
+
+    def __init__(
+        self,
+        study: Study,
+        problem: GapProblem,
+        found: Search,
+        probed: Sequence[Probes],
+        answers: Sequence[Candidate],
+        judged: Verdict,
+        least: Mapping[str, Mapping[str, float]],
+        findings: list[Finding],
+        say: Say,
+        seed: int,
+    ) -> None:
+        self.study, self.problem, self.found, self.probed = study, problem, found, probed
+        self.answers, self.judged, self.least = answers, judged, least
+        self.findings, self.say, self.seed = findings, say, seed
+        self.best = self._best()
+        self.before = fit(problem, (), found.floor, problem.start, free=problem.initial)
+
+    def _best(self) -> Fit:
+        """The fit that stands for the verdict: its effects, or the most probable ones where none is named."""
+        key = tuple(sorted(self.judged.effects))
+        if key in self.found.fits:
+            return self.found.fits[key]
+        return self.found.base
+
+    def shrinkage(self) -> dict[str, Any]:
+        rivals = [c.effects for c in self.answers if c.effects in self.found.fits and c.effects][:_RIVALS]
+        return how_far(self.found, self.probed[0] if self.probed else None, rivals, self.say, self.seed)
+
+    def suggestion(self) -> dict[str, Any] | None:
+        ranked = inclusion(self.answers, list(self.problem.effects))
+        names = sorted(ranked, key=lambda name: -ranked[name])
+        survivors = list(dict.fromkeys([*self.judged.together, *self.judged.effects, *names]))
+        return next_trial(self.found, survivors, self.say)
+
+    def diagnosis(self, reasons: Mapping[str, str], outcome: Mapping[str, Any], extra: Mapping[str, Any]) -> Diagnosis:
+        problem, found = self.problem, self.found
+        fits = {"before": self.before, "refit": found.base, "effect": self.best}
+        gap = by_channel(problem, found.floor, fits)
+        split = shares(self.before, found.base, self.best, problem.rows)
+        which = self._which()
+        where = {
+            "places": self._places(),
+            "time": in_time(problem, found.base),
+            "region": in_region(problem, found.base, self.seed),
+        }
+        unnamed = self._unnamed()
+        said = self._verdict(which, unnamed)
+        return Diagnosis(
+            study=self.study.name,
+            model=self.study.model.name,
+            synthetic=self.study.synthetic,
+            seed=self.seed,
+            trials=[
+                {"name": t.name, "samples": len(t), "duration_s": t.duration, "conditions": dict(t.conditions)}
+                for t in self.study.trials
+            ],
+            effects=[self._about(effect) for effect in problem.effects.values()],
+            left_out=dict(reasons),
+            noise=noise_table(found.floor),
+            gap=gap,
+            shares=split,
+            where=where,
+            candidates=[
+                {"effects": list(c.effects), "probability": c.probability, "log_evidence": c.evidence}
+                for c in self.answers[:40]
+            ],
+            which=which,
+            verdict={**said, "sentence": sentence(said, which, split, extra["how_far"], unnamed)},
+            unnamed=unnamed,
+            how_far=extra["how_far"],
+            next_trial=extra["next_trial"],
+            augmented=self._augmented(),
+            outcome=dict(outcome),
+            traces=self._traces(fits),
+            findings=self.findings,
+            provenance=provenance(),
+        )
+
+    def _about(self, effect: Effect) -> dict[str, Any]:
+        priors = effect.priors(self.study.model)
+        return {
+            "name": effect.name,
+            "number": effect.number,
+            "title": effect.title,
+            "family": effect.family,
+            "equation": effect.equation,
+            "acts_on": list(effect.acts_on),
+            "equivalent": list(effect.equivalent),
+            "source": effect.source,
+            "parameters": [
+                {"name": q.name, "unit": q.unit, "null": effect.null[q.name], "typical": priors[q.name].sd}
+                for q in effect.parameters
+            ],
+        }
+
+    def _which(self) -> list[dict[str, Any]]:
+        problem, found = self.problem, self.found
+        chances = inclusion(self.answers, list(problem.effects))
+        ranked = sorted(problem.effects, key=lambda name: -chances[name])
+        leading = [name for name in ranked if (name,) in found.fits][:8]
+        rows = []
+        for name in ranked:
+            effect = problem.effects[name]
+            key = tuple(sorted(self.judged.effects)) if name in self.judged.effects else (name,)
+            at = found.fits.get(key)
+            values = self._values(effect, at) if at is not None else []
+            own = lambda_of(found, problem, name)
+            near = {}
+            if name in leading and own > _SEEN:
+                near = {other: apart(found, name, other) for other in leading if other != name}
+            rows.append(
+                {
+                    "name": name,
+                    "number": effect.number,
+                    "title": effect.title,
+                    "acts_on": list(effect.acts_on),
+                    "probability": chances[name],
+                    "log_evidence": found.evidence((name,)),
+                    "lambda": own,
+                    "parameters": values,
+                    "in_words": towards({v["name"]: (v["value"], v["stderr"]) for v in values}),
+                    "detectable": dict(self.least.get(name, {})),
+                    "confused_with": {
+                        other: value for other, value in sorted(near.items(), key=lambda e: e[1]) if value < _CONFUSED
+                    },
+                    "equivalent": list(effect.equivalent),
+                }
+            )
+        return rows
+
+    def _values(self, effect: Effect, at: Fit) -> list[dict[str, Any]]:
+        problem = self.problem
+        error = at.stderr(problem)
+        rows = []
+        for q, k in zip(effect.parameters, problem.columns[effect.name]):
+            value, sd = float(at.x[k]), float(error[k])
+            rows.append(
+                {
+                    "name": q.name,
+                    "unit": q.unit,
+                    "value": value,
+                    "stderr": sd,
+                    "lower": value - 1.96 * sd,
+                    "upper": value + 1.96 * sd,
+                    "null": float(effect.null[q.name]),
+                }
+            )
+        return rows
+
+    def _places(self) -> list[dict[str, Any]]:
+        """Rival placements of one unnamed cause in the refitted model, the likeliest first."""
+        if not self.probed:
+            return []
+        rows = [p for p in self.probed[0].found if p.kind != "terms"]
+        weight = np.exp(np.array([p.gain for p in rows]) / 2.0 - max(p.gain for p in rows) / 2.0)
+        left = {p.label: p.gain for p in self.probed[-1].found}
+        ranked = sorted(zip(rows, weight / weight.sum()), key=lambda entry: -entry[0].gain)
+        return [
+            {
+                "place": p.label,
+                "log_evidence": p.gain,
+                "probability": float(w),
+                "log_evidence_left": left.get(p.label, float("nan")),
+            }
+            for p, w in ranked
+        ]
+
+    def _unnamed(self) -> dict[str, Any] | None:
+        if not self.probed:
+            return None
+        probe = self.probed[0] if not self.judged.effects else self.probed[-1]
+        place = probe.best("place")
+        values, errors = probe.posterior(place.label, place.size)
+        knots = probe.model.knots
+        kept = probe.kept[place.label]
+        series = []
+        for number, trial in enumerate(self.problem.trials):
+            here = (kept // knots) == number
+            series.append(
+                {
+                    "trial": trial.name,
+                    "t": [float(k % knots) * probe.model.spacing for k in kept[here]],
+                    "value": values[here].tolist(),
+                    "stderr": errors[here].tolist(),
+                }
+            )
+        formula = probe.best("terms")
+        coefficients, sds = probe.posterior(formula.label, formula.size)
+        terms = [probe.terms[formula.label][k] for k in probe.kept[formula.label]]
+        ranked = sorted(
+            (
+                {"term": t.text, "coefficient": float(c), "stderr": float(s)}
+                for t, c, s in zip(terms, coefficients, sds)
+            ),
+            key=lambda row: -abs(float(str(row["coefficient"]))) / max(float(str(row["stderr"])), 1e-300),
+        )
+        unit = next(p.unit for p in probe.model.places if p.label == place.label)
+        return {
+            "place": place.label,
+            "unit": unit,
+            "log_evidence": place.gain,
+            "in_time": series,
+            "equation": formula.label.removeprefix("terms:"),
+            "formula_log_evidence": formula.gain,
+            "formula": [row for row in ranked if abs(float(str(row["coefficient"]))) > 2.0 * float(str(row["stderr"]))][
+                :5
+            ],
+            "beside": list(self.judged.effects),
+        }
+
+    def _verdict(self, which: Sequence[Mapping[str, Any]], unnamed: Mapping[str, Any] | None) -> dict[str, Any]:
+        judged = self.judged
+        acting = {row["name"]: row["acts_on"] for row in which}
+        places = list(dict.fromkeys(p for name in judged.effects for p in acting[name]))
+        if not places and judged.kind == "unknown" and unnamed is not None:
+            places = [str(unnamed["equation"])]
+        places += [row["place"] for row in self._places() if row["place"] not in places]
+        weak = powerless(self.found, self.least)
+        return {
+            "kind": judged.kind,
+            "effects": list(judged.effects),
+            "set": list(judged.together),
+            "probability": judged.probability,
+            "places": places,
+            "powerless": weak,
+            "unknown": next((c.probability for c in self.answers if c.effects == (UNKNOWN,)), 0.0),
+            "none": next((c.probability for c in self.answers if c.effects == ()), 0.0),
+        }
+
+    def _augmented(self) -> dict[str, Any]:
+        values = dict(zip(self.problem.names, self.best.x.tolist()))
+        kept = dict(self.problem.cost.space.nominal().items())
+        kept.update({name: value for name, value in values.items() if name in kept})
+        dropped = {
+            effect.named(q.name)
+            for name, effect in self.problem.effects.items()
+            if name not in self.best.effects
+            for q in effect.parameters
+        }
+        return {
+            "model": self.study.model.name,
+            "effects": list(self.best.effects),
+            "parameters": {name: value for name, value in kept.items() if name not in dropped},
+        }
+
+    def _traces(self, fits: Mapping[str, Fit]) -> pd.DataFrame:
+        problem = self.problem
+        errors: dict[str, Array] = {name: problem.errors(one.x) for name, one in fits.items()}
+        parts = []
+        for group in problem.groups:
+            trial = problem.trials[group.trial]
+            measured = np.asarray(trial.outputs[group.channel])[group.sample]
+            columns = {name: measured - errors[name][group.rows] for name in fits}
+            parts.append(
+                pd.DataFrame(
+                    {"trial": group.trial, "t": group.t, "channel": group.channel, "measured": measured, **columns}
+                )
+            )
+        return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,186 @@
+"""From evidence to probabilities and a verdict.
+
+Hypotheses: no effect, each set of effects that was fitted, something that is not in the library. Their prior
+probabilities share a fixed part for each kind; the log-evidence is divided by a temperature that was set on cases with
+known causes (`experiments/withheld`), because evidence from an approximate model is worth less than it says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from seatruth.gap.problem import Array, GapProblem
+from seatruth.gap.search import Search
+from seatruth.gap.unknown import Probes
+
+Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
+UNKNOWN = "unknown"
+
+PRIOR = {"none": 0.30, "one": 0.40, "two": 0.12, "three": 0.03, "unknown": 0.15}
+"""Prior probability of each kind of answer."""
+TEMPERATURE = 2.0
+"""By which log-evidence is divided."""
+SURE = 0.6
+"""Probability from which a cause is named."""
+TOGETHER = 0.95
+"""Probability that the effects reported as a set hold together."""
+APART = 11.0
+"""Pairwise lambda below which two causes count as not told apart."""
+POWER = 2.8
+"""Deviations at which an effect is found with probability 0.8 in a test at 0.05: 1.96 + 0.84."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One answer and its probability; `effects` is ("unknown",) for a cause that is not in the library."""
+
+    effects: tuple[str, ...]
+    probability: float
+    evidence: float
+    """Log-evidence over the model without effects."""
+
+
+def candidates(search: Search, probes: Sequence[Probes], temperature: float = TEMPERATURE) -> list[Candidate]:
+    """All answers with their probabilities, the most probable first."""
+    problem = search.problem
+    count = {0: 1, 1: len(problem.effects)}
+    count[2] = count[1] * (count[1] - 1) // 2
+    count[3] = count[2] * max(1, count[1] - 2) // 3
+    share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
+    rows: list[tuple[tuple[str, ...], float, float]] = []
+    keys = {(name,) for name in problem.effects} | set(search.fits)
+
+    def prior(key: tuple[str, ...]) -> float:
+        return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
+
+    for key in sorted(keys):
+        evidence = search.evidence(key)
+        if math.isfinite(evidence):
+            rows.append((key, evidence, prior(key)))
+    # Something unnamed may act alone or beside a named effect; each is its own answer, and all of them one.
+    for one in probes:
+        alone = not one.at.effects
+        odds = math.log(PRIOR["unknown"] / (PRIOR["none"] if alone else 1.0 - PRIOR["unknown"]))
+        evidence = search.evidence(one.at.effects) + one.average("terms", "place")
+        rows.append(((UNKNOWN,), evidence, prior(one.at.effects) + odds))
+    weight = np.array([evidence / temperature + prior for _, evidence, prior in rows])
+    weight = np.exp(weight - weight.max())
+    weight /= weight.sum()
+    chances: dict[tuple[str, ...], float] = {}
+    evidences: dict[tuple[str, ...], float] = {}
+    for (key, evidence, _), p in zip(rows, weight):
+        chances[key] = chances.get(key, 0.0) + float(p)
+        evidences[key] = max(evidences.get(key, -math.inf), evidence)
+    found = [Candidate(key, chances[key], evidences[key]) for key in chances]
+    return sorted(found, key=lambda c: -c.probability)
+
+
+def inclusion(found: Sequence[Candidate], effects: Sequence[str]) -> dict[str, float]:
+    """Probability that each effect acts, alone or with others."""
+    return {name: sum(c.probability for c in found if name in c.effects) for name in effects}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said, and the sets that stand behind it."""
+
+    kind: Kind
+    effects: tuple[str, ...]
+    together: tuple[str, ...]
+    """Effects that cannot be told apart on these trials, the most probable first; empty where the cause is named."""
+    probability: float
+
+
+def verdict(found: Sequence[Candidate], powerless: Sequence[str], possible: int) -> Verdict:
+    """`powerless` are the effects whose typical magnitude the trials could not have shown, of `possible` in all."""
+    best = found[0]
+    if best.effects == () and best.probability >= 0.5:
+        kind: Kind = "no_gap" if len(powerless) <= possible // 2 else "underpowered"
+        return Verdict(kind, (), (), best.probability)
+    if best.effects == (UNKNOWN,) and best.probability >= 0.5:
+        return Verdict("unknown", (), (), best.probability)
+    named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
+    cause = sum(c.probability for c in named)
+    if named and best in named and best.probability >= SURE:
+        return Verdict("effects", best.effects, (), best.probability)
+    if cause >= SURE:
+        together: list[str] = []
+        total = 0.0
+        for candidate in named:
+            together += [name for name in candidate.effects if name not in together]
+            total += candidate.probability
+            if total >= TOGETHER * cause:
+                break
+        if len(together) == len(named[0].effects):
+            return Verdict("effects", named[0].effects, (), cause)
+        return Verdict("inseparable", named[0].effects, tuple(together), total)
+    if best.effects == (UNKNOWN,):
+        return Verdict("unknown", (), (), best.probability)
+    return Verdict("underpowered", (), tuple(dict.fromkeys(n for c in named[:4] for n in c.effects)), cause)
+
+
+def detectable(search: Search) -> dict[str, dict[str, float]]:
+    """For each effect the smallest magnitude of each parameter that these trials would show (80 % power at 5 %), by
+    parameter: everything that the model's coefficients and initial states can take up is projected out."""
+    problem, one = search.problem, search.screens[()]
+    found: dict[str, dict[str, float]] = {}
+    for name, effect in problem.effects.items():
+        at = one.columns.get(name)
+        if at is None:
+            continue
+        information = one.information[np.ix_(at, at)]
+        found[name] = {}
+        for k, q in enumerate(effect.parameters):
+            left = _left(information, k)
+            found[name][q.name] = POWER / math.sqrt(left) if left > 0.0 else math.inf
+    return found
+
+
+def powerless(search: Search, least: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Effects none of whose parameters would show at its typical magnitude."""
+    problem = search.problem
+    found = []
+    for name, limits in least.items():
+        sds = problem.sd[problem.columns[name]]
+        if all(limit > sd for limit, sd in zip(limits.values(), sds)):
+            found.append(name)
+    return found
+
+
+def apart(search: Search, one: str, other: str) -> float:
+    """Pairwise lambda: what is left of one effect's signature, at its fitted magnitude, when the other effect and all
+    nuisances may take up what they can."""
+    screen, problem = search.screens[()], search.problem
+    fit = search.fits.get((one,))
+    if fit is None or one not in screen.columns or other not in screen.columns:
+        return math.nan
+    a, b = screen.columns[one], screen.columns[other]
+    size = fit.x[problem.columns[one]] - problem.mean[problem.columns[one]]
+    held = screen.information[np.ix_(b, b)] + np.diag(1.0 / screen.sd[b] ** 2)
+    cross = screen.information[np.ix_(b, a)]
+    left: Array = screen.information[np.ix_(a, a)] - cross.T @ np.linalg.solve(held, cross)
+    return float(size @ left @ size)
+
+
+def _left(information: Array, k: int) -> float:
+    """Information on entry k when the others are free."""
+    others = [j for j in range(len(information)) if j != k]
+    if not others:
+        return float(information[k, k])
+    rest = np.linalg.pinv(information[np.ix_(others, others)], hermitian=True)
+    return float(information[k, k] - information[k, others] @ rest @ information[others, k])
+
+
+def lambda_of(search: Search, problem: GapProblem, name: str) -> float:
+    """Projected lambda of an effect at its fitted magnitude: its squared z-score."""
+    fit, screen = search.fits.get((name,)), search.screens[()]
+    if fit is None or name not in screen.columns:
+        return math.nan
+    at = screen.columns[name]
+    size = fit.x[problem.columns[name]] - problem.mean[problem.columns[name]]
+    return float(size @ screen.information[np.ix_(at, at)] @ size)

@@ -1,0 +1,188 @@
+"""Which effects: every one alone, all pairs of the leaders, triples where two do not suffice.
+
+Screening is linear and costs nothing: it orders the hypotheses. Those that lead are fitted without any approximation of
+the model's response, since signatures of a large gap are not linear, and each fit is screened anew for what it lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from seatruth.gap.fit import Fit, Screen, effect_screen, fit
+from seatruth.gap.noise import NoiseFloor, noise_floor
+from seatruth.gap.problem import Array, GapProblem
+
+Say = Callable[[str], None]
+
+SINGLES = 10
+"""Effects fitted alone, the leaders of the screen, beside all with finite starting points that lead it."""
+LEADERS = 4
+"""Fitted hypotheses from which more effects are tried."""
+ADDITIONS = 4
+"""Effects tried beside each of them."""
+MORE = 3.0
+"""Rise of the log-evidence on the screen from which one effect more is worth a fit."""
+ROUNDS = 4
+"""Alternations between the fullest fit and the noise that it leaves."""
+
+
+@dataclass
+class Search:
+    """Every fitted hypothesis, by its effects in alphabetical order; () is the model without any."""
+
+    problem: GapProblem
+    floor: NoiseFloor
+    fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
+    screens: dict[tuple[str, ...], Screen] = field(default_factory=dict)
+    starts: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    """Pseudo-candidates "name@k": values of the effect's parameters (n,), and the whitened change of the errors."""
+
+    @property
+    def base(self) -> Fit:
+        return self.fits[()]
+
+    def evidence(self, effects: Sequence[str]) -> float:
+        """Log-evidence over the model without any effect: of the fit where there is one, else screened."""
+        key = tuple(sorted(effects))
+        if key in self.fits:
+            return self.fits[key].evidence - self.base.evidence
+        return self.screens[()].gain(*key)
+
+    def leaders(self, most: int) -> list[Fit]:
+        ranked = sorted((f for f in self.fits.values() if f.effects), key=lambda f: -f.evidence)
+        return ranked[:most]
+
+
+def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
+    """The noise floor and the fullest fit: coefficients, initial states, every effect at once, under their priors."""
+    first = problem.errors(problem.start)
+    if not np.isfinite(first).all():
+        first = _of_measured(problem)
+    least = _half_digit(problem)
+    floor = noise_floor(problem.series, first, least=least)
+    x = problem.start
+    names = list(problem.effects)
+    for k in range(ROUNDS):
+        say(f"Noise floor {k + 1} of {ROUNDS}")
+        full = fit(problem, names, floor, x)
+        if not np.isfinite(full.cost):
+            names = []
+            full = fit(problem, names, floor, problem.start)
+        x = full.x
+        before = floor
+        floor = noise_floor(problem.series, problem.errors(x), taken=len(full.active), least=least)
+        changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
+        if max(changes) < 0.02:
+            break
+    return floor, full
+
+
+def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Search:
+    """Screens and fits. `near` (K,) is where the fullest fit ended: a second start for every hypothesis."""
+    found = Search(problem, floor)
+    say("The model without any effect")
+    found.fits[()] = _best(problem, (), floor, [problem.start, near])
+    _secants(found)
+    found.screens[()] = effect_screen(found.base, problem, {k: v[1] for k, v in found.starts.items()})
+    singles = _ranked(found.screens[()], problem)
+    for k, name in enumerate(singles[:SINGLES]):
+        say(f"Effects one by one: {name} ({k + 1} of {min(SINGLES, len(singles))})")
+        _fitted(found, (name,), near)
+    for size in (2, 3):
+        for _number, leader in enumerate(f for f in found.leaders(LEADERS) if len(f.effects) == size - 1):
+            own = _screened(found, leader)
+            wanted = [n for n in _ranked(own, problem) if _gain(own, n) > (MORE if size > 2 else -1.0)]
+            for name in wanted[:ADDITIONS]:
+                say(f"Effects {'in pairs' if size == 2 else 'by threes'}: {' and '.join(leader.effects)} with {name}")
+                _fitted(found, (*leader.effects, name), leader.x, near)
+        if size == 2:
+            for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
+                _fitted(found, pair, near)
+    return found
+
+
+def _fitted(found: Search, effects: Sequence[str], *near: Array) -> Fit:
+    key = tuple(sorted(effects))
+    if key not in found.fits:
+        problem = found.problem
+        begin = [*near, found.base.x]
+        for name, (values, _) in found.starts.items():
+            effect = name.partition("@")[0]
+            if effect in key:
+                x = near[0].copy()
+                x[problem.columns[effect]] = values
+                begin.append(x)
+        found.fits[key] = _best(problem, key, found.floor, begin)
+    return found.fits[key]
+
+
+def _best(problem: GapProblem, effects: Sequence[str], floor: NoiseFloor, starts: Sequence[Array]) -> Fit:
+    best: Fit | None = None
+    for x in starts:
+        got = fit(problem, effects, floor, x)
+        if best is None or got.cost < best.cost - 1e-3:
+            best = got
+    assert best is not None
+    return best
+
+
+def _screened(found: Search, at: Fit) -> Screen:
+    key = at.effects
+    if key not in found.screens:
+        found.screens[key] = effect_screen(at, found.problem, {k: v[1] for k, v in found.starts.items()})
+    return found.screens[key]
+
+
+def _gain(screen: Screen, name: str) -> float:
+    """The best of an effect's slope at its null and its finite starting points."""
+    options = [key for key in screen.columns if key == name or key.startswith(f"{name}@")]
+    return max(screen.gain(option) for option in options)
+
+
+def _ranked(screen: Screen, problem: GapProblem) -> list[str]:
+    names = {key.partition("@")[0] for key in screen.columns}
+    return sorted(names, key=lambda name: -_gain(screen, name))
+
+
+def _pairs(screen: Screen, problem: GapProblem) -> list[tuple[str, str]]:
+    names = [key for key in screen.columns if "@" not in key]
+    pairs = [(a, b) for k, a in enumerate(names) for b in names[k + 1 :]]
+    return sorted(pairs, key=lambda pair: -screen.gain(*pair))
+
+
+def _secants(found: Search) -> None:
+    """What each finite starting point changes in the errors, beside what the model without effects leaves."""
+    problem, base = found.problem, found.base
+    for name, effect in problem.effects.items():
+        for k, start in enumerate(effect.starts):
+            x = base.x.copy()
+            values = np.array([float(start.get(q.name, effect.null[q.name])) for q in effect.parameters])
+            x[problem.columns[name]] = values
+            errors = problem.errors(x)
+            if np.isfinite(errors).all():
+                found.starts[f"{name}@{k}"] = (values, found.floor.whiten(errors) - base.linear.errors)
+
+
+def _of_measured(problem: GapProblem) -> Array:
+    """Errors where the model diverges at its start: the measurements less their means."""
+    found = np.empty(problem.rows)
+    for group in problem.groups:
+        trial = problem.trials[group.trial]
+        values = np.asarray(trial.outputs[group.channel])[group.sample]
+        found[group.rows] = values - values.mean()
+    return found
+
+
+def _half_digit(problem: GapProblem) -> dict[str, float]:
+    """Deviation of rounding to the record's last digit: no noise can be less."""
+    found: dict[str, float] = {}
+    for name in problem.outputs:
+        values = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
+        finite = np.unique(np.concatenate([v[np.isfinite(v)] for v in values])) if values else np.zeros(0)
+        steps = np.diff(finite)
+        if steps.size and (np.abs(steps / steps.min() - np.rint(steps / steps.min())) < 1e-3).all():
+            found[name] = float(steps.min()) / 12**0.5
+    return found
