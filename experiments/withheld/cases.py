@@ -1,0 +1,251 @@
+"""Drawing a case: a vehicle that is off its nominal coefficients, its trials, its cause at a wanted lambda."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from withheld.names import NAMES
+from withheld.reality.families import Family, design, families
+from withheld.reality.manoeuvres import Trial
+from withheld.reality.mechanism import Mechanism
+from withheld.reality.motion import Array, View
+from withheld.reality.sensors import Noise
+from withheld.reality.simulate import Present, Record, make
+from withheld.referee import (
+    PRIOR,
+    TELLS_APART,
+    Signatures,
+    left_over,
+    marginal,
+    oracle_closure,
+    pairwise,
+    signatures,
+    spans,
+)
+
+STRATA = ((9.0, 25.0), (25.0, 100.0), (100.0, 400.0), (400.0, 10000.0))
+KINDS = ("single", "double", "none", "outside", "confounded")
+LEAST_STABLE = 0.06
+"""Largest growth rate of a straight run, over U / L, that a drawn vehicle may have."""
+TRIES = 12
+LOOKALIKES = {
+    "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
+             "propeller_walk", "compass_deviation", "tether"),
+    "mariner": ("current", "heading_bias", "speed_bias", "speed_scale", "drag", "wind", "compass_deviation", "tether"),
+    "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset"),
+}  # fmt: skip
+"""Causes that few trials on one heading confound with others."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a case is to be."""
+
+    family: str
+    kind: str
+    causes: tuple[str, ...]
+    stratum: int
+    seed: int
+    menu: bool = True
+
+
+@dataclass
+class Case:
+    """A case and everything that is to be sealed of it."""
+
+    plan: Plan
+    family: Family
+    coefficients: dict[str, float]
+    noise: dict[str, Noise]
+    trials: list[Trial]
+    ordered: bool
+    causes: list[Present]
+    distractors: list[tuple[Present, float]]
+    records: list[Record]
+    truth: dict[str, Any] = field(default_factory=dict)
+
+
+def draw(plan: Plan) -> Case:
+    """The case of a plan: the same seed gives the same case."""
+    family = families()[plan.family]
+    for attempt in range(TRIES):
+        rng = np.random.default_rng([plan.seed, attempt])
+        case = _once(plan, family, rng, attempt)
+        if case is not None:
+            return case
+    raise RuntimeError(f"no such case could be drawn: {plan}")
+
+
+def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) -> Case | None:
+    coefficients = drawn_coefficients(family, rng)
+    noise = drawn_noise(family, rng)
+    causes = [family.mechanism(key) for key in plan.causes]
+    ordered = any(one.orders for one in causes) or bool(rng.random() < 0.5)
+    trials = design(family, rng, poor=plan.kind == "confounded")
+    noise_seed = int(rng.integers(2**62))
+
+    def recorded(acting: Sequence[Present]) -> list[Record]:
+        return make(family, trials, coefficients, acting, noise, np.random.default_rng(noise_seed), ordered)
+
+    # Gear that lies between order and record shows only where the order was recorded.
+    usable = [one for one in family.mechanisms if ordered or not one.orders]
+    offered = [one for one in usable if one.key not in plan.causes and one.kind == "force"]
+    picked = [offered[k] for k in rng.permutation(len(offered))[:2]]
+    present = [Present(one, one.draw(rng)) for one in [*causes, *picked]]
+    plain = recorded(())
+    alone = [(p.mechanism.key + "!", [p]) for p in present]
+    gram = signatures(family, plain, coefficients, noise, alone).projected()
+    wanted = _targets(plan, rng)
+    aims = [*wanted, *(float(rng.uniform(0.2, 1.2)) for _ in picked)]
+    present = [
+        _grown(p, math.sqrt(aim / max(float(gram[k, k]), 1e-12)))
+        for k, (p, aim) in enumerate(zip(present, aims, strict=True))
+    ]
+    count = len(causes)
+    main, others = present[:count], present[count:]
+    records = recorded([*main, *others])
+    for _ in range(4):
+        if not main:
+            break
+        found = signatures(family, records, coefficients, noise, [(p.mechanism.key + "!", [p]) for p in main])
+        gram = found.projected()
+        each = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
+        main = [_grown(p, _factor(aim, own)) for p, aim, own in zip(main, wanted, each, strict=True)]
+        records = recorded([*main, *others])
+        if all(abs(math.log(aim / max(own, 1e-9))) < 0.05 for aim, own in zip(wanted, each, strict=True)):
+            break
+    if any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs):
+        return None
+    case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records)
+    return _judged(case, usable, attempt)
+
+
+def _grown(present: Present, factor: float) -> Present:
+    """The mechanism larger by a factor, within what is believable of its typical magnitude."""
+    one = present.mechanism
+    name = max(one.grows, key=lambda name: abs(present.values[name]))
+    typical = max(abs(float(values.get(name, 0.0))) for values in one.spans) or abs(present.values[name])
+    size = abs(present.values[name])
+    limit = one.most * typical / max(size, 1e-300)
+    return Present(one, one.scaled(present.values, min(factor, limit)))
+
+
+def _factor(aim: float, now: float) -> float:
+    """How much larger to take a cause next: lambda goes with its square, or nearly."""
+    return min(2.5, max(0.4, math.sqrt(aim / max(now, 1e-9))))
+
+
+def _targets(plan: Plan, rng: np.random.Generator) -> list[float]:
+    low, high = STRATA[plan.stratum]
+    return [float(math.exp(rng.uniform(math.log(low * 1.05), math.log(high * 0.95)))) for _ in plan.causes]
+
+
+def drawn_coefficients(family: Family, rng: np.random.Generator) -> dict[str, float]:
+    """Every coefficient 10 to 20 % off, to either side; vehicles that run away from a straight course are not drawn."""
+    while True:
+        off = rng.choice((-1.0, 1.0), len(family.coefficients)) * rng.uniform(0.10, 0.20, len(family.coefficients))
+        found = {
+            name: value * (1 + float(d)) for (name, value), d in zip(family.coefficients.items(), off, strict=True)
+        }
+        if growth(family, found) * family.time < LEAST_STABLE:
+            return found
+
+
+def growth(family: Family, coefficients: Mapping[str, float]) -> float:
+    """Largest real part of the eigenvalues of straight motion (1/s), positions left out."""
+    p = {name: np.full(7, value) for name, value in {**family.sizes, **coefficients}.items()}
+    s = np.zeros((6, 7))
+    s[0] = family.speed
+    rows = [0, 1, 2] if family.vehicle.earth_current else [0, 1, 2, 5]
+    step = np.zeros((6, 7))
+    for k, row in enumerate(rows):
+        step[row, k + 1] = 1e-5
+    s = s + step
+    none = np.zeros(7)
+    view = View(
+        0.0, s[0], s[1], s[2], s[3], s[4], s[5], np.zeros((4, 7)), none, none, none, none, none,
+        np.full(7, family.revolutions),
+    )  # fmt: skip
+    rates = np.stack(family.vehicle.rates(view, p, none, none, none))
+    jacobian = np.stack([(rates[rows, k + 1] - rates[rows, 0]) / 1e-5 for k in range(len(rows))], axis=1)
+    return float(np.linalg.eigvals(jacobian).real.max())
+
+
+def drawn_noise(family: Family, rng: np.random.Generator) -> dict[str, Noise]:
+    """True noise: near the data sheet's size, a third to two thirds of it coloured."""
+    found = {}
+    for name, sd in family.noise.items():
+        size = sd * float(np.exp(rng.normal(0.0, 0.12)))
+        share = float(rng.uniform(0.2, 0.5))
+        found[name] = Noise(
+            size * math.sqrt(1 - share), size * math.sqrt(share), float(rng.uniform(0.3, 2.0)) * family.time
+        )
+    return found
+
+
+def _judged(case: Case, usable: Sequence[Mechanism], attempt: int) -> Case | None:
+    """The case with the referee's findings; None where it is not of the kind that was wanted."""
+    family, plan = case.family, case.plan
+    names = NAMES[family.name]
+    named = [one for one in usable if one.key in names]
+    menu = family.menu(case.trials[0].heading) if plan.menu and case.causes else []
+    more = _menu_records(case, menu)
+    variants: list[tuple[str, Sequence[Present]]] = [(p.mechanism.key + "!", [p]) for p in case.causes]
+    variants += [(p.mechanism.key + "?", [p]) for p, _ in case.distractors]
+    variants += spans(named)
+    found = signatures(family, [*case.records, *more], case.coefficients, case.noise, variants)
+    count, own = len(case.causes), range(len(case.records))
+    gram = found.projected(own)
+    keys = [p.mechanism.key for p in case.causes]
+    each = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
+    raw = found.grams[list(own)].sum(axis=0)[found.coefficients :, found.coefficients :]
+    others = [one.key for one in named if one.key not in keys]
+    pairs = [pairwise(found, gram, k, others) for k in range(count)]
+    lookalikes = sorted({name for of in pairs for name, value in of.items() if value < TELLS_APART})
+    if plan.kind == "confounded" and (not lookalikes or each[0] < 25.0) and attempt < TRIES - 1:
+        return None
+    case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
+    offset = _offset(case)
+    part = Signatures(found.coefficients, found.labels, found.whitened[: len(case.records)])
+    oracle = oracle_closure(part, range(count), offset, len(case.records)) if count else None
+    case.truth = {
+        "lambda": dict(zip(keys, each, strict=True)),
+        "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys)},
+        "pairs": {key: {names[name]: value for name, value in of.items()} for key, of in zip(keys, pairs, strict=True)},
+        "lookalikes": [names[name] for name in lookalikes],
+        "oracle": oracle,
+        "next": {
+            manoeuvre: {names[name]: value for name, value in of.items()}
+            for manoeuvre, of in (_next(found, len(case.records), menu, others) if count == 1 else {}).items()
+        },
+    }
+    return case
+
+
+def _menu_records(case: Case, menu: Sequence[Trial]) -> list[Record]:
+    if not menu:
+        return []
+    rng = np.random.default_rng([case.plan.seed, 1])
+    acting = [*case.causes, *(p for p, _ in case.distractors)]
+    return make(case.family, menu, case.coefficients, acting, case.noise, rng, case.ordered)
+
+
+def _next(found: Signatures, own: int, menu: Sequence[Trial], others: Sequence[str]) -> dict[str, dict[str, float]]:
+    """For each manoeuvre of the menu: pairwise lambda of the cause against each other effect with that trial added."""
+    base = found.grams[:own].sum(axis=0)
+    result = {}
+    for k, trial in enumerate(menu):
+        gram = marginal(base + found.grams[own + k], found.coefficients)
+        result[trial.name] = pairwise(found, gram, 0, others)
+    return result
+
+
+def _offset(case: Case) -> Array:
+    """Truth less prior mean, in standard deviations of the prior."""
+    nominal = case.family.coefficients
+    return np.array([(case.coefficients[name] - value) / (PRIOR * abs(value)) for name, value in nominal.items()])

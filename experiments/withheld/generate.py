@@ -1,0 +1,165 @@
+"""First step: cases, the public part and the sealed part written apart."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import time
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatruth.errors import BadInput
+from withheld.cases import KINDS, LOOKALIKES, STRATA, Case, Plan, draw
+from withheld.names import NAMES, UNKNOWN
+from withheld.reality.families import Family, families
+from withheld.reality.manoeuvres import Trial
+from withheld.seal import digest_file, note, write
+from withheld.studies import log_text, study_text
+
+SETS: dict[str, tuple[str, ...]] = {"dev": ("ship", "auv"), "test": ("ship", "auv", "mariner")}
+"""Families of each set: the last one of the test set is first used there."""
+SHARES = {"single": 0.52, "double": 0.12, "none": 0.12, "outside": 0.12, "confounded": 0.12}
+CASES, QUICK = {"dev": 60, "test": 150}, 6
+DEV_SEED = 20261121
+
+
+def plans(which: str, count: int, seed: int) -> list[Plan]:
+    """The plans of a set, in an order that says nothing.
+
+    Kinds in fixed shares, families in turn, causes in a shuffled turn, so that none comes twice before all came once;
+    strata in turn.
+    """
+    rng = np.random.default_rng(seed)
+    known = families()
+    kinds = [kind for kind in KINDS for _ in range(max(1, round(SHARES[kind] * count)))]
+    kinds = (kinds + ["single"] * count)[:count]
+    turns: dict[tuple[str, str], Iterator[str]] = {}
+    result = []
+    for k, kind in enumerate(kinds):
+        name = SETS[which][k % len(SETS[which])]
+        causes: tuple[str, ...] = ()
+        if kind != "none":
+            turn = turns.setdefault((kind, name), _turn(_offered(known[name], kind), rng))
+            causes = (next(turn), next(turn)) if kind == "double" else (next(turn),)
+        stratum = 1 + k % (len(STRATA) - 1) if kind in ("confounded", "double") else (k // 2) % len(STRATA)
+        result.append(Plan(name, kind, causes, stratum, int(rng.integers(2**62))))
+    return [result[k] for k in rng.permutation(len(result))]
+
+
+def _offered(family: Family, kind: str) -> list[str]:
+    if kind == "outside":
+        return [one.key for one in family.unnamed]
+    if kind == "confounded":
+        return [key for key in LOOKALIKES[family.name] if key in NAMES[family.name]]
+    usable = NAMES[family.name]
+    return [one.key for one in family.named if one.key in usable]
+
+
+def _turn(keys: list[str], rng: np.random.Generator) -> Iterator[str]:
+    while True:
+        yield from (keys[k] for k in rng.permutation(len(keys)))
+
+
+def sealed(case: Case, name: str) -> dict[str, Any]:
+    """What is sealed of a case."""
+    outside = case.plan.kind == "outside"
+    causes = [
+        {
+            "name": UNKNOWN if outside else NAMES[case.family.name][p.mechanism.key],
+            "key": p.mechanism.key,
+            "number": p.mechanism.number,
+            "place": _place(p.mechanism.place, case.family),
+            "values": dict(p.values),
+            "units": dict(p.mechanism.units),
+        }
+        for p in case.causes
+    ]
+    strengths = list(case.truth["lambda"].values())
+    return {
+        "case": name,
+        "synthetic": True,
+        "family": case.family.name,
+        "kind": case.plan.kind,
+        "effects": [UNKNOWN] if outside else sorted(cause["name"] for cause in causes),
+        "causes": causes,
+        "set": sorted({cause["name"] for cause in causes} | set(case.truth["lookalikes"])),
+        "places": sorted({cause["place"] for cause in causes}),
+        "stratum": stratum(min(strengths)) if strengths else "none",
+        **case.truth,
+        "ordered": case.ordered,
+        "distractors": [
+            {"key": p.mechanism.key, "values": dict(p.values), "lambda": size} for p, size in case.distractors
+        ],
+        "coefficients": case.coefficients,
+        "noise": {key: [one.white, one.slow, one.tau] for key, one in case.noise.items()},
+        "trials": [_trial(trial) for trial in case.trials],
+        "seed": case.plan.seed,
+    }
+
+
+def _place(word: str, family: Family) -> str:
+    """A mechanism's place in the library's words: its names of input and turning rate."""
+    word = word.replace("actuator:delta", f"actuator:{family.input}")
+    return word.replace("sensor:turning", "sensor:r" if "r" in family.outputs else "sensor:q")
+
+
+def stratum(size: float) -> str:
+    """The name of the stratum of a lambda."""
+    for low, high in STRATA[:-1]:
+        if size < low:
+            return f"<{low:g}"
+        if size < high:
+            return f"{low:g}-{high:g}"
+    return f">{STRATA[-1][0]:g}"
+
+
+def _trial(trial: Trial) -> dict[str, Any]:
+    return {"name": trial.name, "heading": trial.heading, "seconds": trial.seconds, "closed": trial.closed}
+
+
+def one_case(plan: Plan, name: str, out: str) -> float:
+    """Draws one case and writes it; the public part first, so that a sealed file says that all is there."""
+    begin = time.perf_counter()
+    case = draw(plan)
+    folder = Path(out) / "public" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    for k, record in enumerate(case.records):
+        write(folder / f"trial_{k + 1}.csv", log_text(case.family, record))
+    write(folder / "study.toml", study_text(case, name))
+    write(Path(out) / "sealed" / f"{name}.json", json.dumps(sealed(case, name), indent=1) + "\n")
+    return time.perf_counter() - begin
+
+
+def generate(which: str, out: Path, count: int | None, seed: int | None, quick: bool, workers: int) -> None:
+    """Makes a set, or what is missing of it; the seed of a test set is drawn and sealed unless it is given."""
+    settings_file = out / "sealed" / "_set.json"
+    many = count or (QUICK if quick else CASES[which])
+    if settings_file.exists():
+        old: Mapping[str, Any] = json.loads(settings_file.read_text(encoding="utf-8"))
+        if (old["set"], old["cases"]) != (which, many) or (seed is not None and seed != old["seed"]):
+            raise BadInput("another set is there already", where=str(out), do="Give another --out.")
+        seed = int(old["seed"])
+    else:
+        for part in ("public", "sealed"):
+            (out / part).mkdir(parents=True, exist_ok=True)
+        seed = seed if seed is not None else DEV_SEED if which == "dev" else secrets.randbits(62)
+        write(settings_file, json.dumps({"set": which, "cases": many, "seed": seed}) + "\n")
+    todo = plans(which, many, seed)
+    names = [f"c{k + 1:03d}" for k in range(many)]
+    missing = [k for k in range(many) if not (out / "sealed" / f"{names[k]}.json").exists()]
+    print(f"{many - len(missing)} of {many} cases are there; {len(missing)} to make, about "
+          f"{10 * len(missing) / max(1, workers) / 60:.0f} min", flush=True)  # fmt: skip
+    if missing:
+        note(out, "generate", "begin", {"set": which, "cases": many})
+    with ProcessPoolExecutor(max_workers=max(1, workers)) as pool:
+        jobs = {pool.submit(one_case, todo[k], names[k], str(out)): k for k in missing}
+        for done, job in enumerate(as_completed(jobs), 1):
+            print(f"[{done}/{len(missing)}] {names[jobs[job]]}: {job.result():.1f} s", flush=True)
+    seal = {name: digest_file(out / "sealed" / f"{name}.json") for name in names}
+    write(out / "public" / "seal.json", json.dumps({"set": which, "sealed": seal}, indent=1) + "\n")
+    if missing:
+        note(out, "generate", "end", {"sealed": digest_file(out / "public" / "seal.json")})

@@ -1,0 +1,82 @@
+"""What the library calls the mechanisms of the catalogue.
+
+The only file that ties this benchmark's words to the library's. A test compares it with `seatruth list effects`. A
+mechanism without a name here has no counterpart on that kind of vehicle, and causes no case.
+"""
+
+from __future__ import annotations
+
+UNKNOWN = "unknown"
+"""Stands for a cause outside the library."""
+
+_SHIP: dict[str, str] = {
+    "current": "current",
+    "varying_current": "varying_current",
+    "speed_scale": "speed_scale",
+    "speed_bias": "speed_bias",
+    "sway_bias": "sway_bias",
+    "heading_bias": "heading_bias",
+    "compass_deviation": "compass_deviation",
+    "gyro_bias": "gyro_bias",
+    "lever_arm": "log_lever_arm",
+    "antenna": "position_lever_arm",
+    "position_delay": "position_delay",
+    "heading_delay": "heading_delay",
+    "rate_delay": "rate_delay",
+    "speed_delay": "speed_delay",
+    "rudder_offset": "rudder_offset",
+    "rudder_gain": "rudder_gain",
+    "lag": "rudder_lag",
+    "rate_limit": "rudder_rate_limit",
+    "dead_time": "rudder_delay",
+    "dead_band": "rudder_dead_band",
+    "play": "rudder_backlash",
+    "propeller_walk": "propeller_walk",
+    "thrust": "thrust_gain",
+    "drag": "drag_increase",
+    "wind": "wind",
+    "cross_flow": "cross_flow",
+    "turning_loss": "turning_loss",
+    "added_mass": "added_mass",
+    "sloshing": "sloshing",
+    "munk": "munk",
+    "waves": "wave_drift",
+    "shallow_water": "shallow_water",
+    "tether": "tether",
+}
+_AUV: dict[str, str] = {
+    "current": "current",
+    "speed_scale": "speed_scale",
+    "speed_bias": "speed_bias",
+    "pitch_gyro_bias": "pitch_gyro_bias",
+    "lever_arm": "log_lever_arm_vertical",
+    "pressure_port": "depth_lever_arm",
+    "depth_scale": "depth_scale",
+    "depth_lag": "depth_lag",
+    "pitch_delay": "pitch_delay",
+    "rate_delay": "rate_delay",
+    "speed_delay": "speed_delay",
+    "rudder_offset": "plane_offset",
+    "rudder_gain": "plane_gain",
+    "lag": "plane_lag",
+    "rate_limit": "plane_rate_limit",
+    "dead_time": "plane_delay",
+    "dead_band": "plane_dead_band",
+    "play": "plane_backlash",
+    "thrust": "thrust_gain",
+    "drag": "drag_increase",
+    "cross_flow": "cross_flow_vertical",
+    "turning_loss": "turning_loss",
+    "net_weight": "net_weight",
+    "added_mass": "added_mass",
+    "munk": "munk_vertical",
+    "asymmetry": "asymmetry",
+    "waves": "wave_drift",
+    "tether": "tether",
+}
+NAMES: dict[str, dict[str, str]] = {
+    "ship": _SHIP,
+    "auv": _AUV,
+    "mariner": {key: name for key, name in _SHIP.items() if key not in ("propeller_walk", "thrust")},
+}
+"""Family -> key of the mechanism -> name of the effect."""

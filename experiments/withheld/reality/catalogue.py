@@ -1,0 +1,217 @@
+"""Which mechanisms act on which family, at which typical magnitudes (catalogue of effects, [S] within its ranges).
+
+Keys are this benchmark's own words; `names.py` beside the package says what the library calls them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from withheld.reality import environment as env
+from withheld.reality import hulls, sensors
+from withheld.reality.mechanism import Draw, Mechanism, around, fixed, sign
+
+_PI = math.pi
+
+
+def gear(values: object) -> None:
+    """Mechanisms of the steering gear act through its settings, not through a function."""
+
+
+def _one(
+    key: str, number: int | None, place: str, kind: str, act: Callable[..., object], name: str, value: float, unit: str,
+    *, most: float = 5.0, orders: bool = False, signed: bool = True, **other: float,
+) -> Mechanism:  # fmt: skip
+    """A mechanism of one magnitude; `other` values say how it acts."""
+    draw = fixed(**{name + ("_" if signed else ""): value}, **other)
+    return Mechanism(
+        key, number, place, kind, act, draw, (name,), [{name: value, **other}], {name: unit}, most, orders  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _flow(size: float, first: str = "north", second: str = "east") -> Draw:
+    """A vector of this size in any direction."""
+
+    def draw(rng: np.random.Generator) -> dict[str, float]:
+        way = around(rng)
+        return {first: size * math.cos(way), second: size * math.sin(way)}
+
+    return draw
+
+
+def _with(draw: Draw, **ranges: tuple[float, float]) -> Draw:
+    def more(rng: np.random.Generator) -> dict[str, float]:
+        return {**draw(rng), **{name: float(rng.uniform(*ends)) for name, ends in ranges.items()}}
+
+    return more
+
+
+def _ways(speed: float, **other: float) -> list[dict[str, float]]:
+    return [{"north": a * speed, "east": b * speed, **other} for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+
+
+def shared(speed: float, time: float) -> list[Mechanism]:
+    """Those of both kinds of vehicle: the gear's, the forward log's, drag's. `time` s is the vehicle's own (L / U)."""
+    deg = math.radians
+    steer = "actuator:delta"
+    return [
+        _one("speed_scale", 3, "sensor:u", "sensor", sensors.speed_scale, "k", 0.03, "1", most=8),
+        _one("speed_bias", 4, "sensor:u", "sensor", sensors.speed_bias, "b", 0.02 * speed, "m/s", most=8),
+        _one("rudder_offset", 12, steer, "gear", gear, "offset", deg(1.0), "rad"),
+        _one("rudder_gain", 13, steer, "gear", gear, "gain", 0.12, "1", most=3.5),
+        _one("lag", 14, steer, "gear", gear, "lag", 0.15 * time, "s", most=6, orders=True, signed=False),
+        _one(
+            "rate_limit",
+            14,
+            steer,
+            "gear",
+            gear,
+            "slowness",
+            1 / deg(2.5) * time / 5.94,
+            "s/rad",
+            most=5,
+            orders=True,
+            signed=False,
+        ),
+        _one("dead_band", 15, steer, "gear", gear, "band", deg(0.7), "rad", most=5, orders=True, signed=False),
+        _one(
+            "rate_delay",
+            10,
+            "sensor:turning",
+            "sensor",
+            sensors.late_rate,
+            "tau",
+            0.06 * time,
+            "s",
+            most=6,
+            signed=False,
+        ),
+        _one(
+            "speed_delay", 10, "sensor:u", "sensor", sensors.late_speed, "tau", 0.06 * time, "s", most=8, signed=False
+        ),
+        _one("dead_time", 15, steer, "gear", gear, "dead", 0.1 * time, "s", most=6, orders=True, signed=False),
+        _one("play", 15, steer, "gear", gear, "play", deg(0.7), "rad", most=5, orders=True, signed=False),
+        _one("drag", 19, "surge", "force", hulls.drag, "k", 0.15, "1", most=6, signed=False),
+    ]
+
+
+def planar(speed: float, time: float, displacement: float) -> list[Mechanism]:
+    """Mechanisms of a surface ship."""
+    deg = math.radians
+    flow = 0.08 * speed
+    air = 3.0 * speed
+    swing = {"period": 60 * time, "phase": 0.0}
+    sea = {"period": 0.45 * time, "seed": 1.0}
+    return [
+        *shared(speed, time),
+        Mechanism("current", 1, "kinematics", "current", env.steady_current, _flow(flow), ("north", "east"),
+                  _ways(flow)[:2], {"north": "m/s", "east": "m/s"}),
+        Mechanism("varying_current", 2, "kinematics", "current", env.swinging_current,
+                  _with(_flow(flow), period=(40 * time, 120 * time), phase=(-_PI, _PI)), ("north", "east"),
+                  [{**way, **swing, "phase": phase} for way in _ways(flow)[:2] for phase in (0.0, _PI / 2)],
+                  {"north": "m/s", "east": "m/s", "period": "s", "phase": "rad"}),
+        _one("heading_bias", 5, "sensor:psi", "sensor", sensors.heading_bias, "b", deg(1.0), "rad", most=6),
+        Mechanism("compass_deviation", 6, "sensor:psi", "sensor", sensors.compass_deviation,
+                  _flow(deg(1.5), "A", "B"),
+                  ("A", "B"), [{"A": deg(1), "B": 0.0}, {"A": 0.0, "B": deg(1)}], {"A": "rad", "B": "rad"}),
+        _one("gyro_bias", 7, "sensor:r", "sensor", sensors.gyro_bias, "b", deg(0.1) * 6 / time, "rad/s", most=8),
+        Mechanism("lever_arm", 8, "sensor:v", "sensor", sensors.lever_arm,
+                  lambda rng: {"forward": sign(rng) * speed * time * 0.08, "across": 0.0}, ("forward", "across"),
+                  [{"forward": 0.1 * speed * time, "across": 0.0}, {"forward": 0.0, "across": 0.05 * speed * time}],
+                  {"forward": "m", "across": "m"}),
+        _one("sway_bias", 4, "sensor:v", "sensor", sensors.sway_bias, "b", 0.02 * speed, "m/s", most=8),
+        _one("position_delay", 10, "sensor:x", "sensor", sensors.late_position, "tau", 0.06 * time, "s", most=6,
+             signed=False),
+        _one("heading_delay", 10, "sensor:psi", "sensor", sensors.late_heading, "tau", 0.06 * time, "s", most=6,
+             signed=False),
+        Mechanism("antenna", 8, "sensor:x", "sensor", sensors.antenna,
+                  lambda rng: {"forward": sign(rng) * speed * time * 0.05, "across": 0.0}, ("forward", "across"),
+                  [{"forward": 0.05 * speed * time, "across": 0.0}, {"forward": 0.0, "across": 0.05 * speed * time}],
+                  {"forward": "m", "across": "m"}),
+        Mechanism("wind", 20, "sway", "force", env.wind, _flow(air), ("north", "east"), _ways(air),
+                  {"north": "m/s", "east": "m/s"}, 4.0),
+        Mechanism("cross_flow", 21, "sway", "force", hulls.cross_flow, fixed(C_d=0.5), ("C_d",), [{"C_d": 0.5}],
+                  {"C_d": "1"}, 3.0),
+        _one("turning_loss", 22, "surge", "force", hulls.turning_loss, "k", 0.3, "1", most=4, signed=False),
+        _one("added_mass", 25, "yaw", "coefficients", hulls.added_mass, "k", 0.25, "1", most=3, signed=False),
+        Mechanism("sloshing", 26, "sway", "force", hulls.sloshing, lambda rng: {"share": 0.05, "T": 1.2 * time},
+                  ("share",), [{"share": 0.05, "T": T * time} for T in (0.7, 1.2)], {"share": "1", "T": "s"}, 4.0),
+        _one("munk", 27, "yaw", "force", hulls.munk, "k", 0.15, "1", most=4),
+        Mechanism("waves", 29, "sway", "force", env.waves,
+                  lambda rng: {"height": 0.006 * speed * time, "direction": around(rng), "period": 0.45 * time,
+                               "seed": float(rng.integers(1000))},
+                  ("height",), [{"height": 0.02 * speed * time, "direction": a, **sea}
+                                for a in (0.0, _PI / 2, _PI, -_PI / 2)],
+                  {"height": "m", "direction": "rad", "period": "s"}, 10.0),
+        _one("shallow_water", 30, "sway", "coefficients", hulls.shallow, "k", 0.35, "1", most=4, signed=False),
+        _one("tether", 31, "surge", "force", hulls.tether, "c", 0.05 * displacement / (speed * time), "N s2/m2",
+             most=6, signed=False),
+        *outside(time),
+    ]  # fmt: skip
+
+
+def screw() -> list[Mechanism]:
+    """Those of a ship whose model knows its propeller."""
+    return [
+        _one("propeller_walk", 16, "sway", "force", hulls.propeller_walk, "k", 0.01, "1", most=5),
+        _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.1, "1", most=2.5, signed=False),
+    ]
+
+
+def outside(time: float) -> list[Mechanism]:
+    """Mechanisms that no library of effects names."""
+    return [
+        _one("one_sided_fouling", None, "yaw", "force", hulls.one_sided_fouling, "k", 0.15, "1", most=12),
+        _one("memory", None, "sway", "force", hulls.memory, "k", 0.4, "1", most=8, signed=False, T=2.5 * time),
+        _one("governor", None, "surge", "force", hulls.governor, "k", 0.5, "1", most=8, signed=False, T=4 * time),
+        _one("stall", None, "actuator:delta", "force", hulls.stall, "k", 0.3, "1", most=3.0),
+        _one("shedding", None, "yaw", "force", hulls.shedding, "k", 0.15, "1", most=8, signed=False),
+    ]
+
+
+def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
+    """Mechanisms of a vehicle in the diving plane; their second velocity is heave, their turning is pitch."""
+    deg = math.radians
+    flow = 0.08 * speed
+    sea = {"period": 2.0 * time, "seed": 1.0, "height": 0.4}
+    return [
+        *shared(speed, time),
+        Mechanism("current", 1, "kinematics", "current", env.steady_current,
+                  lambda rng: {"north": flow * sign(rng), "east": 0.0}, ("north",), [{"north": flow, "east": 0.0}],
+                  {"north": "m/s"}),
+        Mechanism("lever_arm", 8, "sensor:w", "sensor", sensors.lever_arm_vertical,
+                  lambda rng: {"forward": sign(rng) * 0.1 * speed * time, "below": 0.0}, ("forward", "below"),
+                  [{"forward": 0.5, "below": 0.0}, {"forward": 0.0, "below": 0.3}], {"forward": "m", "below": "m"},
+                  8.0),
+        _one("depth_scale", 9, "sensor:z", "sensor", sensors.depth, "k", 0.02, "1", most=8, b=0.0),
+        _one("depth_lag", 9, "sensor:z", "sensor", sensors.late_depth, "tau", 0.15 * time, "s", most=8, signed=False),
+        _one("pitch_delay", 10, "sensor:theta", "sensor", sensors.late_pitch, "tau", 0.06 * time, "s", most=8,
+             signed=False),
+        _one("pitch_gyro_bias", 7, "sensor:q", "sensor", sensors.pitch_gyro_bias, "b", deg(0.05), "rad/s", most=8),
+        _one("pressure_port", 8, "sensor:z", "sensor", sensors.pressure_port, "forward", 0.5, "m", most=8),
+        _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.12, "1", most=2.5, signed=False),
+        Mechanism("cross_flow", 21, "heave", "force", hulls.cross_flow, fixed(C_d=0.6), ("C_d",), [{"C_d": 0.6}],
+                  {"C_d": "1"}, 3.0),
+        _one("turning_loss", 22, "surge", "force", hulls.turning_loss, "k", 0.5, "1", most=4, signed=False),
+        Mechanism("net_weight", 24, "heave", "force", hulls.net_weight,
+                  lambda rng: {"weight": sign(rng) * 2e-4 * mass * 9.81, "arm": 0.0, "trim": sign(rng) * 5.0},
+                  ("weight", "trim"), [{"weight": 10.0, "arm": 0.0, "trim": 0.0},
+                                       {"weight": 0.0, "arm": 0.0, "trim": 10.0}],
+                  {"weight": "N", "trim": "N m"}, 8.0),
+        _one("added_mass", 25, "pitch", "coefficients", hulls.added_mass, "k", 0.25, "1", most=3, signed=False),
+        _one("munk", 27, "pitch", "force", hulls.munk, "k", 0.15, "1", most=4),
+        Mechanism("asymmetry", 28, "pitch", "force", hulls.asymmetry,
+                  lambda rng: {"Z_0": sign(rng) * 5e-4, "M_0": sign(rng) * 3e-4}, ("Z_0", "M_0"),
+                  [{"Z_0": 5e-4, "M_0": 0.0}, {"Z_0": 0.0, "M_0": 3e-4}], {"Z_0": "1", "M_0": "1"}),
+        Mechanism("waves", 29, "heave", "force", env.waves_below,
+                  lambda rng: {"height": 0.4, "direction": float(rng.choice((0.0, _PI))), "period": 2.0 * time,
+                               "seed": float(rng.integers(1000))},
+                  ("height",), [{**sea, "direction": a} for a in (0.0, _PI)],
+                  {"height": "m", "direction": "rad", "period": "s"}, 6.0),
+        _one("tether", 31, "surge", "force", hulls.tether, "c", 8.0, "N s2/m2", most=6, signed=False),
+        *outside(time)[:4],
+        _one("compressible", None, "heave", "force", hulls.compressible, "k", 3.0, "N/m", most=10, signed=False),
+    ]  # fmt: skip

@@ -1,0 +1,80 @@
+"""What is handed out of a case: the study file and the logs, with nothing in them that names the cause."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from withheld.cases import Case
+from withheld.reality.families import Family
+from withheld.reality.simulate import Record
+from withheld.referee import PRIOR
+
+UNITS = {
+    "x": "m", "y": "m", "z": "m", "psi": "rad", "theta": "rad", "u": "m/s", "v": "m/s", "w": "m/s", "r": "rad/s",
+    "q": "rad/s", "delta": "rad", "delta_s": "rad", "n": "rev/s",
+}  # fmt: skip
+KEPT = 0.05
+"""Logs are rounded to about this share of a channel's noise."""
+
+
+def channels(family: Family) -> list[str]:
+    """Columns of a log besides time: inputs, then outputs."""
+    return [family.input, *(["n"] if family.revolutions else []), *family.outputs]
+
+
+def log_text(family: Family, record: Record) -> str:
+    """One trial as CSV: a line that says it is synthetic, a header with units, rounded numbers."""
+    columns = channels(family)
+    lines = [
+        "# SYNTHETIC: simulated by experiments/withheld; no measurement",
+        ",".join(["t [s]", *(f"{name} [{UNITS[name]}]" for name in columns)]),
+    ]
+    values = {family.input: record.delta, "n": record.n, **record.outputs}
+    places = {name: max(0, math.ceil(-math.log10(KEPT * sd))) for name, sd in family.noise.items()}
+    places |= {family.input: 6, "n": 4}
+    table = [[f"{t:.2f}" for t in record.t]]
+    table += [[f"{value:.{places[name]}f}" for value in np.round(values[name], places[name]) + 0.0] for name in columns]
+    return "\n".join([*lines, *(",".join(row) for row in zip(*table, strict=True))]) + "\n"
+
+
+def study_text(case: Case, name: str) -> str:
+    """The study file: the library's model at nominal values, priors on every coefficient, the data sheet's noise."""
+    family = case.family
+    lines = [
+        "# SYNTHETIC: a case of the withheld-effect benchmark (docs/withheld.md). The model may lack something.",
+        "[study]",
+        f'name = "{name}"',
+        f'description = "Withheld-effect benchmark, case {name}. Synthetic."',
+        "synthetic = true",
+        "",
+        "[model]",
+        f'use = "{family.model}"',
+        *([f'set = "{family.set}"'] if family.set else []),
+        "",
+        f"# Tank tests of a sister ship: each coefficient is known to {PRIOR:.0%}.",
+        "[parameters]",
+    ]
+    for key, value in family.coefficients.items():
+        prior = f"{{ mean = {value:.8g}, sd = {PRIOR * abs(value):.6g} }}"
+        lines.append(f"{key} = {{ vary = true, prior = {prior} }}")
+    lines += ["", "[channels]"]
+    lines += [f'{key} = {{ column = "{key} [{UNITS[key]}]", unit = "{UNITS[key]}" }}' for key in channels(family)]
+    lines += ["", "[time]", 'column = "t [s]"', 'unit = "s"', ""]
+    for k, record in enumerate(case.records):
+        steered = "autopilot" if record.trial.closed else "open loop"
+        recorded = "order" if case.ordered else "actual angle"
+        lines += [
+            "[[trials]]",
+            f'name = "t{k + 1}_{record.trial.name}"',
+            f'file = "trial_{k + 1}.csv"',
+            f'conditions = {{ manoeuvre = "{record.trial.name}", steering = "{steered}", recorded = "{recorded}", '
+            f"heading_deg = {math.degrees(record.trial.heading) % 360:.1f}, synthetic = true }}",
+            "",
+        ]
+    lines += ["[noise]  # of the data sheet: the size is right to some 15 %, and part of it is coloured"]
+    lines += [f'{key} = "{sd:.6g} {UNITS[key]}"' for key, sd in family.noise.items()]
+    lines += ["", "[cost]", 'kind = "trajectory"', 'initial = "free"', ""]
+    lines += ["[optimizer]", 'use = "least_squares"', "", "[budget]", "evaluations = 20000"]
+    return "\n".join(lines) + "\n"
