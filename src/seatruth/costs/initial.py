@@ -81,7 +81,7 @@ def initial_states(
         piece = pieces[number]
         told = study.initial_sd if piece.first or not study.multiple_shooting else {}
         for state, channel in enumerate(model.states):
-            if felt[number, state]:
+            if felt[number, state] and channel.name not in model.hidden:
                 value = float(base[number, state])
                 known = study.noise.get(channel.name)
                 sd = told.get(channel.name)

@@ -21,6 +21,12 @@ from seatruth.gap.noise import NoiseFloor
 from seatruth.gap.problem import Array, GapProblem, Indices, Linear
 
 _STEPS = 25
+_TRIED = 3
+"""Steps after which a fit may be broken off,"""
+_HOPE = 10.0
+"""if so many times its last fall would not bring it"""
+_BEHIND = 60.0
+"""to within so much of the rival's cost."""
 _SETTLED = 1e-2
 """Expected fall of the cost below which a fit has settled."""
 
@@ -60,11 +66,12 @@ def fit(
     steps: int = _STEPS,
     free: Indices | None = None,
     without: int | None = None,
+    rival: float = np.inf,
 ) -> Fit:
     """Fits a hypothesis from x; what it does not free stands at the start of the problem.
 
     `free` names the columns instead of the hypothesis (the initial states alone, say). `without` leaves the data of
-    one trial out, by its number.
+    one trial out, by its number. A fit that cannot come near the cost of a `rival` any more is broken off.
     """
     active = problem.active(effects) if free is None else free
     base = problem.start
@@ -78,7 +85,7 @@ def fit(
         linear = problem.linear(now, floor, without)
     cost = _cost(linear.errors, now[active], mean, weight)
     damping, settled = 1e-6, False
-    for _ in range(steps):
+    for number in range(steps):
         if not np.isfinite(cost):
             break
         A = linear.derivatives[:, active]
@@ -100,11 +107,14 @@ def fit(
         if not moved:
             settled = True
             break
+        hopeless = number >= _TRIED and found - _HOPE * (cost - found) > rival + _BEHIND
         fall, now, cost = cost - found, trial, found
         damping = max(damping / 10.0, 1e-9)
         linear = problem.linear(now, floor, without)
         if fall < _SETTLED:
             settled = True
+            break
+        if hopeless:
             break
     return _fit(problem, tuple(effects), now, active, linear, settled)
 

@@ -105,28 +105,41 @@ def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Sea
 
 
 def _fitted(found: Search, effects: Sequence[str], *near: Array) -> Fit:
+    """Fits one hypothesis, from the best of the given points on; from the others only where that leads nowhere."""
     key = tuple(sorted(effects))
-    if key not in found.fits:
-        problem = found.problem
-        begin = [*near, found.base.x]
-        for name, (values, _) in found.starts.items():
-            effect = name.partition("@")[0]
-            if effect in key:
-                x = near[0].copy()
-                x[problem.columns[effect]] = values
-                begin.append(x)
-        found.fits[key] = _best(problem, key, found.floor, begin)
-    return found.fits[key]
+    if key in found.fits:
+        return found.fits[key]
+    problem = found.problem
+    rival = min(one.cost for one in found.fits.values())
+    begin = [*_started(found, key, near[0]), *near, found.base.x]
+    best: Fit | None = None
+    for x in begin:
+        got = fit(problem, key, found.floor, x, rival=rival)
+        if best is None or got.cost < best.cost - 1e-3:
+            best = got
+        if best.settled and best.cost < found.base.cost:
+            break
+    assert best is not None
+    found.fits[key] = best
+    return best
+
+
+def _started(found: Search, key: Sequence[str], near: Array) -> list[Array]:
+    """The finite starting points that the screen prefers to the slope at the null, for effects that have some."""
+    screen = found.screens[()]
+    x = near.copy()
+    changed = False
+    for effect in key:
+        options = [name for name in screen.columns if name == effect or name.startswith(f"{effect}@")]
+        best = max(options, key=screen.gain)
+        if best != effect:
+            x[found.problem.columns[effect]] = found.starts[best][0]
+            changed = True
+    return [x] if changed else []
 
 
 def _best(problem: GapProblem, effects: Sequence[str], floor: NoiseFloor, starts: Sequence[Array]) -> Fit:
-    best: Fit | None = None
-    for x in starts:
-        got = fit(problem, effects, floor, x)
-        if best is None or got.cost < best.cost - 1e-3:
-            best = got
-    assert best is not None
-    return best
+    return min((fit(problem, effects, floor, x) for x in starts), key=lambda one: one.cost)
 
 
 def _screened(found: Search, at: Fit) -> Screen:

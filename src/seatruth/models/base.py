@@ -76,6 +76,9 @@ class Model:
     outputs: tuple[Channel, ...] = ()
     parameters: tuple[Parameter, ...] = ()
 
+    hidden: tuple[str, ...] = ()
+    """States that start where `initial_state` says and are never free: a filter's, a delay's."""
+
     rhs: Equations
     output: Equations | None = None
     initial_state: Equations | None = None
