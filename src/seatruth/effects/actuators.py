@@ -16,8 +16,8 @@ from seatruth.trials.channel import Channel
 
 RUDDERS = ("delta", "delta_order", "delta_r")
 PLANES = ("delta_s", "delta_s_order", "delta_e")
-RUDDER_COEFFICIENTS = ("Y_d", "N_d", "Y_delta", "N_delta", "f_alpha", "A_R", "C_z_delta*", "m_y_delta*")
-PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_delta*", "m_z_delta*")
+RUDDER_COEFFICIENTS = ("Y_d", "N_d", "Y_delta", "N_delta", "f_alpha", "A_R", "C_z_dr", "m_y_dr")
+PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_de", "m_z_de")
 
 
 class OnRudder(Effect):

@@ -163,7 +163,7 @@ class Effect:
             have = [names.seen(channel.name) for channel in getattr(model, f"{kind}s")]
             lacking = [name for name in getattr(self, needed) if name not in have]
             if lacking:
-                return f"the model has no {kind} {lacking[0]!r}"
+                return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"
         for role in self.needs_vehicle:
             if getattr(model, role) is None:
                 return f"the model does not declare its {role}"

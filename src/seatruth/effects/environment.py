@@ -1,4 +1,4 @@
-"""What surrounds the vehicle: current, wind, waves, shallow water and banks."""
+"""What surrounds the vehicle: currents, shallow water and banks. Wind and waves: `weather`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import into_body
+from seatruth.effects.terms import into_body, sinking
+from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 
 _FOSSEN = "[L] Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control"
@@ -51,3 +52,126 @@ class Current(Effect):
     @staticmethod
     def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
         return carried(e, s, q.north, q.east)
+
+
+class CurrentAlong(Effect):
+    """A constant current along the track of a vehicle whose model has no heading."""
+
+    name = "current_along"
+    title = "constant current along the track"
+    family = "environment"
+    number = 1
+    equation = "as a constant current, along x of the earth"
+    source = Current.source
+    acts_on = ("kinematics",)
+    confused_with = ("speed_bias", "speed_scale")
+    told_apart = "the position knows it: with position, or on the reciprocal course"
+    needs_states = ("u", "w", "theta", "q")
+    parameters = (Parameter("along", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along x"),)
+    null: ClassVar[Mapping[str, float]] = {"along": 0.0}
+
+    def missing(self, model: Model) -> str:
+        turns = any(channel.name == "psi" for channel in model.states)
+        return "the model has a heading: use `current`" if turns else super().missing(model)
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return carried(e, s, q.along, 0.0)
+
+
+class CurrentShear(Effect):
+    """A current that grows with depth from nothing at the surface; with `current`, any profile to first order."""
+
+    name = "current_shear"
+    title = "current sheared with depth"
+    family = "environment"
+    number = 2
+    equation = "V_c = (north, east) z"
+    source = _FOSSEN + "; [S] magnitude of the catalogue: 1e-3 1/s; its random part is coloured noise"
+    acts_on = ("kinematics",)
+    confused_with = ("current", "net_weight")
+    told_apart = "changes with depth: two depths"
+    needs_states = ("u", "psi", "z")
+    parameters = (
+        Parameter("north", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along x of the earth, a metre"),
+        Parameter("east", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along y of the earth, a metre"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"north": 0.0, "east": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        down = sinking(s)
+        return carried(e, s, q.north * s.z, q.east * s.z, q.north * down, q.east * down)
+
+
+class CurrentTrend(Effect):
+    """A current that changes steadily with the time of the trial; with `current`, a slow change to first order."""
+
+    name = "current_trend"
+    title = "current that changes with time"
+    family = "environment"
+    number = 2
+    equation = "V_c = (north, east) t, t of the trial"
+    source = _FOSSEN + "; [S] 0.1 m/s in 300 to 3000 s; the random rest of a Gauss-Markov current is coloured noise"
+    acts_on = ("kinematics",)
+    confused_with = ("current", "wind")
+    told_apart = "changes with time: repeat the first run at the end"
+    needs_states = ("u", "v", "psi", "r")
+    parameters = (
+        Parameter("north", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along x of the earth"),
+        Parameter("east", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along y of the earth"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"north": 0.0, "east": 0.0}
+    stochastic = True
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return carried(e, s, q.north * e.t, q.east * e.t, q.north, q.east)
+
+
+class ShallowWater(Effect):
+    """Shallow water makes the hull's sway and yaw damping larger."""
+
+    name = "shallow_water"
+    title = "shallow water"
+    family = "environment"
+    number = 30
+    equation = "Y_v, N_v times 1 + gain, gain = c (d/h)^k"
+    source = "[L] form of corrections for shallow water; [S] catalogue: h/d 1.2 to 3"
+    kinds = ("ship", "planing")
+    acts_on = ("sway", "yaw")
+    equivalent = ("Y_v", "N_v")
+    confused_with = ("drag_gain", "rudder_gain", "cross_flow", "munk")
+    told_apart = "never from Y_v and N_v on one depth: trials on two depths"
+    needs_parameters = ("Y_v", "N_v")
+    parameters = (Parameter("gain", 0.3, "1", -0.5, 3.0, source="[S] chosen here", description="relative increase"),)
+    null: ClassVar[Mapping[str, float]] = {"gain": 0.0}
+
+    @staticmethod
+    def parameters_acting(p: Any, q: Any) -> Any:
+        return p._replace(**{k: getattr(p, k) * (1.0 + q.gain) for k in ("Y_v", "N_v") if k in p._fields})
+
+
+class Bank(Effect):
+    """A bank along the track, to starboard where `suction` is positive: it sucks the ship and turns the bow away."""
+
+    name = "bank"
+    title = "bank suction"
+    family = "environment"
+    number = 30
+    equation = "Y = suction rho/2 L d u |u|, N = -0.3 L Y"
+    source = "[L] Norrbin's form, suction with u^2 / distance; [S] lever and magnitude chosen here"
+    kinds = ("ship",)
+    acts_on = ("sway", "yaw")
+    confused_with = ("rudder_offset", "propeller_walk", "wind", "current")
+    told_apart = "belongs to a place: the same track on the reciprocal course changes its side"
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (Parameter("suction", 0.003, "1", -0.1, 0.1, source="[S] chosen here", description="to starboard"),)
+    null: ClassVar[Mapping[str, float]] = {"suction": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        u = s.u - e.u_c
+        Y = q.suction * 0.5 * d.rho * d.length * d.draft * u * abs(u)
+        return e._replace(Y=e.Y + Y, N=e.N - 0.3 * d.length * Y)

@@ -26,7 +26,10 @@ class Names:
         self._chosen: dict[str, str] = {}
         for name, candidates in aliases.items():
             known = ordered if name in inputs else moving
-            found = next((candidate for candidate in candidates if candidate in known), name)
+            found = next((candidate for candidate in candidates if candidate in known), None)
+            if found is None:
+                self._renamed |= {name: f"other_{name}"}  # a stern plane effect must not take the rudder
+                continue
             self._chosen |= dict.fromkeys((name, *candidates), found)
             if found != name:
                 # The two change places: the other channel stays in the record under the name that is now free.

@@ -21,10 +21,14 @@ from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.glider_sets import GLIDERS, PETREL_II
 from seatruth.models.parameter import Parameter
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 TINY_2 = 1e-12
 """(m/s)^2, added to squared speeds in denominators: keeps derivatives finite at rest, changes nothing else."""
+
+LENGTH, DIAMETER, WATER = 2.0, 0.22, 1025.0
+"""m, m, kg/m3 [L]: a glider of this class in sea water; only effects' forces need them."""
 
 Vector = tuple[Any, Any, Any]
 
@@ -209,3 +213,12 @@ class Glider(Model):
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         velocity, rate = motion(s, i, p, e)
         return (*kinematics(s), *velocity, *rate)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(LENGTH, DIAMETER, DIAMETER, p.m_h + p.m_p, WATER)
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return p.K_D0 * u * abs(u)

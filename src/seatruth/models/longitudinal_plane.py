@@ -23,6 +23,7 @@ from typing import Any, ClassVar
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 _BODY = "[S] a 324 mm body, chosen here"
@@ -132,6 +133,19 @@ class LongitudinalPlane(Model):
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         return motion(s, i.delta_s, p, e, 0.0)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(p.L, p.D, p.D, p.m, p.rho)
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.T
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return 0.125 * math.pi * p.rho * p.D * p.D * p.C_x0 * u * abs(u)
 
 
 class LongitudinalPlaneExplicit(LongitudinalPlane):

@@ -24,6 +24,7 @@ from typing import Any, ClassVar, NamedTuple
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.torpedo_sets import SOURCES, parameters
+from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 U = Channel("u", "m/s", "forward velocity over ground")
@@ -213,6 +214,19 @@ class Torpedo(OneOfTheSets):
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         return motion(s, i, p, e)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(p.L, p.D, p.D, p.m, p.rho)
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return thrust(i.n, p)
+
+    @staticmethod
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        u = s.u - e.u_c
+        return 0.125 * math.pi * p.rho * p.D * p.D * p.C_x0 * u * abs(u)
 
 
 class Torpedo324(Torpedo):

@@ -1,0 +1,263 @@
+"""Forces of the water that a model may lack or have wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from seatruth.effects.base import Effect
+from seatruth.effects.terms import through_water
+from seatruth.models.parameter import Parameter
+
+ADDED_MASS = (
+    *("m_x", "m_y", "J_z", "X_du", "Y_dv", "Z_dw", "K_dp", "M_dq", "N_dr", "Y_dr", "N_dv", "Z_dq", "M_dw"),
+    *(f"lambda_{ij}" for ij in (11, 22, 33, 26, 35, 44, 55, 66)),
+    *(f"A_{ij}" for ij in (11, 22, 33, 26, 35, 44, 55, 66)),
+)
+"""Names of added masses in the models."""
+STATIONS = (
+    (-0.4662348, 0.0856622),
+    (-0.3306047, 0.1803808),
+    (-0.1193096, 0.2339570),
+    (0.1193096, 0.2339570),
+    (0.3306047, 0.1803808),
+    (0.4662348, 0.0856622),
+)
+"""Places along the hull over its length, and their weights: Gauss and Legendre's for an integral."""
+
+
+class DragGain(Effect):
+    """More drag in straight motion: fouling, appendages, an underestimate."""
+
+    name = "drag_gain"
+    title = "drag increase"
+    family = "hydrodynamics"
+    number = 19
+    equation = "X = -k times the drag in straight motion"
+    source = "[S] magnitude of the catalogue: 0.05 to 0.4"
+    acts_on = ("surge",)
+    equivalent = ("R_0", "X_uu", "C_x0", "K_D0")
+    confused_with = ("thrust_gain", "added_mass", "speed_scale", "turning_speed_loss")
+    told_apart = "faster coast-down: revolutions to zero at speed"
+    needs_states = ("u",)
+    needs_vehicle = ("drag",)
+    parameters = (Parameter("k", 0.15, "1", -0.8, 3.0, source="[S] catalogue", description="relative increase"),)
+    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        return e._replace(X=e.X - q.k * d.drag)
+
+
+class CrossFlow(Effect):
+    """Cross-flow drag, strip by strip, of a hull whose model is too linear."""
+
+    name = "cross_flow"
+    title = "cross-flow drag"
+    family = "hydrodynamics"
+    number = 21
+    equation = "Y = -rho/2 C_d d int |v + x r| (v + x r) dx, N with the lever x"
+    source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
+    acts_on = ("sway", "yaw")
+    confused_with = ("turning_speed_loss", "rudder_gain", "shallow_water", "log_lever_arm")
+    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (Parameter("C_d", 0.5, "1", -3.0, 3.0, source="[S] catalogue", description="beyond the model's own"),)
+    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        v = s.v - e.v_c
+        strip = 0.5 * d.rho * d.draft * d.length * q.C_d
+        Y, N = 0.0, 0.0
+        for place, weight in STATIONS:
+            x = place * d.length
+            across = v + x * s.r
+            force = weight * abs(across) * across
+            Y, N = Y + force, N + x * force
+        return e._replace(Y=e.Y - strip * Y, N=e.N - strip * N)
+
+
+class CrossFlowVertical(Effect):
+    """The same in heave and pitch."""
+
+    name = "cross_flow_vertical"
+    title = "cross-flow drag in the diving plane"
+    family = "hydrodynamics"
+    number = 21
+    equation = "Z = -rho/2 C_d B int |w - x q| (w - x q) dx, M with the lever -x"
+    source = CrossFlow.source
+    acts_on = ("heave", "pitch")
+    confused_with = ("plane_gain", "munk_vertical", "log_lever_arm_vertical")
+    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    needs_states = ("u", "w", "q")
+    needs_vehicle = ("dimensions",)
+    parameters = CrossFlow.parameters
+    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        w = s.w - e.w_c
+        strip = 0.5 * d.rho * d.breadth * d.length * q.C_d
+        Z, M = 0.0, 0.0
+        for place, weight in STATIONS:
+            x = place * d.length
+            across = w - x * s.q
+            force = weight * abs(across) * across
+            Z, M = Z + force, M - x * force
+        return e._replace(Z=e.Z - strip * Z, M=e.M - strip * M)
+
+
+class TurningSpeedLoss(Effect):
+    """Surge force in turns that the model lacks."""
+
+    name = "turning_speed_loss"
+    title = "speed loss in turns"
+    family = "hydrodynamics"
+    number = 22
+    equation = "X = vr m v r + vv rho/2 L d v^2"
+    source = "[L] Norrbin 1971, X_vr = 0.3 to 1 of the sway added mass; [S] magnitudes of the catalogue"
+    acts_on = ("surge",)
+    equivalent = ("X_vr", "X_rv", "X_vv")
+    confused_with = ("drag_gain", "thrust_gain", "cross_flow")
+    told_apart = "nothing on straight legs, even in the side of the turn"
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter("vr", 0.3, "1", -2.0, 2.0, source="[S] catalogue", description="share of the mass"),
+        Parameter("vv", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by drift squared"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"vr": 0.0, "vv": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        v = s.v - e.v_c
+        X = q.vr * d.mass * v * s.r + q.vv * 0.5 * d.rho * d.length * d.draft * v * v
+        return e._replace(X=e.X + X)
+
+
+class AddedMass(Effect):
+    """All added masses are off by the same share."""
+
+    name = "added_mass"
+    title = "added-mass error"
+    family = "hydrodynamics"
+    number = 25
+    equation = "M_A (1 + k)"
+    source = "[S] magnitude of the catalogue: 10 to 30 %"
+    acts_on = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    confused_with = ("rudder_lag", "rudder_delay", "plane_lag", "plane_delay", "drag_gain")
+    told_apart = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
+    needs_parameters = ADDED_MASS
+    parameters = (Parameter("k", 0.2, "1", -0.8, 2.0, source="[S] catalogue", description="relative error"),)
+    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+
+    @staticmethod
+    def parameters_acting(p: Any, q: Any) -> Any:
+        return p._replace(**{k: getattr(p, k) * (1.0 + q.k) for k in ADDED_MASS if k in p._fields})
+
+
+class Munk(Effect):
+    """The coupling of surge and sway in yaw is off: positive k stabilises the course."""
+
+    name = "munk"
+    title = "Munk moment error"
+    family = "hydrodynamics"
+    number = 27
+    equation = "N = k m u v, the displaced mass standing for X_du - Y_dv"
+    source = "[L] Kirchhoff's equations; [S] magnitude of the catalogue: 0.3"
+    acts_on = ("yaw",)
+    equivalent = ("N_v", "m_y_beta", "K_MY")
+    confused_with = ("log_lever_arm", "shallow_water")
+    told_apart = "never from N_v: one parameter"
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (Parameter("k", 0.1, "1", -1.0, 1.0, source="[S] a third of 0.3", description="share of the mass"),)
+    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        return e._replace(N=e.N + q.k * d.mass * (s.u - e.u_c) * (s.v - e.v_c))
+
+
+class MunkVertical(Effect):
+    """The coupling of surge and heave in pitch is off."""
+
+    name = "munk_vertical"
+    title = "Munk moment error in pitch"
+    family = "hydrodynamics"
+    number = 27
+    equation = "M = k m u w, the displaced mass standing for Z_dw - X_du"
+    source = Munk.source
+    acts_on = ("pitch",)
+    equivalent = ("M_w", "m_z_alpha", "K_M")
+    confused_with = ("log_lever_arm_vertical", "cross_flow_vertical")
+    told_apart = "never from M_w: one parameter"
+    needs_states = ("u", "w", "q")
+    needs_vehicle = ("dimensions",)
+    parameters = Munk.parameters
+    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        return e._replace(M=e.M + q.k * d.mass * (s.u - e.u_c) * (s.w - e.w_c))
+
+
+class VerticalAsymmetry(Effect):
+    """Lift and moment at zero incidence, of a sail or fins."""
+
+    name = "vertical_asymmetry"
+    title = "up-down asymmetry"
+    family = "hydrodynamics"
+    number = 28
+    equation = "Z = force rho/2 L^2 u^2, M = moment rho/2 L^3 u^2"
+    source = "[S] magnitude of the catalogue: 1e-4 to 1e-3"
+    kinds = ("auv", "glider")
+    acts_on = ("heave", "pitch")
+    equivalent = ("Z_0", "C_y0", "m_z0", "K_L0", "K_M0")
+    confused_with = ("plane_offset", "net_weight", "trim")
+    told_apart = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
+    needs_states = ("u", "w", "q")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter("force", 5e-4, "1", -0.02, 0.02, source="[S] catalogue", description="downwards"),
+        Parameter("moment", 2e-4, "1", -0.02, 0.02, source="[S] chosen here", description="nose up"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"force": 0.0, "moment": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        u = s.u - e.u_c
+        area = 0.5 * d.rho * d.length * d.length * u * u
+        return e._replace(Z=e.Z + area * q.force, M=e.M + area * d.length * q.moment)
+
+
+class Tether(Effect):
+    """A cable or tow at the stern drags against the motion there."""
+
+    name = "tether"
+    title = "tether"
+    family = "hydrodynamics"
+    number = 31
+    equation = "F = -rho/2 area V |V| at the stern, area = C_d d_t L_t"
+    source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"
+    acts_on = ("surge", "sway", "heave", "pitch", "yaw")
+    confused_with = ("drag_gain", "rudder_gain")
+    told_apart = "drag with damping of the rate of turn: straight runs beside turns"
+    needs_states = ("u",)
+    needs_vehicle = ("dimensions",)
+    parameters = (Parameter("area", 0.015, "m2", -50.0, 50.0, source="[S] 20 N at 1.6 m/s", description="drag area"),)
+    null: ClassVar[Mapping[str, float]] = {"area": 0.0}
+    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
+    froude: ClassVar[Mapping[str, float]] = {"area": 2.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        x = -0.5 * d.length
+        n = through_water(s, e)
+        v, w = n.v + x * n.r, n.w - x * n.q
+        pull = -0.5 * d.rho * q.area * math.sqrt(n.u * n.u + v * v + w * w + 1e-12)
+        Y, Z = pull * v, pull * w
+        return e._replace(X=e.X + pull * n.u, Y=e.Y + Y, Z=e.Z + Z, M=e.M - x * Z, N=e.N + x * Y)

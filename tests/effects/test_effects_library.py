@@ -1,0 +1,191 @@
+"""The library of effects on every installed model, compiled together: it vanishes, shows, and has exact slopes."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from known_trials import NOISE, diving_trials, ship_trials, start, torpedo_trials
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from seatruth.effects import EQUATIONS, Effect, available, broken, with_effects
+from seatruth.models import available as models
+from seatruth.models import load_model
+from seatruth.models.base import Model
+from seatruth.simulate import simulator
+from seatruth.testing.effects import STEP, EffectConformance
+from seatruth.trials.trial import Trial
+
+Array = NDArray[np.float64]
+FAMILIES = ("environment", "actuator", "sensor", "hydrodynamics", "loading")
+
+
+class Joint:
+    """A model with every effect that can act on it, a short run of it, and what the run gives at null."""
+
+    def __init__(self, name: str) -> None:
+        self.model = load_model(name)
+        self.effects = [effect for effect in available().values() if not effect.missing(self.model)]
+        self.extended = with_effects(self.model, self.effects)
+        self.names = [q.name for q in self.extended.parameters[len(self.model.parameters) :]]
+        self.null = np.array([self.extended.nominal()[name] for name in self.names])
+        self.declared = [(effect, q) for effect in self.effects for q in effect.parameters]
+        trial, first = EffectConformance().trial(self.model)
+        self.bare = simulator(self.model, [trial], max_step=STEP).outputs(np.zeros((1, 0)), first[None]).y[0]
+        self.first = np.concatenate([first, np.zeros(len(self.extended.states) - len(first))])[None]
+        self.simulator = simulator(self.extended, [trial], free=self.names, max_step=STEP)
+
+    def outputs(self, theta: Array) -> Array:
+        """Outputs (P, n, D) of candidates (P, K)."""
+        return np.asarray(self.simulator.outputs(theta, self.first).y)
+
+
+@cache
+def joint(name: str) -> Joint:
+    return Joint(name)
+
+
+@pytest.fixture(params=sorted(models()))
+def one(request: pytest.FixtureRequest) -> Joint:
+    found = joint(request.param)
+    if not found.effects:
+        pytest.skip("no effect can act on it")
+    return found
+
+
+def test_all_vanish_at_null(one: Joint) -> None:
+    found = one.outputs(one.null[None])[0]
+    assert found == pytest.approx(one.bare, rel=1e-11, abs=1e-12)
+
+
+def test_each_shows_at_its_typical_magnitude(one: Joint) -> None:
+    rows = []
+    for effect in one.effects:
+        values = {effect.named(name): value for name, value in effect.typical(one.model).items()}
+        rows.append([values.get(name, null) for name, null in zip(one.names, one.null)])
+    found = one.outputs(np.array(rows))
+    assert np.isfinite(found).all()
+    shift = np.abs(found - one.bare).max(axis=(1, 2))
+    assert not [effect.name for effect, size in zip(one.effects, shift) if size < 1e-6]
+
+
+def test_derivatives_at_the_null_are_slopes(one: Joint) -> None:
+    exact = one.simulator.jacobian(one.null, one.first).dy
+    assert np.isfinite(exact).all()
+    h = 1e-6
+    ahead, far = np.tile(one.null, (2, len(one.null), 1))
+    sides = np.array([1.0 if null < q.max else -1.0 for (_, q), null in zip(one.declared, one.null)])
+    inside = np.array([q.min < null < q.max for (_, q), null in zip(one.declared, one.null)])
+    k = np.arange(len(one.null))
+    ahead[k, k] += h * sides
+    far[k, k] += np.where(inside, -h, 2 * h * sides)
+    near, other = one.outputs(ahead), one.outputs(far)
+    here = one.outputs(one.null[None])[0]
+    for j, name in enumerate(one.names):
+        if inside[j]:
+            slope = (near[j] - other[j]) / (2 * h)
+        else:
+            slope = (4 * near[j] - other[j] - 3 * here) / (2 * h * sides[j])
+        assert exact[:, :, j] == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), name
+
+
+def test_priors_starts_and_places_fit_the_model(one: Joint) -> None:
+    for effect in one.effects:
+        priors, typical = effect.priors(one.model), effect.typical(one.model)
+        for q in effect.parameters:
+            assert priors[q.name].mean == effect.null[q.name]
+            assert np.isfinite(priors[q.name].sd)
+            assert priors[q.name].sd > 0
+            assert q.min <= typical[q.name] <= q.max
+            assert all(q.min <= begin[q.name] <= q.max for begin in effect.starts)
+        for place in effect.places(one.model):
+            word, _, channel = place.partition(":")
+            known = {"actuator": one.model.inputs, "sensor": one.model.outputs}.get(word, ())
+            assert place in EQUATIONS or channel in {c.name for c in known}, f"{effect.name}: {place}"
+
+
+def test_the_catalogue_is_complete() -> None:
+    assert not broken()
+    found = available()
+    assert {effect.number for effect in found.values()} == set(range(1, 32))
+    for name, effect in found.items():
+        assert effect.name == name
+        assert effect.family in FAMILIES
+        assert effect.equation, name
+        assert effect.source.startswith("["), name
+        assert effect.told_apart, name
+        assert set(effect.confused_with) <= set(found), name
+        assert name not in effect.confused_with
+
+
+def test_each_acts_on_some_installed_model() -> None:
+    kinds = [load_model(name) for name in models()]
+    for effect in available().values():
+        acts = [model for model in kinds if not effect.missing(model)]
+        assert acts or not effect.dynamic, effect.name
+
+
+@cache
+def trials(name: str) -> tuple[Model, list[Trial], list[dict[str, float]]]:
+    made = {"mmg": ship_trials, "diving_plane": diving_trials, "torpedo": torpedo_trials}[name]
+    return (load_model(name), *made())
+
+
+def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, Array, Array, float]:
+    """Truth, estimate and standard errors of an effect's parameters (K,), and chi-square over its expectation.
+
+    The effect alone is simulated at its typical magnitude, with noise; all other parameters are known. The fit starts
+    from the effect's own starts (its null where it has none), and from `near`.
+    """
+    name = next(name for name in ("mmg", "diving_plane", "torpedo") if not effect.missing(load_model(name)))
+    model, runs, first = trials(name)
+    runs, first = (runs[:1], first[:1]) if effect.name == "wave_forces" else (runs, first)
+    extended = with_effects(model, [effect])
+    names = [effect.named(q.name) for q in effect.parameters]
+    sim = simulator(extended, runs, free=names)
+    sd = np.array([NOISE[channel.name] for channel in model.outputs])
+    nominal = extended.nominal()
+
+    def begin(theta: Array) -> Array:
+        values = {**nominal, **dict(zip(names, theta.tolist()))}
+        return np.array([start(extended, given, run, values) for given, run in zip(first, runs)])
+
+    truth = np.array(list(effect.typical(model).values()))
+    clean = sim.outputs(truth[None], begin(truth)).y[0]
+    rng = np.random.default_rng(effect.number or 0)
+    recorded = clean + sd * rng.standard_normal(clean.shape)
+
+    def residuals(theta: Array) -> Array:
+        found = (recorded - sim.outputs(theta[None], begin(theta)).y[0]) / sd
+        return np.where(np.isfinite(found), found, 1e6).ravel()
+
+    def slopes(theta: Array) -> Array:
+        found = -(sim.jacobian(theta, begin(theta)).dy / sd[:, None]).reshape(-1, len(names))
+        return np.where(np.isfinite(found), found, 0.0)
+
+    low, high = (np.array([getattr(q, side) for q in effect.parameters]) for side in ("min", "max"))
+    scale = np.array([prior.sd for prior in effect.priors(model).values()])
+    best = None
+    for values in (*(effect.starts or (dict(effect.null),)), *near):
+        x0 = np.clip([values[q.name] for q in effect.parameters], low + 1e-6 * scale, high - 1e-6 * scale)
+        found = least_squares(residuals, x0, slopes, bounds=(low, high), x_scale=scale)
+        best = found if best is None or found.cost < best.cost else best
+    assert best is not None
+    error = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
+    return truth, best.x, error, 2 * best.cost / recorded.size
+
+
+# The likelihood of a frequency has a valley every 1/duration: it must be read from the residual's spectrum first.
+NEAR = {"wave_forces": ({"cosine": 0.01, "sine": 0.01, "frequency": 1.12, "towards": 1.4},)}
+
+
+@pytest.mark.parametrize("name", sorted(name for name, effect in available().items() if effect.dynamic))
+def test_is_recovered_when_it_alone_is_simulated(name: str) -> None:
+    effect = available()[name]
+    truth, found, error, misfit = fitted(effect, NEAR.get(name, ()))
+    assert (np.abs(found - truth) <= 3 * error).all(), f"{found} +- {error}, true {truth}"
+    assert misfit == pytest.approx(1.0, abs=0.05)
+    magnitude = np.abs(truth - np.array([effect.null[q.name] for q in effect.parameters]))
+    assert (error < magnitude).any(), "the trials do not show it"
