@@ -14,6 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from seatruth.comparison import Comparison, compare
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
     from seatruth.identification import Study, identify
@@ -31,6 +32,7 @@ __all__ = [
     "BlackBox",
     "Budget",
     "Channel",
+    "Comparison",
     "Estimate",
     "Model",
     "Optimizer",
@@ -44,6 +46,7 @@ __all__ = [
     "Trials",
     "__version__",
     "check_trials",
+    "compare",
     "identify",
     "load_model",
     "load_study",
@@ -54,6 +57,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "comparison": ("Comparison", "compare"),
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
     "identification": ("Study", "identify"),

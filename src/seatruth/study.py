@@ -12,7 +12,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -105,13 +105,7 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
 
     Raises BadInput that lists every problem with its line.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise _toml_problem(problem, text, source) from None
-    except RecursionError:
-        raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
-    problems = Problems(source, Lines(text))
+    data, problems = parsed(text, source)
     try:
         file = StudyFile.model_validate(data)
     except ValidationError as error:
@@ -119,6 +113,17 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
         problems.stop()
         raise BadInput("it does not fit the schema", where=source) from None
     return file, problems
+
+
+def parsed(text: str, source: str) -> tuple[dict[str, Any], Problems]:
+    """A TOML text as tables, and the collector of problems that knows its lines. Raises BadInput where it is none."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise _toml_problem(problem, text, source) from None
+    except RecursionError:
+        raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
+    return data, Problems(source, Lines(text))
 
 
 def _toml_problem(problem: tomllib.TOMLDecodeError, text: str, source: str) -> BadInput:

@@ -6,17 +6,25 @@ import functools
 import importlib.metadata
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
+from seatruth.report.blocks import Section
 from seatruth.report.sections import sections
 from seatruth.report.view import View, view
 
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate
+
+_SYNTHETIC = "These trials were made by a simulator. Nothing here was measured at sea."
+_UNITS = (
+    "Angles are shown in degrees; everything else in SI units. Positions: x up (north, or the basin's axis), y to the "
+    "right; heading clockwise."
+)
 
 
 def write_report(estimate: Estimate, path: str | Path) -> None:
@@ -24,8 +32,11 @@ def write_report(estimate: Estimate, path: str | Path) -> None:
 
     The file is written whole or not at all. Raises OSError where it cannot be written.
     """
-    target = Path(path)
-    text = render(estimate)
+    write_page(Path(path), render(estimate))
+
+
+def write_page(target: Path, text: str) -> None:
+    """Writes a text file whole or not at all."""
     target.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
@@ -41,11 +52,33 @@ def write_report(estimate: Estimate, path: str | Path) -> None:
 def render(estimate: Estimate) -> str:
     """The report as HTML text."""
     data = view(estimate)
-    found = sections(data)
+    return page(
+        "Identification",
+        _name(getattr(estimate, "study", None)) or "Study",
+        _facts(data),
+        sections(data),
+        synthetic=_SYNTHETIC if getattr(estimate, "synthetic", False) else "",
+        units=_UNITS,
+    )
+
+
+def page(
+    kind: str,
+    title: str,
+    facts: Sequence[tuple[str, str]],
+    found: Sequence[Section],
+    *,
+    synthetic: str = "",
+    units: str = "",
+) -> str:
+    """A report of any kind as HTML text. `synthetic` is what its banner says, "" for none; `units` ends the page."""
     return _template().render(
-        title=_name(getattr(estimate, "study", None)) or "Study",
-        synthetic=bool(getattr(estimate, "synthetic", False)),
-        facts=_facts(data),
+        kind=kind,
+        title=title,
+        synthetic=bool(synthetic),
+        synthetic_note=synthetic,
+        units_note=units,
+        facts=facts,
         sections=found,
         ids={section.id: section.title for section in found},
         css=Markup(_css()),

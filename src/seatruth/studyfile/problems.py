@@ -125,7 +125,7 @@ def _plain(detail: ErrorDetails, path: Path, at: Path, table: type[BaseModel]) -
     if kind == "list_type" and isinstance(given, dict) and len(path) == 1:
         return f"[{key}] stands for several tables", f"Write [[{key}]], in double brackets."
     expected = _expected(kind, context)
-    if (*at, *path)[:1] == ("noise",):
+    if table is StudyFile and (*at, *path)[:1] == ("noise",):
         expected = 'a number, a text with a unit or "estimate"'
     return f"{named_key} is {_shown(given)}, but must be {expected or detail['msg'].lower()}", ""
 

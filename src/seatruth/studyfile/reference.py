@@ -46,11 +46,16 @@ def markdown() -> str:
             parts += [NOISE, ""]
             continue
         parts += [inspect.cleandoc(table.__doc__ or "").replace("\n", " "), "", "| key | is | means |", "|---|---|---|"]
-        parts += [_row(name, field) for name, field in table.model_fields.items()]
+        parts += rows(table)
         parts.append("")
         if title == "[[prepare]]":
             parts += _steps()
     return "\n".join(parts).rstrip() + "\n"
+
+
+def rows(table: type[BaseModel]) -> list[str]:
+    """One row of Markdown for each key of a table."""
+    return [_row(name, field) for name, field in table.model_fields.items()]
 
 
 def keys(table: type[BaseModel]) -> list[str]:

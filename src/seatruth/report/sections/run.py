@@ -157,6 +157,11 @@ def provenance(data: View, album: Album) -> Section | None:
     return Section("provenance", "Provenance", [built])
 
 
+def provenance_rows(values: Mapping[str, Any]) -> list[list[str]]:
+    """What and what it is, for a table of provenance."""
+    return _flat(values)
+
+
 def _flat(values: Mapping[str, Any], path: tuple[str, ...] = ()) -> list[list[str]]:
     return list(_walk(values, path))
 

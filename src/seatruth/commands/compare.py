@@ -1,0 +1,154 @@
+"""`seatruth compare COMPARISON.toml`: solvers on problems under noise, stored, resumed, reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from seatruth.commands.common import JsonFile, Result, console, error_console, say, table
+from seatruth.commands.progress import ProgressLine
+from seatruth.errors import BadInput
+
+if TYPE_CHECKING:
+    from seatruth.comparison import Comparison, Results, Standing
+
+
+def compare(
+    comparison: Annotated[Path, typer.Argument(metavar="COMPARISON.toml", help="The comparison file.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of store and report.")] = None,
+    workers: Annotated[int, typer.Option("--workers", min=0, help="Runs at once; 0 for one a processor.")] = 0,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Make all runs anew.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Make runs that failed anew.")] = False,
+    ranking: Annotated[
+        bool, typer.Option("--ranking", help="Only show how it stands, also while it is running elsewhere.")
+    ] = False,
+    scheduler: Annotated[
+        str | None, typer.Option("--dask", metavar="ADDRESS", help="Run on the workers of this dask scheduler.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+    json_file: JsonFile = None,
+) -> Result:
+    """Compare solvers on problems under noise; goes on where it was stopped; writes a report and tables."""
+    from seatruth.comparison import compare as run
+    from seatruth.comparison import standing
+    from seatruth.comparison.file import read_comparison
+    from seatruth.simulate.threads import thread_count
+
+    made, folder = read_comparison(comparison)
+    folder = folder if out is None else out
+    if ranking:
+        results = standing(made, folder)
+        show(results)
+        return Result(summary(results, folder))
+    error_console().print(f"{len(made.runs)} runs: {_size(made)}") if not quiet else None
+    with _cluster(scheduler), ProgressLine(quiet=quiet) as line:
+
+        def progress(now: Standing) -> None:
+            line.show(str(now), now=False)
+
+        results = run(
+            made,
+            folder,
+            workers=workers or thread_count(None),
+            backend="dask" if scheduler else "loky",
+            fresh=fresh,
+            retry_failed=retry_failed,
+            progress=progress,
+        )
+        line.show("Writing the report", now=False)
+        report = write(results, folder)
+    show(results)
+    say(f"Store: {folder / 'comparison.sqlite'}", whole=True)
+    say(f"Report: {report}", whole=True)
+    return Result({**summary(results, folder), "report": str(report)})
+
+
+def write(results: Results, folder: Path) -> Path:
+    """Writes the report and the tables; returns the report's place."""
+    from seatruth.report.comparison import write_comparison_report, write_tables
+
+    path = folder / "report.html"
+    write_comparison_report(results, path)
+    write_tables(results, folder / "tables")
+    return path
+
+
+def summary(results: Results, folder: Path) -> dict[str, Any]:
+    """What `--json` gives."""
+    rankings = {}
+    for cost in dict.fromkeys(results.runs["cost"]):
+        for by in ("effort", "fit", "accuracy"):
+            made = results.ranking(by, cost=cost)
+            if made is not None:
+                rankings[f"{by}, {cost}"] = {
+                    "blocks": made.blocks,
+                    "block_is": made.block_is,
+                    "p_friedman": made.p_friedman,
+                    "ranks": made.table,
+                    "pairs": made.pairs,
+                }
+    return {
+        "comparison": results.comparison.name,
+        "folder": str(folder),
+        "runs": len(results.runs),
+        "failed": len(results.failures),
+        "left": results.left,
+        "sentences": [{"about": said.about, "text": said.text} for said in results.sentences],
+        "rankings": rankings,
+        "overall": results.overall,
+        "success": results.success,
+        "provenance": list(results.sources),
+    }
+
+
+def show(results: Results) -> None:
+    """The rankings and what they mean, in the terminal."""
+    failed = f", {len(results.failures)} failed" if len(results.failures) else ""
+    say(f"{results.comparison.name}: {len(results.runs)} runs{failed}, {results.left} left\n", style="bold")
+    for cost in dict.fromkeys(results.runs["cost"]):
+        made = {by: results.ranking(by, cost=cost) for by in ("effort", "fit", "accuracy")}
+        found = {by: ranking for by, ranking in made.items() if ranking is not None}
+        if not found:
+            continue
+        ranks = {
+            by: dict(zip(ranking.table["solver"], ranking.table["mean_rank"].astype(float)))
+            for by, ranking in found.items()
+        }
+        rows = [
+            [solver, *(f"{ranks[by][solver]:.2f}" if solver in ranks[by] else "" for by in found)]
+            for solver in next(iter(found.values())).order
+        ]
+        say(f"Mean ranks, {cost} cost (1 is best)")
+        console().print(table(["solver", *found], rows, numbers=list(found)))
+        say("")
+    for said in results.sentences:
+        say(f"{'! ' if said.grave else '- '}{said.text}", style="yellow" if said.grave else "")
+    say("")
+
+
+def _size(made: Comparison) -> str:
+    parts = [f"{len(made.problems)} problems", f"{len(made.solver)} solvers", f"{len(made.noise)} noises"]
+    return ", ".join([*parts, f"{made.seeds} seeds"])
+
+
+def _cluster(scheduler: str | None) -> Any:
+    """A client of the scheduler, or nothing."""
+    from contextlib import nullcontext
+
+    if scheduler is None:
+        return nullcontext()
+    try:
+        import distributed
+    except ImportError:
+        raise BadInput("dask is not installed", where="--dask", do="pip install 'seatruth[dask]'.") from None
+    try:
+        client: Any = distributed.Client
+        return client(scheduler, timeout=10)
+    except (OSError, ValueError, TimeoutError) as problem:
+        raise BadInput(
+            f"the scheduler does not answer ({type(problem).__name__})",
+            where=f"--dask {scheduler}",
+            do="Start one with `dask scheduler`, and workers with `dask worker ADDRESS`.",
+        ) from None

@@ -1,0 +1,241 @@
+"""The comparison file: which studies, solvers, noise and budgets, as TOML.
+
+Every table and key is a field here with its description; docs/compare.md is made from them.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
+
+from seatruth.comparison.definition import TARGETS, Comparison, Problem, abilities, definition
+from seatruth.comparison.noise import KINDS, Noise
+from seatruth.optimizers import Optimizer
+from seatruth.study import Plan, parsed, read_plan, read_text
+from seatruth.studyfile import solver as solvers
+from seatruth.studyfile.problems import Problems, add_schema_errors
+from seatruth.studyfile.reference import rows
+from seatruth.studyfile.schema import OpenTable, OptimizerTable, Table
+
+
+def _entries(value: Any) -> Any:
+    """Names of solvers stand for tables."""
+    return (
+        [{"use": entry} if isinstance(entry, str) else entry for entry in value] if isinstance(value, list) else value
+    )
+
+
+class ComparisonTable(Table):
+    """What the comparison is called, how often each run is repeated, how long it may search."""
+
+    name: str | None = Field(default=None, description="Name in results and reports; default: the file's name.")
+    description: str = Field(default="", description="What it is for; shown in the report.")
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="Seed of everything random.")
+    seeds: PositiveInt = Field(
+        default=20,
+        description="Realisations of each noise; every solver sees the same ones. 15 at least.",
+    )
+    budgets: list[PositiveInt] = Field(
+        default=[2000], description="Evaluations that a run may spend, finite differences counted; one or several."
+    )
+    costs: list[Literal["trajectory", "regression"]] = Field(
+        default=[], description="Kinds of cost to fit by; default: that of each study. Formulas keep their own."
+    )
+    targets: list[FiniteFloat] = Field(
+        default=list(TARGETS),
+        description="Excesses over the best known fit, in units of chi-square, that are looked for.",
+    )
+    success: Annotated[FiniteFloat, Field(gt=0)] = Field(
+        default=1.0, description="The excess below which a run counts as a success: 1 is one standard error."
+    )
+
+
+class ProblemTable(Table):
+    """A study that is fitted again and again. `[[problems]]`, one or more."""
+
+    study: str = Field(description="Study file, relative to this file.")
+    name: str | None = Field(default=None, description="Name in results; default: the study's.")
+    truth: Literal["study"] | dict[str, FiniteFloat] | None = Field(
+        default=None,
+        description='True parameters: "study" (the values that the study starts from) or a table. The trials are then '
+        "simulated with them. Without, noise is added to the trials as they are; errors of parameters are unknown.",
+    )
+    start: Literal["random", "study"] = Field(
+        default="random",
+        description='Where searches start: "random" (within the start regions or bounds, anew for every seed, the same '
+        'for all solvers) or "study" (the values of the study).',
+    )
+    costs: list[Literal["trajectory", "regression", "formula"]] = Field(
+        default=[], description="Costs of this problem, instead of the comparison's."
+    )
+    budgets: list[PositiveInt] = Field(default=[], description="Budgets of this problem, instead of the comparison's.")
+
+
+class SolverTable(OpenTable):
+    """A solver; the further keys are its options (`seatruth list optimizers --long`). `[[solvers]]`, one or more; a
+    list of names will do where none has options."""
+
+    use: str | None = Field(default=None, description="A solver of `seatruth list optimizers`.")
+    name: str | None = Field(default=None, description="Name in results; default: what it uses.")
+    stages: list[OptimizerTable] = Field(
+        default=[], description="Instead of `use`: a hybrid, each stage a table as `[optimizer]` of a study file."
+    )
+
+
+class NoiseTable(OpenTable):
+    """One kind of noise at some levels; the further keys are options of the kind. `[[noise]]`, one or more."""
+
+    kind: str = Field(default="white", description="white, coloured, outliers, dropouts or input.")
+    levels: list[Annotated[FiniteFloat, Field(ge=0)]] = Field(
+        description="Standard deviations as parts of each channel's range, as [0, 0.01, 0.03, 0.1]."
+    )
+
+
+class OutputTable(Table):
+    """What is written."""
+
+    folder: str | None = Field(
+        default=None, description="Folder of store, report and tables; default: NAME-result beside this file."
+    )
+
+
+class ComparisonFile(Table):
+    """A whole comparison file."""
+
+    comparison: ComparisonTable = ComparisonTable()
+    problems: list[ProblemTable] = Field(default=[])
+    solvers: Annotated[list[SolverTable], BeforeValidator(_entries)] = Field(default=[])
+    noise: list[NoiseTable] = Field(default=[])
+    output: OutputTable = OutputTable()
+
+
+def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
+    """The comparison that a file describes, and the folder of its results. BadInput lists all problems with lines."""
+    source = Path(path)
+    data, problems = parsed(read_text(source), str(source))
+    try:
+        file = ComparisonFile.model_validate(data)
+    except ValidationError as error:
+        add_schema_errors(problems, error, table=ComparisonFile)
+        problems.stop()
+        raise
+    found = _problems(file, source, problems)
+    optimizers = _solvers(file, problems)
+    noise = _noise(file, problems)
+    for key, entries in (("problems", file.problems), ("solvers", file.solvers)):
+        if not entries:
+            problems.add((key,), f"it names no {key}", f"Add [[{key}]].")
+    table = file.comparison
+    if not table.budgets:
+        problems.add(("comparison", "budgets"), "the list of budgets is empty", "Give one or more.")
+    problems.stop()
+    name = table.name or source.stem
+    made: Comparison | None = None
+    with problems.at():
+        made = Comparison(
+            problems=found,
+            solvers=optimizers,
+            noise=noise,
+            seeds=table.seeds,
+            budgets=table.budgets,
+            costs=table.costs,
+            name=name,
+            description=table.description,
+            seed=table.seed,
+            targets=table.targets,
+            success=table.success,
+            made_of={**file.model_dump(mode="json"), "studies": {p.name: p.study.content_hash for p in found}},
+        )
+        _check_used(made, problems)
+    problems.stop()
+    assert made is not None  # otherwise there was a problem
+    return made, source.parent / (file.output.folder or f"{source.stem}-result")
+
+
+def reference() -> str:
+    """The tables of docs/compare.md, written from the schema so that they cannot drift from it."""
+    parts = ["## Reference", ""]
+    for title, table in (
+        ("[comparison]", ComparisonTable),
+        ("[[problems]]", ProblemTable),
+        ("[[solvers]]", SolverTable),
+        ("[[noise]]", NoiseTable),
+        ("[output]", OutputTable),
+    ):
+        about = inspect.cleandoc(table.__doc__ or "").replace("\n", " ")
+        parts += [f"### `{title}`", "", about, "", "| key | is | means |", "|---|---|---|", *rows(table), ""]
+    parts += ["Kinds of noise and their options:", "", "| kind | is | options |", "|---|---|---|"]
+    for kind in KINDS.values():
+        options = [f"`{name}` = `{entry.default:g}`: {entry.doc}" for name, entry in kind.options.items()]
+        parts.append(f"| `{kind.name}` | {kind.title} | {'; '.join(options)} |")
+    return "\n".join(parts) + "\n"
+
+
+def _problems(file: ComparisonFile, source: Path, problems: Problems) -> list[Problem]:
+    found = []
+    for k, entry in enumerate(file.problems):
+        plan: Plan | None = None
+        with problems.at("problems", k, "study"):
+            plan = read_plan(source.parent / entry.study)
+        if plan is None:
+            continue
+        values = {parameter.name: parameter.value for parameter in plan.study.free}
+        truth = values if entry.truth == "study" else entry.truth
+        with problems.at("problems", k):
+            name = entry.name or plan.study.name
+            found.append(Problem(name, plan.study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
+    names = [problem.name for problem in found]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            problems.add(("problems", k), f"a second problem is called {name!r}", "Give it a `name` of its own.")
+    return found
+
+
+def _solvers(file: ComparisonFile, problems: Problems) -> dict[str, Optimizer]:
+    found: dict[str, Optimizer] = {}
+    for k, entry in enumerate(file.solvers):
+        if (entry.use is None) == (not entry.stages):
+            problems.add(("solvers", k), "a solver needs either `use` or `stages`", "Give one of the two.")
+            continue
+        if entry.stages and entry.options:
+            problems.add(("solvers", k), f"unknown key {next(iter(entry.options))!r}", "Options belong to the stages.")
+            continue
+        tables = entry.stages or [OptimizerTable(use=str(entry.use), **entry.options)]
+        below = Problems(problems.source)
+        made = solvers.optimizer(tables, below)
+        with problems.at("solvers", k):
+            below.stop()
+        if made is None:
+            continue
+        label = entry.name or " + ".join(table.use for table in tables)
+        if label in found:
+            problems.add(("solvers", k), f"a second solver is called {label!r}", "Give it a `name` of its own.")
+        elif any(definition(made) == definition(other) for other in found.values()):
+            problems.add(("solvers", k), f"{label!r} is the same as a solver above", "Remove it or change an option.")
+        found[label] = made
+    return found
+
+
+def _noise(file: ComparisonFile, problems: Problems) -> list[Noise]:
+    found: list[Noise] = []
+    for k, entry in enumerate(file.noise):
+        if not entry.levels:
+            problems.add(("noise", k, "levels"), "the list of levels is empty", "Give one or more, as [0, 0.01].")
+        for level in entry.levels:
+            with problems.at("noise", k):
+                found.append(Noise(entry.kind, level, entry.options))
+    return found or [Noise()]
+
+
+def _check_used(made: Comparison, problems: Problems) -> None:
+    """Every solver must fit something."""
+    used = {label for labels in made.fitting.values() for label in labels}
+    for k, (label, solver) in enumerate(made.solver.items()):
+        if label in used:
+            continue
+        given = frozenset().union(*(abilities(p.study, cost) for p in made.problems for cost in made.costs_of(p)))
+        missing = ", ".join(sorted(solver.needs - given))
+        problems.add(("solvers", k), f"{label!r} fits no cost of any problem: it needs {missing}", "Remove it.")

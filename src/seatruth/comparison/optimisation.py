@@ -1,0 +1,143 @@
+"""Measures of optimisation: how surely and how soon a solver comes near the best known fit.
+
+Nearness is the excess over the best known fit in units of chi-square: twice the difference of the costs. An answer
+with an excess of 1 is one standard error away from the best fit, along its worst direction; an absolute number means
+nothing under noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Histories = Mapping[str, tuple[Any, Any, Any]]
+PLACE = ["problem", "cost", "noise", "level"]
+_FLOOR = 0.01
+"""Excesses below it are all the same in figures: nobody can tell them apart."""
+
+
+def records(frame: pd.DataFrame) -> Iterator[Any]:
+    """Rows with their columns as attributes."""
+    yield from frame.itertuples(index=False)
+
+
+def evaluations_to(run: Any, histories: Histories, target: float) -> float:
+    """Evaluations until the excess is at most the target; inf where it never is."""
+    return _first(run, histories, target, 0)
+
+
+def seconds_to(run: Any, histories: Histories, target: float) -> float:
+    """Seconds of search until the excess is at most the target; inf where it never is."""
+    return _first(run, histories, target, 2)
+
+
+def _first(run: Any, histories: Histories, target: float, column: int) -> float:
+    history = histories[run.key]
+    if run.status != "done" or not len(history[1]):
+        return math.inf
+    reached = np.flatnonzero(2.0 * (history[1] - run.best) <= target)
+    return float(history[column][reached[0]]) if reached.size else math.inf
+
+
+def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
+    """By place, solver, budget and target: runs, success rate, expected running time in evaluations and in seconds.
+
+    Expected running time: the evaluations of all runs, of the successful ones up to the target, over the number of
+    successes (Hansen and others 2010): what it costs on average if the solver is started again until it succeeds. A
+    failed run costs its whole budget. Infinite without any success.
+    """
+    rows = []
+    for place, group in runs.groupby([*PLACE, "solver", "budget"], sort=False):
+        for target in targets:
+            spent = seconds = 0.0
+            successes = 0
+            for run in records(group):
+                when = evaluations_to(run, histories, target)
+                reached = math.isfinite(when)
+                successes += reached
+                used = float(run.evaluations) if run.status == "done" else float(run.budget)
+                spent += when if reached else used
+                last = histories[run.key][2]
+                seconds += seconds_to(run, histories, target) if reached else float(last[-1]) if len(last) else 0.0
+            row = dict(zip([*PLACE, "solver", "budget"], place)) | {"target": target, "runs": len(group)}
+            row |= {"success_rate": successes / len(group)}
+            row |= {"ert": spent / successes if successes else math.inf}
+            row |= {"ert_s": seconds / successes if successes else math.inf}
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def ecdf(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
+    """Share of all (realisation, target) pairs that each solver has reached, at evaluations per dimension."""
+    rows = []
+    for (cost, solver), group in runs.groupby(["cost", "solver"], sort=False):
+        when = np.array(
+            [evaluations_to(run, histories, target) / run.dimension for run in records(group) for target in targets],
+            dtype=float,
+        )
+        reached = np.sort(when[np.isfinite(when)])
+        points, counts = np.unique(reached, return_counts=True)
+        share = np.cumsum(counts) / when.size
+        rows += [{"cost": cost, "solver": solver, "evaluations": x, "share": y} for x, y in zip(points, share)]
+    return pd.DataFrame(rows, columns=["cost", "solver", "evaluations", "share"])
+
+
+def profiles(runs: pd.DataFrame, histories: Histories, target: float) -> pd.DataFrame:
+    """Dolan and More's profiles (2002): share of realisations that a solver solves within a factor of the fastest.
+
+    Realisations that no solver solves count in the share's denominator.
+    """
+    when = [evaluations_to(run, histories, target) for run in records(runs)]
+    table = runs[["cost", "instance", "solver"]].assign(when=when)
+    table["fastest"] = table.groupby("instance")["when"].transform("min")
+    rows = []
+    for (cost, solver), group in table.groupby(["cost", "solver"], sort=False):
+        with np.errstate(invalid="ignore"):
+            ratio = (group["when"] / group["fastest"]).to_numpy(dtype=float)
+        found = np.sort(ratio[np.isfinite(ratio)])
+        points, counts = np.unique(found, return_counts=True)
+        share = np.cumsum(counts) / len(ratio)
+        rows += [{"cost": cost, "solver": solver, "factor": x, "share": y} for x, y in zip(points, share)]
+    return pd.DataFrame(rows, columns=["cost", "solver", "factor", "share"])
+
+
+def against_time(runs: pd.DataFrame, histories: Histories, points: int = 40) -> pd.DataFrame:
+    """Median excess of the best so far against search time (scoring not counted), by problem, cost and solver.
+
+    Infinite excesses (nothing found yet, a failed run) count as such in the median.
+    """
+    rows = []
+    for (problem, cost), group in runs.groupby(["problem", "cost"], sort=False):
+        ends = [histories[key][2] for key in group["key"] if len(histories[key][2])]
+        if not ends:
+            continue
+        low = max(1e-5, min(float(end[0]) for end in ends))
+        high = max(max(float(end[-1]) for end in ends), 2.0 * low)
+        grid = np.geomspace(low, high, points)
+        for solver, own in group.groupby("solver", sort=False):
+            curves = np.array([_at(run, histories, grid) for run in records(own)])
+            with np.errstate(invalid="ignore"):
+                middle = np.median(curves, axis=0)
+            last = float(np.median([histories[key][2][-1] if len(histories[key][2]) else low for key in own["key"]]))
+            rows += [
+                {"problem": problem, "cost": cost, "solver": solver, "seconds": x, "excess": max(y, _FLOOR)}
+                for x, y in zip(grid, middle)
+                if math.isfinite(y) and x <= last * 1.05
+            ]
+    return pd.DataFrame(rows, columns=["problem", "cost", "solver", "seconds", "excess"])
+
+
+def _at(run: Any, histories: Histories, grid: Array) -> Array:
+    """Excess of the best so far at these times; inf before the first."""
+    _, best, seconds = histories[run.key]
+    if run.status != "done" or not len(best):
+        return np.full(grid.size, math.inf)
+    place = np.searchsorted(seconds, grid, side="right") - 1
+    excess = 2.0 * (best[np.maximum(place, 0)] - run.best)
+    return np.where(place >= 0, excess, math.inf)

@@ -1,0 +1,227 @@
+"""Runs a comparison: what is missing in its store, by any number of workers, here or on a cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import joblib
+from joblib.externals.loky.process_executor import BrokenProcessPool
+
+from seatruth.comparison.definition import Comparison, Run
+from seatruth.comparison.results import Results
+from seatruth.comparison.store import Store
+from seatruth.comparison.work import Done, Job, jobs_of, work
+from seatruth.errors import BadInput, Interrupted
+
+STORE = "comparison.sqlite"
+_WRITE_S = 0.2
+"""Longest time that a finished run waits to be written together with others."""
+Backend = Literal["loky", "dask"]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a comparison is: runs done, failed and left, and seconds to go (None while that is not known)."""
+
+    done: int
+    failed: int
+    left: int
+    seconds_left: float | None
+
+    def __str__(self) -> str:
+        failed = f", {self.failed} failed" if self.failed else ""
+        text = f"{self.done} runs done{failed}, {self.left} left"
+        if self.seconds_left is None or not self.left:
+            return text
+        minutes, seconds = divmod(round(self.seconds_left), 60)
+        return f"{text}, about {f'{minutes} min ' if minutes else ''}{seconds} s to go"
+
+
+def compare(
+    comparison: Comparison,
+    folder: str | Path,
+    *,
+    workers: int = 1,
+    backend: Backend = "loky",
+    fresh: bool = False,
+    retry_failed: bool = False,
+    progress: Callable[[Standing], None] | None = None,
+) -> Results:
+    """Runs what is missing of a comparison and gives all its results.
+
+    `folder` gets the store, `comparison.sqlite`; runs that are in it are not made again (with `fresh` they are; with
+    `retry_failed` those that failed are). `workers` processes run at once and do not change the results; `backend`
+    "dask" takes the workers of the dask client of this process instead. `progress` is called with a Standing.
+
+    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on. Raises
+    BadInput where another program writes to the store or a program of another version made it, Interrupted on Ctrl-C.
+    """
+    if workers < 1:
+        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    where = Path(folder)
+    if where.exists() and not where.is_dir():
+        raise BadInput("the folder of the comparison is a file", where=str(where), do="Name a folder.")
+    wanted = [*comparison.references, *comparison.runs]
+    hashes = {
+        (problem.name, cost): problem.study.content_hash
+        for problem in comparison.problems
+        for cost in comparison.costs_of(problem)
+    }
+    with Store(where / STORE) as store:
+        if fresh:
+            store.clear(run.key for run in wanted)
+        known = store.known((run.key for run in wanted), failed=not retry_failed)
+        missing = _ordered([run for run in wanted if run.key not in known])
+        store.describe(comparison.name, dict(comparison.made_of))
+        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress)
+        try:
+            for done in _in_groups(_results(jobs_of(comparison, missing), workers, backend)):
+                store.add(done, hashes)
+                clock.tick(done)
+        except KeyboardInterrupt:
+            raise Interrupted(
+                "interrupted; finished runs are kept", do="Run the same command again to go on."
+            ) from None
+        return Results.of(comparison, store)
+
+
+def standing(comparison: Comparison, folder: str | Path) -> Results:
+    """The results so far, also while another program goes on with it."""
+    with Store(Path(folder) / STORE, write=False) as store:
+        return Results.of(comparison, store)
+
+
+def _ordered(runs: Sequence[Run]) -> list[Run]:
+    """Seed by seed, and within a seed the runs of an instance together, its reference first."""
+    places: dict[str, int] = {}
+    for run in runs:
+        places.setdefault(run.instance, len(places))
+    return sorted(runs, key=lambda run: (run.seed, places[run.instance], run.budget))
+
+
+def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[Done]:
+    """What becomes of the jobs, in any order.
+
+    A run that ends its process (memory, a fault in compiled code) takes the other processes with it. The runs that
+    were under way then are run one at a time, each in a process of its own, so that the one that did it is known.
+    """
+    if backend == "dask":
+        _check_dask()
+    left = {job.run.key: job for job in jobs}
+    while left:
+        begun: list[str] = []
+        try:
+            for done in _parallel(list(left.values()), workers, backend, begun):
+                left.pop(done.run.key)
+                yield done
+        except BrokenProcessPool:
+            for key in [key for key in begun if key in left]:
+                yield _alone(left.pop(key))
+
+
+def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[Done]:
+    def handed_out() -> Iterator[Any]:
+        for job in jobs:
+            begun.append(job.run.key)
+            yield joblib.delayed(work)(job)
+
+    options: dict[str, Any] = {"backend": backend}
+    if backend == "loky":
+        options |= {"n_jobs": workers, "inner_max_num_threads": 1}
+    with joblib.parallel_config(**options):
+        yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="3*n_jobs")(handed_out())
+
+
+def _alone(job: Job) -> Done:
+    """One job in a process of its own: if that ends, it was this job's doing."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(max_workers=1) as pool:
+        try:
+            done: Done = pool.submit(work, job).result()
+            return done
+        except BrokenProcessPool as problem:
+            cause = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
+            return Done(job.run, f"it ended its process: {cause}")
+
+
+def _in_groups(results: Iterator[Done]) -> Iterator[list[Done]]:
+    """Results as they come, those of a moment together: one transaction of the disk then serves them all."""
+    group: list[Done] = []
+    since = time.monotonic()
+    with contextlib.closing(results):  # type: ignore[type-var]
+        for done in results:
+            group.append(done)
+            if time.monotonic() - since >= _WRITE_S:
+                yield group
+                group, since = [], time.monotonic()
+    if group:
+        yield group
+
+
+class _Clock:
+    """Counts runs and says how long the rest will take: the mean time of the same solver on the same problem."""
+
+    def __init__(
+        self,
+        comparison: Comparison,
+        store: Store,
+        missing: Sequence[Run],
+        workers: int,
+        progress: Callable[[Standing], None] | None,
+    ) -> None:
+        self._progress, self._workers = progress, workers
+        self._left = {run.key: _kind(run) for run in missing}
+        self._count = len(comparison.runs) - len(missing)
+        keys = {run.key for run in comparison.runs}
+        self._failed = len(store.known(keys)) - len(store.known(keys, failed=False))
+        self._count -= self._failed
+        self._times: dict[Any, list[float]] = defaultdict(list)
+        self._show()
+
+    def tick(self, done: Sequence[Done]) -> None:
+        for one in done:
+            if not one.run.solver:
+                continue
+            self._left.pop(one.run.key, None)
+            self._failed += bool(one.error)
+            self._count += not one.error
+            spent = one.numbers.get("search_s", 0.0) + one.numbers.get("scoring_s", 0.0)
+            self._times[_kind(one.run)].append(spent)
+        self._show()
+
+    def _show(self) -> None:
+        if self._progress is not None:
+            self._progress(Standing(self._count, self._failed, len(self._left), self._seconds()))
+
+    def _seconds(self) -> float | None:
+        if not self._times:
+            return None
+        means = {kind: sum(times) / len(times) for kind, times in self._times.items()}
+        usual = sum(means.values()) / len(means)
+        return sum(means.get(kind, usual) for kind in self._left.values()) / self._workers
+
+
+def _kind(run: Run) -> tuple[str, str, str, int]:
+    return run.problem, run.cost, run.solver, run.budget
+
+
+def _check_dask() -> None:
+    try:
+        from distributed import get_client
+    except ImportError:
+        raise BadInput(
+            "the dask backend is not installed", where="backend", do="pip install 'seatruth[dask]'."
+        ) from None
+    try:
+        get_client()
+    except ValueError:
+        raise BadInput(
+            "there is no dask client", where="backend", do='Make one first: Client("tcp://scheduler:8786").'
+        ) from None

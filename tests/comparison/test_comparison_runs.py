@@ -1,0 +1,225 @@
+"""Runs of a comparison: paired, repeatable, resumed, kept when they fail."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers, stumble
+
+from seatruth import BadInput, SeatruthError
+from seatruth.comparison import Noise, Problem, Standing, compare, standing
+from seatruth.comparison.bench import Bench, Setting
+from seatruth.comparison.runner import STORE
+from seatruth.comparison.store import Store
+from seatruth.comparison.work import jobs_of, work
+from seatruth.optimizers import from_callable, make
+
+HERE = Path(__file__).parent
+
+
+def test_runs_end_near_the_truth_and_count_evaluations(tmp_path: Path) -> None:
+    seen: list[Standing] = []
+    results = compare(small(), tmp_path, progress=seen.append)
+    assert results.left == 0
+    assert len(results.runs) == 18
+    assert (results.runs["status"] == "done").all()
+    assert (results.runs["evaluations"] <= 100).all()
+    assert seen[0].left == 18
+    assert (seen[-1].done, seen[-1].left) == (18, 0)
+    clean = results.estimates.query("solver == 'local' and level == 0")
+    assert clean["value"].to_numpy() == pytest.approx(np.tile(list(TRUTH.values()), 3), abs=1e-9)
+    assert results.overall.query("solver == 'local' and level == 0.05")["efficiency"].iloc[0] == pytest.approx(
+        1, abs=0.8
+    )
+
+
+def test_the_number_of_workers_changes_nothing(tmp_path: Path) -> None:
+    one = compare(small(), tmp_path / "one", workers=1)
+    two = compare(small(), tmp_path / "two", workers=2)
+    pd.testing.assert_frame_equal(numbers(one), numbers(two), check_exact=True)
+
+
+def test_all_solvers_and_costs_see_the_same_record_and_start() -> None:
+    bench = Bench(glide(), Setting(seed=1, base_level=0.01))
+    noise = Noise("coloured", 0.02)
+    a, b, c = (
+        bench.realised(cost, noise, seed) for cost, seed in (("trajectory", 4), ("regression", 4), ("trajectory", 5))
+    )
+    for name in ("v", "s"):
+        assert (a.trials[0].outputs[name] == b.trials[0].outputs[name]).all()
+        assert (a.trials[0].outputs[name] != c.trials[0].outputs[name]).any()
+        assert a.trials[0].outputs[name][0] == bench.clean[0].outputs[name][0]  # the start is read from it
+    assert [q.value for q in a.free] == [q.value for q in b.free]
+    assert [q.value for q in a.free] != [q.value for q in c.free]
+
+
+def test_a_changed_definition_makes_only_what_it_touches(tmp_path: Path) -> None:
+    compare(small(), tmp_path)
+    more = small(solvers={**solvers(), "guess": from_callable(guess, name="other")}, seeds=3)
+    seen: list[Standing] = []
+    results = compare(more, tmp_path, progress=seen.append)
+    assert seen[0].left == 6  # the solver under its other name, nothing else
+    assert results.left == 0
+    seen.clear()
+    compare(small(seeds=4), tmp_path, progress=seen.append)
+    assert seen[0].left == 6
+    seen.clear()
+    compare(small(problems=[Problem("line", line(), TRUTH | {"a": 2.5})]), tmp_path, progress=seen.append)
+    assert seen[0].left == 18
+
+
+def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path) -> None:
+    comparison = small(solvers={"local": make("least_squares"), "stumble": from_callable(stumble)})
+    results = compare(comparison, tmp_path)
+    assert results.left == 0
+    assert set(results.failures["solver"]) == {"stumble"}
+    assert results.failures["error"].str.contains("stumbled on purpose").all()
+    ranking = results.ranking("accuracy")
+    assert ranking is not None
+    assert ranking.order == ["local", "stumble"]
+    assert any("failed" in str(said) for said in results.sentences)
+    seen: list[Standing] = []
+    compare(comparison, tmp_path, retry_failed=True, progress=seen.append)
+    assert seen[0].left == 6
+
+
+def die(problem: Any, rng: np.random.Generator) -> str:
+    problem.values(problem.sample(rng, 5))
+    os.kill(os.getpid(), signal.SIGKILL)
+    return ""
+
+
+def test_a_run_that_kills_its_process_is_found_and_the_others_go_on(tmp_path: Path) -> None:
+    comparison = small(solvers={"local": make("least_squares"), "die": from_callable(die)}, seeds=1, noise=[Noise()])
+    results = compare(comparison, tmp_path, workers=2)
+    assert results.left == 0
+    assert dict(zip(results.runs["solver"], results.runs["status"])) == {"local": "done", "die": "failed"}
+    assert "ended its process" in results.failures["error"].iloc[0]
+
+
+SCRIPT = """
+import sys
+sys.path[:0] = [{here!r}, {above!r}]
+from small_comparison import slow
+from seatruth.comparison import compare
+compare(slow(), {out!r}, workers=2)
+"""
+
+
+def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) -> None:
+    from small_comparison import slow
+
+    code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path / "killed"))
+    process = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    store = tmp_path / "killed" / STORE
+    deadline = time.monotonic() + 60
+    while _rows(store) < 4 and time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.01)
+    with pytest.raises(BadInput, match="another comparison is writing"):
+        compare(slow(), tmp_path / "killed")
+    assert standing(slow(), tmp_path / "killed").left < len(slow().runs)  # may be looked at meanwhile
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    before = _rows(store)
+    assert 4 <= before < len(slow().runs)
+    seen: list[Standing] = []
+    results = compare(slow(), tmp_path / "killed", workers=2, progress=seen.append)
+    assert seen[0].done == before
+    whole = compare(slow(), tmp_path / "whole", workers=1)
+    pd.testing.assert_frame_equal(numbers(results), numbers(whole), check_exact=True)
+
+
+def _rows(store: Path) -> int:
+    try:
+        base = sqlite3.connect(f"file:{store}?mode=ro", uri=True)
+        try:
+            return int(base.execute("SELECT count(*) FROM runs").fetchone()[0])
+        finally:
+            base.close()
+    except sqlite3.Error:
+        return 0
+
+
+def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> None:
+    comparison = small(seeds=12)
+    done = [work(job) for job in jobs_of(comparison, [*comparison.references, *comparison.runs])]
+    hashes = {("line", "formula"): "x"}
+    with Store(tmp_path / STORE) as store:
+        pages = store._base.execute("PRAGMA page_count").fetchone()[0]
+        store._base.execute(f"PRAGMA max_page_count = {pages + 1}")  # SQLite then says what it says of a full disk
+        kept = 0
+        with pytest.raises(SeatruthError, match=r"disk is full.*Free some space"):  # noqa: PT012
+            for one in done:
+                store.add([one], hashes)
+                kept += 1
+    assert 0 < kept < len(done)
+    seen: list[Standing] = []
+    results = compare(comparison, tmp_path, progress=seen.append)
+    assert seen[0].left == len(comparison.runs) - max(0, kept - len(comparison.references))
+    pd.testing.assert_frame_equal(numbers(results).drop(columns="study_hash"), _reference_numbers(tmp_path, comparison))
+
+
+def _reference_numbers(tmp_path: Path, comparison: Any) -> pd.DataFrame:
+    return numbers(compare(comparison, tmp_path / "reference")).drop(columns="study_hash")
+
+
+def test_a_file_size_limit_in_the_middle_of_a_run_is_survived(tmp_path: Path) -> None:
+    code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path)).replace("slow()", "small(seeds=30)")
+    code = code.replace("import slow", "import small").replace("workers=2", "workers=1")
+    limit = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))\n"
+    done = subprocess.run([sys.executable, "-c", limit + code], capture_output=True, text=True)
+    assert "cannot be written" in done.stderr
+    assert "Nothing that was written before is lost" in done.stderr
+    left = standing(small(seeds=30), tmp_path).left
+    assert 0 < left < len(small(seeds=30).runs)
+    assert compare(small(seeds=30), tmp_path).left == 0
+
+
+def test_stores_of_others_are_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / STORE
+    path.write_text("my notes, not a database; long enough to be looked at as one" * 20)
+    with pytest.raises(BadInput, match="no store of seatruth"):
+        compare(small(), tmp_path)
+    assert path.read_text().startswith("my notes")
+    path.unlink()
+    base = sqlite3.connect(path)
+    base.execute("CREATE TABLE mine (x)")
+    base.commit()
+    base.close()
+    with pytest.raises(BadInput, match="another program"):
+        compare(small(), tmp_path)
+    path.unlink()
+    compare(small(seeds=1), tmp_path)
+    base = sqlite3.connect(path)
+    base.execute("PRAGMA user_version = 99")
+    base.commit()
+    base.close()
+    with pytest.raises(BadInput, match=r"another version of seatruth \(format 99"):
+        compare(small(seeds=1), tmp_path)
+    with pytest.raises(BadInput, match="no such store"):
+        standing(small(), tmp_path / "elsewhere")
+
+
+def test_the_store_opens_with_ordinary_tools_and_says_where_it_comes_from(tmp_path: Path) -> None:
+    compare(small(seeds=1), tmp_path)
+    base = sqlite3.connect(tmp_path / STORE)
+    runs = pd.read_sql_query(
+        "SELECT solver, level, e.parameter, e.value, provenance FROM runs JOIN estimates e USING (key) "
+        "JOIN sources ON sources.id = runs.source",
+        base,
+    )
+    base.close()
+    assert len(runs) == 12
+    assert runs["provenance"].str.contains("numpy").all()
+    assert set(runs["parameter"]) == {"a", "b"}
