@@ -45,7 +45,7 @@ _SHIP: dict[str, str] = {
     "tether": "tether",
 }
 _AUV: dict[str, str] = {
-    "current": "current",
+    "current": "current_along",
     "speed_scale": "speed_scale",
     "speed_bias": "speed_bias",
     "pitch_gyro_bias": "pitch_gyro_bias",
@@ -66,12 +66,12 @@ _AUV: dict[str, str] = {
     "thrust": "thrust_gain",
     "drag": "drag_increase",
     "cross_flow": "cross_flow_vertical",
-    "turning_loss": "turning_loss",
+    "turning_loss": "turning_loss_vertical",
     "net_weight": "net_weight",
     "added_mass": "added_mass",
     "munk": "munk_vertical",
     "asymmetry": "asymmetry",
-    "waves": "wave_drift",
+    "waves": "wave_drift_vertical",
     "tether": "tether",
 }
 NAMES: dict[str, dict[str, str]] = {

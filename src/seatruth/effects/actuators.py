@@ -122,7 +122,10 @@ class RudderDelay(RudderLag):
 
 
 class RudderRateLimit(OnRudder):
-    """The rudder turns no faster than 1 / slowness: what a limited follower lacks of an unlimited one is missing."""
+    """The rudder turns no faster than 1 / slowness.
+
+    A follower with the limit, and what its own lag leaves out, which one without the limit knows; that too no faster.
+    """
 
     name = "rudder_rate_limit"
     title = "rate limit of the rudder"
@@ -142,7 +145,9 @@ class RudderRateLimit(OnRudder):
 
     @staticmethod
     def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        return i._replace(delta=i.delta + s.limited - s.free)
+        behind = i.delta - s.free
+        too_fast = behind - behind / max(1.0, q.slowness * abs(behind) / QUICKEST)
+        return i._replace(delta=i.delta + (s.limited - s.free) - too_fast)
 
     @staticmethod
     def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
@@ -209,7 +214,7 @@ class PlaneOffset(OnPlane, RudderOffset):
 
     name = "plane_offset"
     title = "stern plane zero offset"
-    confused_with: tuple[str, ...] = ("net_weight", "trim", "vertical_asymmetry")
+    confused_with: tuple[str, ...] = ("net_weight", "trim", "asymmetry")
     told_apart = "its angle is the same at every speed: two speeds"
 
 

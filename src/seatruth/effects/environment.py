@@ -104,10 +104,10 @@ class CurrentShear(Effect):
         return carried(e, s, q.north * s.z, q.east * s.z, q.north * down, q.east * down)
 
 
-class CurrentTrend(Effect):
+class VaryingCurrent(Effect):
     """A current that changes steadily with the time of the trial; with `current`, a slow change to first order."""
 
-    name = "current_trend"
+    name = "varying_current"
     title = "current that changes with time"
     family = "environment"
     number = 2
@@ -141,7 +141,7 @@ class ShallowWater(Effect):
     kinds = ("ship", "planing")
     acts_on = ("sway", "yaw")
     equivalent = ("Y_v", "N_v")
-    confused_with = ("drag_gain", "rudder_gain", "cross_flow", "munk")
+    confused_with = ("drag_increase", "rudder_gain", "cross_flow", "munk")
     told_apart = "never from Y_v and N_v on one depth: trials on two depths"
     needs_parameters = ("Y_v", "N_v")
     parameters = (Parameter("gain", 0.3, "1", -0.5, 3.0, source="[S] chosen here", description="relative increase"),)

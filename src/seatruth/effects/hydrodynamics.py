@@ -27,10 +27,10 @@ STATIONS = (
 """Places along the hull over its length, and their weights: Gauss and Legendre's for an integral."""
 
 
-class DragGain(Effect):
+class DragIncrease(Effect):
     """More drag in straight motion: fouling, appendages, an underestimate."""
 
-    name = "drag_gain"
+    name = "drag_increase"
     title = "drag increase"
     family = "hydrodynamics"
     number = 19
@@ -38,7 +38,7 @@ class DragGain(Effect):
     source = "[S] magnitude of the catalogue: 0.05 to 0.4"
     acts_on = ("surge",)
     equivalent = ("R_0", "X_uu", "C_x0", "K_D0")
-    confused_with = ("thrust_gain", "added_mass", "speed_scale", "turning_speed_loss")
+    confused_with = ("thrust_gain", "added_mass", "speed_scale", "turning_loss")
     told_apart = "faster coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("drag",)
@@ -60,7 +60,7 @@ class CrossFlow(Effect):
     equation = "Y = -rho/2 C_d d int |v + x r| (v + x r) dx, N with the lever x"
     source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
     acts_on = ("sway", "yaw")
-    confused_with = ("turning_speed_loss", "rudder_gain", "shallow_water", "log_lever_arm")
+    confused_with = ("turning_loss", "rudder_gain", "shallow_water", "log_lever_arm")
     told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
@@ -110,10 +110,10 @@ class CrossFlowVertical(Effect):
         return e._replace(Z=e.Z - strip * Z, M=e.M - strip * M)
 
 
-class TurningSpeedLoss(Effect):
+class TurningLoss(Effect):
     """Surge force in turns that the model lacks."""
 
-    name = "turning_speed_loss"
+    name = "turning_loss"
     title = "speed loss in turns"
     family = "hydrodynamics"
     number = 22
@@ -121,7 +121,7 @@ class TurningSpeedLoss(Effect):
     source = "[L] Norrbin 1971, X_vr = 0.3 to 1 of the sway added mass; [S] magnitudes of the catalogue"
     acts_on = ("surge",)
     equivalent = ("X_vr", "X_rv", "X_vv")
-    confused_with = ("drag_gain", "thrust_gain", "cross_flow")
+    confused_with = ("drag_increase", "thrust_gain", "cross_flow")
     told_apart = "nothing on straight legs, even in the side of the turn"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
@@ -138,6 +138,34 @@ class TurningSpeedLoss(Effect):
         return e._replace(X=e.X + X)
 
 
+class TurningLossVertical(Effect):
+    """Surge force that the model lacks while pitching and heaving."""
+
+    name = "turning_loss_vertical"
+    title = "speed loss in pitching turns"
+    family = "hydrodynamics"
+    number = 22
+    equation = "X = wq m w q + ww rho/2 L B w^2"
+    source = TurningLoss.source
+    acts_on = ("surge",)
+    equivalent = ("X_wq", "X_ww", "C_x_alpha", "K_D")
+    confused_with = ("drag_increase", "thrust_gain", "cross_flow_vertical")
+    told_apart = "nothing on straight legs, even in the direction of the turn"
+    needs_states = ("u", "w", "q")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter("wq", 0.3, "1", -2.0, 2.0, source="[S] catalogue", description="share of the mass"),
+        Parameter("ww", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by heave squared"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"wq": 0.0, "ww": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        w = s.w - e.w_c
+        X = q.wq * d.mass * w * s.q + q.ww * 0.5 * d.rho * d.length * d.breadth * w * w
+        return e._replace(X=e.X + X)
+
+
 class AddedMass(Effect):
     """All added masses are off by the same share."""
 
@@ -148,7 +176,7 @@ class AddedMass(Effect):
     equation = "M_A (1 + k)"
     source = "[S] magnitude of the catalogue: 10 to 30 %"
     acts_on = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    confused_with = ("rudder_lag", "rudder_delay", "plane_lag", "plane_delay", "drag_gain")
+    confused_with = ("rudder_lag", "rudder_delay", "plane_lag", "plane_delay", "drag_increase")
     told_apart = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
     needs_parameters = ADDED_MASS
     parameters = (Parameter("k", 0.2, "1", -0.8, 2.0, source="[S] catalogue", description="relative error"),)
@@ -205,10 +233,10 @@ class MunkVertical(Effect):
         return e._replace(M=e.M + q.k * d.mass * (s.u - e.u_c) * (s.w - e.w_c))
 
 
-class VerticalAsymmetry(Effect):
+class Asymmetry(Effect):
     """Lift and moment at zero incidence, of a sail or fins."""
 
-    name = "vertical_asymmetry"
+    name = "asymmetry"
     title = "up-down asymmetry"
     family = "hydrodynamics"
     number = 28
@@ -244,7 +272,7 @@ class Tether(Effect):
     equation = "F = -rho/2 area V |V| at the stern, area = C_d d_t L_t"
     source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"
     acts_on = ("surge", "sway", "heave", "pitch", "yaw")
-    confused_with = ("drag_gain", "rudder_gain")
+    confused_with = ("drag_increase", "rudder_gain")
     told_apart = "drag with damping of the rate of turn: straight runs beside turns"
     needs_states = ("u",)
     needs_vehicle = ("dimensions",)

@@ -52,7 +52,7 @@ class NetWeight(Effect):
     kinds = ("auv", "glider")
     acts_on = ("surge", "heave")
     equivalent = ("dG", "m_disp")
-    confused_with = ("plane_offset", "trim", "vertical_asymmetry", "depth_scale")
+    confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale")
     told_apart = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "theta")
     needs_vehicle = ("dimensions",)
@@ -80,7 +80,7 @@ class Trim(Effect):
     kinds = ("auv", "glider")
     acts_on = ("roll", "pitch", "yaw")
     equivalent = ("x_G", "y_G", "z_B", "x_B", "x_h", "z_h")
-    confused_with = ("plane_offset", "net_weight", "vertical_asymmetry")
+    confused_with = ("plane_offset", "net_weight", "asymmetry")
     told_apart = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "q", "theta")
     needs_vehicle = ("dimensions",)

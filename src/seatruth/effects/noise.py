@@ -54,7 +54,7 @@ class ColouredNoise(Noise):
     title = "coloured noise"
     equation = "y_m = y + n, dn/dt = -n / time + white"
     source = "[L] first-order Gauss-Markov process; [S] magnitudes chosen here"
-    confused_with = ("wave_forces", "current_trend")
+    confused_with = ("wave_forces", "varying_current")
     told_apart = "correlated residuals that replicates do not repeat, on one channel"
     parameters = (
         Parameter("sd", 1.0, "1", 0.0, 100.0, source="[S] chosen here", description="over the white noise"),

@@ -92,7 +92,7 @@ class ThrustGain(Effect):
     source = "[S] magnitude of the catalogue: -0.2 to 0.05"
     acts_on = ("surge",)
     equivalent = ("X_T", "T")
-    confused_with = ("drag_gain", "speed_scale", "current")
+    confused_with = ("drag_increase", "speed_scale", "current")
     told_apart = "same coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("thrust",)

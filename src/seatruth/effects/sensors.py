@@ -22,7 +22,7 @@ class SpeedScale(Effect):
     equation = "u_m = (1 + k) u"
     source = "[S] magnitude of the catalogue: 1 to 5 %"
     acts_on = ("sensor:u",)
-    confused_with = ("speed_bias", "thrust_gain", "drag_gain", "current")
+    confused_with = ("speed_bias", "thrust_gain", "drag_increase", "current")
     told_apart = "the position knows the speed over ground; a log of speed through water needs a reciprocal run too"
     needs_outputs = ("u",)
     parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] chosen here", description="relative error"),)

@@ -44,7 +44,7 @@ class Wind(Effect):
     source = "[L] Blendermann 1994, loaded cargo ship; [S] areas from the dimensions; catalogue: 2 to 15 m/s"
     kinds = ("ship", "planing")
     acts_on = ("surge", "sway", "roll", "yaw")
-    confused_with = ("current", "wave_drift", "rudder_offset", "drag_gain")
+    confused_with = ("current", "wave_drift", "rudder_offset", "drag_increase")
     told_apart = "leaves a drift through the water and a rudder angle that change with the heading to the earth"
     needs_states = ("u", "v", "psi", "r")
     needs_vehicle = ("dimensions",)
@@ -79,7 +79,7 @@ class WaveDrift(Effect):
     equation = "X = rho g B h_x / 16, Y = rho g L h_y / 16, h = R(psi)^T (north, east)"
     source = "[L] Maruo's bound for a reflecting side, rho g a^2 / 2 a metre; [S] catalogue: H_s 0.2 to 4 m"
     acts_on = ("surge", "sway")
-    confused_with = ("wind", "current", "drag_gain")
+    confused_with = ("wind", "current", "drag_increase")
     told_apart = "as a steady wind without moment; from a current by the drift through the water"
     needs_states = ("u", "v", "psi", "r")
     needs_vehicle = ("dimensions",)
@@ -96,6 +96,40 @@ class WaveDrift(Effect):
         along, across, _ = into_body(q.north, q.east, s)
         pressure = d.rho * G / 16.0
         return e._replace(X=e.X + pressure * d.breadth * along, Y=e.Y + pressure * d.length * across)
+
+
+class WaveDriftVertical(Effect):
+    """The same on a submerged vehicle near the surface: a push along the waves and suction towards the surface."""
+
+    name = "wave_drift_vertical"
+    title = "mean drift and suction of waves near the surface"
+    family = "environment"
+    number = 29
+    equation = "rho g B along / 16 along x of the earth, rho g L up / 16 towards the surface"
+    source = WaveDrift.source
+    kinds = ("auv", "glider")
+    acts_on = ("surge", "heave")
+    confused_with = ("net_weight", "current_along", "thrust_gain", "drag_increase")
+    told_apart = "suction ends a few metres down, weight does not: two depths"
+    needs_states = ("u", "w", "q", "theta")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter("along", 0.02, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, along x"),
+        Parameter("up", 0.01, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, towards the surface"),
+    )
+    null: ClassVar[Mapping[str, float]] = {"along": 0.0, "up": 0.0}
+
+    @staticmethod
+    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        along, across, down = into_body(d.breadth * q.along, 0.0, s)
+        phi, c, t = getattr(s, "phi", 0.0), math.cos(s.theta), math.sin(s.theta)
+        lift = d.length * q.up
+        pressure = d.rho * G / 16.0
+        return e._replace(
+            X=e.X + pressure * (along + lift * t),
+            Y=e.Y + pressure * (across - lift * c * math.sin(phi)),
+            Z=e.Z + pressure * (down - lift * c * math.cos(phi)),
+        )
 
 
 class WaveForces(Effect):

@@ -1,0 +1,179 @@
+"""Forces of effects: which way they push, what they balance, and what models with names of their own get."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from seatruth.effects import available, with_effects
+from seatruth.manoeuvres import Stepper, self_propulsion
+from seatruth.models import Channel, Model, Parameter, load_model
+
+
+def rates(name: str, state: dict[str, float], inputs: dict[str, float], **values: float) -> dict[str, float]:
+    """Rates of a model's states with the effects whose parameters are given."""
+    model = load_model(name)
+    chosen = [effect for effect in available().values() if any(key.startswith(f"{effect.name}_") for key in values)]
+    chosen = [effect for effect in chosen if any(effect.named(q.name) in values for q in effect.parameters)]
+    extended = with_effects(model, chosen)
+    stepper = Stepper(extended, values)
+    named = [channel.name for channel in extended.states]
+    return dict(zip(named, stepper.rate(0.0, stepper.first(state), inputs)))
+
+
+REST = {"delta": 0.0, "n": 0.0}
+FIN = {"delta": 0.0, "delta_s": 0.0, "delta_d": 0.0, "n": 0.0}
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, 2.5, 4.0])
+def test_wind_and_waves_push_their_way(heading: float) -> None:
+    for effect in ("wind", "wave_drift"):
+        found = rates("mmg", {"psi": heading}, REST, **{f"{effect}_north": 3.0, f"{effect}_east": 1.0})
+        north = found["u"] * math.cos(heading) - found["v"] * math.sin(heading)
+        east = found["u"] * math.sin(heading) + found["v"] * math.cos(heading)
+        assert 3.0 * north + 1.0 * east > 0
+
+
+def test_wind_turns_the_bow_away_from_where_it_comes_ahead() -> None:
+    """From 45 deg on the starboard bow, the force acts before midship and pushes the bow to port."""
+    found = rates("mmg", {}, REST, wind_north=-5.0, wind_east=-5.0)
+    assert found["u"] < 0
+    assert found["v"] < 0
+    assert found["r"] < 0
+
+
+def test_more_thrust_balances_more_drag() -> None:
+    speed = 1.0
+    revolutions = self_propulsion(load_model("mmg"), speed)
+    inputs = {"delta": 0.0, "n": revolutions}
+    faster = rates("mmg", {"u": speed}, inputs, thrust_gain_k=0.2)["u"]
+    slower = rates("mmg", {"u": speed}, inputs, drag_increase_k=0.2)["u"]
+    assert faster > 0.001
+    assert slower == pytest.approx(-faster)
+    assert rates("mmg", {"u": speed}, REST, thrust_gain_k=0.2)["u"] != pytest.approx(0.0)
+
+
+def test_propeller_walk_goes_with_the_revolutions_squared() -> None:
+    """And not with the speed, where misalignment of the thrust does."""
+
+    def pushed(effect: str, n: float, u: float) -> float:
+        inputs = {"delta": 0.0, "n": n}
+        return rates("mmg", {"u": u}, inputs, **{effect: 0.05})["r"] - rates("mmg", {"u": u}, inputs)["r"]
+
+    for u in (0.0, 1.0):
+        assert pushed("propeller_walk_k", 10.0, u) == pytest.approx(4.0 * pushed("propeller_walk_k", 5.0, u))
+        assert pushed("propeller_walk_k", -10.0, u) == pytest.approx(-pushed("propeller_walk_k", 10.0, u))
+    assert pushed("propeller_walk_k", 10.0, 1.0) == pytest.approx(pushed("propeller_walk_k", 10.0, 0.0))
+    assert abs(pushed("thrust_misalignment_angle", 10.0, 1.0)) < abs(pushed("thrust_misalignment_angle", 10.0, 0.0))
+
+
+def test_damping_forces_brake() -> None:
+    drifting = {"u": 1.0, "v": 0.2, "r": 0.05}
+    bare = rates("mmg", drifting, REST)
+    for effect in ("cross_flow_C_d", "tether_area"):
+        found = rates("mmg", drifting, REST, **{effect: 0.5})
+        assert found["v"] < bare["v"]
+    assert rates("mmg", {"u": 1.0}, REST, tether_area=0.1)["u"] < rates("mmg", {"u": 1.0}, REST)["u"]
+    # The strips' sum is the integral: without sway, int x |x| x dx = L^4 / 32.
+    ship, turning = load_model("mmg"), {"r": 0.1}
+    p = ship.nominal()
+    mass, m_y = p["rho"] * p["nabla"], 0.5 * p["rho"] * p["L"] ** 2 * p["d"] * p["m_y"]
+    inertia = mass * ((p["k_zz"] * p["L"]) ** 2 + p["x_G"] ** 2)
+    inertia += 0.5 * p["rho"] * p["L"] ** 4 * p["d"] * p["J_z"]
+    share = (mass + m_y) / ((mass + m_y) * inertia - (mass * p["x_G"]) ** 2)
+    moment = 0.5 * p["rho"] * p["d"] * p["L"] ** 4 / 32 * 0.1**2
+    found = rates("mmg", turning, REST, cross_flow_C_d=1.0)["r"] - rates("mmg", turning, REST)["r"]
+    assert found == pytest.approx(-moment * share, rel=0.02)
+
+
+def test_weight_sinks_and_trims_and_lists() -> None:
+    assert rates("torpedo", {}, FIN, net_weight_share=0.01)["w"] > 0
+    assert rates("torpedo", {}, FIN, trim_forward=0.01)["q"] < 0
+    assert rates("torpedo", {}, FIN, lateral_offset_y_G=0.01)["p"] > 0
+    straight = {"u": 1.5}
+    assert rates("torpedo", straight, FIN, propeller_torque_k=0.1) == rates("torpedo", straight, FIN)
+    stiff = rates("torpedo", {"theta": 0.2}, FIN, trim_below=0.01)["q"] - rates("torpedo", {"theta": 0.2}, FIN)["q"]
+    assert stiff < 0
+
+
+def test_liquid_resists_as_its_mass_when_the_turn_is_steady() -> None:
+    """The liquid has gone as far out as its spring holds it: m_s u r pushes the wall outwards."""
+    period, u, r = 5.0, 1.0, 0.05
+    out = -u * r / (2 * math.pi / period) ** 2
+    state = {"u": u, "r": r, "sloshing_shift": out}
+    found = rates("mmg", state, REST, sloshing_share=0.1, sloshing_period=period)
+    assert found["sloshing_shift"] == pytest.approx(0.0)
+    assert found["sloshing_speed"] == pytest.approx(0.0)
+    none = rates("mmg", state, REST, sloshing_share=0.0)
+    assert found["v"] < none["v"]  # to port in a turn to starboard
+
+
+def test_the_order_of_effects_on_forces_does_not_matter() -> None:
+    model, known = load_model("mmg"), available()
+    names = ["tether", "current", "wind", "cross_flow"]
+    values = {"tether_area": 0.1, "current_north": 0.3, "wind_east": 4.0, "cross_flow_C_d": 0.4}
+    state, inputs = {"u": 1.0, "v": 0.1, "r": 0.02, "psi": 0.5}, {"delta": 0.2, "n": 10.0}
+    found = []
+    for order in (names, names[::-1]):
+        stepper = Stepper(with_effects(model, [known[name] for name in order]), values)
+        found.append(stepper.rate(0.0, stepper.first(state), inputs))
+    assert found[0] == pytest.approx(found[1])
+
+
+def test_a_shear_is_a_current_at_one_depth() -> None:
+    state = {"u": 1.5, "psi": 0.7, "z": 20.0}
+    sheared = rates("torpedo", state, FIN, current_shear_north=0.01, current_shear_east=-0.005)
+    carried = rates("torpedo", state, FIN, current_north=0.2, current_east=-0.1)
+    assert list(sheared.values()) == pytest.approx(list(carried.values()))
+
+
+class OwnNames(Model):
+    """A boat whose channels have names and axes of their own: yaw rate positive to port, and a tiller."""
+
+    name = "own_names"
+    title = "a boat in axes of its own"
+    source = "[S] made for this test"
+    states = (Channel("yaw_rate", "rad/s"), Channel("course", "rad", angle=True))
+    inputs = (Channel("tiller", "rad"),)
+    outputs = states
+    parameters = (Parameter("K", 0.2, "1/s", source="[S] test"),)
+    standard = {"yaw_rate": ("r", -1), "course": ("psi", -1), "tiller": ("delta", 1)}  # noqa: RUF012
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return -p.K * i.tiller - s.yaw_rate, s.yaw_rate
+
+
+def test_names_and_axes_of_a_users_model() -> None:
+    model, known = OwnNames(), available()
+    extended = with_effects(model, [known["gyro_bias"], known["rudder_offset"], known["heading_delay"]])
+    assert known["gyro_bias"].places(model) == ("sensor:yaw_rate",)
+    assert known["rudder_offset"].places(model) == ("actuator:tiller",)
+    values = {"gyro_bias_b": 0.01, "rudder_offset_angle": 0.1}
+    stepper = Stepper(extended, values)
+    state = stepper.first({"yaw_rate": 0.02, "course": 0.3})
+    assert stepper.outputs(state, {"tiller": 0.0})["yaw_rate"] == pytest.approx(0.02 - 0.01)
+    assert stepper.rate(0.0, state, {"tiller": 0.0})[0] == pytest.approx(-0.2 * 0.1 - 0.02)
+    first = extended.first_state({"yaw_rate": 0.0, "course": 0.3}, {"tiller": 0.0}, extended.nominal())
+    assert first == pytest.approx((0.0, 0.3, -0.3, -0.3))
+
+
+def test_a_stern_plane_effect_leaves_the_rudder_alone() -> None:
+    known = available()
+    assert "no input 'delta_s'" in known["plane_offset"].missing(load_model("mmg"))
+    assert known["plane_offset"].places(load_model("torpedo")) == ("actuator:delta_s",)
+    assert known["rudder_offset"].places(load_model("mmg_ordered")) == ("actuator:delta_order",)
+    found = rates("torpedo", {"u": 1.5}, FIN, plane_offset_angle=0.1)
+    assert found["q"] != 0
+    assert found["r"] == pytest.approx(0.0)
+
+
+def test_small_ships_have_small_magnitudes() -> None:
+    """A 7 m model of a 320 m ship: Froude's rule about 100 m."""
+    current, share = available()["current"], available()["drag_increase"]
+    assert current.priors(load_model("abkowitz"))["north"].sd == 0.5
+    assert current.priors(load_model("mmg"))["north"].sd == pytest.approx(0.5 * math.sqrt(0.07))
+    assert current.priors(load_model("torpedo"))["north"].sd == 0.2
+    assert share.priors(load_model("mmg"))["k"].sd == 0.15
