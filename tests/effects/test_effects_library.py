@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from seatruth.effects import EQUATIONS, Effect, available, broken, with_effects
+from seatruth.effects.reference import markdown
 from seatruth.models import available as models
 from seatruth.models import load_model
 from seatruth.models.base import Model
@@ -118,6 +120,12 @@ def test_the_catalogue_is_complete() -> None:
         assert effect.told_apart, name
         assert set(effect.confused_with) <= set(found), name
         assert name not in effect.confused_with
+
+
+def test_the_document_has_the_catalogue() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "effects.md").read_text()
+    own = [effect for effect in available().values() if type(effect).__module__.startswith("seatruth.")]
+    assert text.endswith(markdown(own)), "write the end of docs/effects.md again from seatruth.effects.reference"
 
 
 def test_each_acts_on_some_installed_model() -> None:

@@ -54,6 +54,9 @@ def _details(entry: Mapping[str, Any]) -> None:
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
     if entry.get("about"):
         say(entry["about"])
+    for part in ("equation", "source", "kinds", "never told from", "confused with", "told apart by"):
+        if part in entry and entry[part] and "acts on" in entry:
+            say(f"{part}: {_cell(entry[part])}")
     for part in ("parameters", "options", "sets"):
         values = entry.get(part)
         if not values:
@@ -151,20 +154,38 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
 
 def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
     from seatruth.effects import available, broken
+    from seatruth.effects.reference import ordered
 
-    entries = [
+    entries: list[dict[str, Any]] = [
         {
-            "name": name,
+            "number": effect.number,
+            "name": effect.name,
             "title": effect.title,
             "family": effect.family,
+            "acts on": list(effect.acts_on),
             "about": inspect.getdoc(effect) or "",
+            "equation": effect.equation,
             "source": effect.source,
-            "parameters": [_parameter(parameter) for parameter in effect.parameters],
+            "kinds": list(effect.kinds),
+            "never told from": list(effect.equivalent),
+            "confused with": list(effect.confused_with),
+            "told apart by": effect.told_apart,
+            "black boxes": effect.outside,
+            "parameters": [
+                {
+                    "parameter": q.name,
+                    "null": float(effect.null[q.name]),
+                    "typical": abs(q.value - effect.null[q.name]),
+                    "unit": q.unit,
+                    "means": q.description,
+                }
+                for q in effect.parameters
+            ],
         }
-        for name, effect in available().items()
+        for effect in ordered(available().values())
     ]
     entries += [{"name": name, "title": "cannot be loaded", "error": reason} for name, reason in broken().items()]
-    return sorted(entries, key=lambda entry: str(entry["name"])), ("name", "title", "family")
+    return entries, ("number", "name", "title", "family", "acts on")
 
 
 _LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {

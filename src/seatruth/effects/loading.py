@@ -79,7 +79,7 @@ class Trim(Effect):
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 10 mm"
     kinds = ("auv", "glider")
     acts_on = ("roll", "pitch", "yaw")
-    equivalent = ("x_G", "y_G", "z_B", "x_B", "x_h", "z_h")
+    equivalent = ("x_G", "y_G", "z_B", "x_B", "B", "x_h", "z_h")
     confused_with = ("plane_offset", "net_weight", "asymmetry")
     told_apart = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "q", "theta")

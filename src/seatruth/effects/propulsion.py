@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
+from seatruth.models.base import Model, Surroundings, record
 from seatruth.models.parameter import Parameter
 
 STERN = 0.48
@@ -25,6 +26,7 @@ class PropellerWalk(Effect):
     confused_with = ("rudder_offset", "thrust_misalignment", "wind", "bank")
     told_apart = "goes with n |n| and vanishes in a coast-down: revolutions to zero at speed"
     needs_states = ("u", "v", "r")
+    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] catalogue", description="share, to starboard"),)
     null: ClassVar[Mapping[str, float]] = {"k": 0.0}
@@ -48,14 +50,32 @@ class ThrustMisalignment(Effect):
     confused_with = ("propeller_walk", "rudder_offset", "wind")
     told_apart = "goes with the thrust, which falls with speed; the side force of `propeller_walk` does not"
     needs_states = ("u", "v", "r")
+    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("angle", 0.012, "rad", -0.2, 0.2, source="[S] 0.7 deg", description="thrust to starboard"),)
     null: ClassVar[Mapping[str, float]] = {"angle": 0.0}
+
+    def missing(self, model: Model) -> str:
+        reason = super().missing(model)
+        if not reason and not _falls_with_speed(model):
+            reason = "the model's thrust does not depend on the speed: it is one with `propeller_walk`"
+        return reason
 
     @staticmethod
     def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         Y = q.angle * d.thrust
         return e._replace(Y=e.Y + Y, N=e.N - STERN * d.length * Y)
+
+
+def _falls_with_speed(model: Model) -> bool:
+    """Whether a model's thrust at the same revolutions depends on the speed."""
+    assert model.thrust is not None
+    states, inputs = record("States", model.states), record("Inputs", model.inputs)
+    p = record("Parameters", model.parameters)(**model.nominal())
+    i = inputs(*(1.0 for _ in model.inputs))
+    at = [states(*(u if c.name == "u" else 0.0 for c in model.states)) for u in (0.0, 1.0)]
+    still, ahead = (float(model.thrust(s, i, p, Surroundings())) for s in at)
+    return still != ahead
 
 
 class PropellerTorque(Effect):
@@ -72,6 +92,7 @@ class PropellerTorque(Effect):
     confused_with = ("lateral_offset",)
     told_apart = "changes with the revolutions, a weight's list does not"
     needs_states = ("phi", "p")
+    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -1.0, 1.0, source="[S] chosen here", description="to starboard down"),)
     null: ClassVar[Mapping[str, float]] = {"k": 0.0}
@@ -91,7 +112,7 @@ class ThrustGain(Effect):
     equation = "T = (1 + k) T_0"
     source = "[S] magnitude of the catalogue: -0.2 to 0.05"
     acts_on = ("surge",)
-    equivalent = ("X_T", "T")
+    equivalent = ("X_T", "T", "t_P", "k_2")
     confused_with = ("drag_increase", "speed_scale", "current")
     told_apart = "same coast-down: revolutions to zero at speed"
     needs_states = ("u",)

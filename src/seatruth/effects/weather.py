@@ -18,6 +18,10 @@ ALONG, ACROSS, SHAPE = 0.65, 0.85, 0.40
 """Blendermann's coefficients of a loaded cargo ship: drag ahead on the frontal area, abeam, and cross-force."""
 
 
+REACH = 3.0
+"""m: depth in which the square of a wave's motion falls to 1/e, for waves of 5 s [L: exp(-2 k z)]."""
+
+
 def wind_force(u: Any, v: Any, lever: Any, d: Any) -> tuple[Any, Any, Any]:
     """X, Y (N) and N (N m) by the air that the vehicle moves through with u, v (m/s), after Blendermann."""
     square = u * u + v * v + 1e-12
@@ -105,26 +109,27 @@ class WaveDriftVertical(Effect):
     title = "mean drift and suction of waves near the surface"
     family = "environment"
     number = 29
-    equation = "rho g B along / 16 along x of the earth, rho g L up / 16 towards the surface"
+    equation = "rho g B / 16 (along x of the earth, up) exp(-z / 3 m)"
     source = WaveDrift.source
     kinds = ("auv", "glider")
     acts_on = ("surge", "heave")
     confused_with = ("net_weight", "current_along", "thrust_gain", "drag_increase")
     told_apart = "suction ends a few metres down, weight does not: two depths"
-    needs_states = ("u", "w", "q", "theta")
+    needs_states = ("u", "w", "q", "theta", "z")
     needs_vehicle = ("dimensions",)
     parameters = (
-        Parameter("along", 0.02, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, along x"),
-        Parameter("up", 0.01, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, towards the surface"),
+        Parameter("along", 0.1, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, along x"),
+        Parameter("up", 0.05, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, towards the surface"),
     )
     null: ClassVar[Mapping[str, float]] = {"along": 0.0, "up": 0.0}
+    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"glider": {"along": 0.02, "up": 0.01}}
 
     @staticmethod
     def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         along, across, down = into_body(d.breadth * q.along, 0.0, s)
         phi, c, t = getattr(s, "phi", 0.0), math.cos(s.theta), math.sin(s.theta)
-        lift = d.length * q.up
-        pressure = d.rho * G / 16.0
+        lift = d.breadth * q.up
+        pressure = d.rho * G / 16.0 * math.exp(-max(s.z, 0.0) / REACH)
         return e._replace(
             X=e.X + pressure * (along + lift * t),
             Y=e.Y + pressure * (across - lift * c * math.sin(phi)),

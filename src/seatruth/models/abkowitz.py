@@ -28,7 +28,7 @@ _BREADTH, _DRAFT = 23.17 / 160.93, 8.23 / 160.93
 """Over the length [L, Mariner]; only effects' forces need them."""
 _RESISTANCE = 0.5
 """Resistance over -X_u: were the thrust constant, drag less thrust would rise by twice the drag over U_0 [R]. The
-propeller is part of the series, so the thrust of effects is the one at U_0, where it balances the drag."""
+propeller is part of the series, so the model has no thrust of its own to declare."""
 _SLOWEST = 0.25
 """Smallest U / U_0 that divides the series."""
 
@@ -112,10 +112,6 @@ class AbkowitzShip(Model):
     def dimensions(p: Any) -> Dimensions:
         half = 0.5 * p.rho
         return Dimensions(p.L, _BREADTH * p.L, _DRAFT * p.L, half * p.L * p.L * p.L * p.m, p.rho)
-
-    @staticmethod
-    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
-        return 0.5 * p.rho * p.L * p.L * _RESISTANCE * -p.X_u * p.U_0 * p.U_0
 
     @staticmethod
     def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
