@@ -36,7 +36,7 @@ def listing(
     entries, columns = _LISTS[what]()
     shown = [column for column in columns if any(entry.get(column) for entry in entries)]
     rows = [[_cell(entry.get(column)) for column in shown] for entry in entries]
-    console().print(table([column.capitalize() for column in shown], rows))
+    console().print(table(["#" if column == "number" else column.capitalize() for column in shown], rows))
     if not entries:
         say(f"No {what.value} are installed.")
     for entry in entries:
@@ -54,7 +54,7 @@ def _details(entry: Mapping[str, Any]) -> None:
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
     if entry.get("about"):
         say(entry["about"])
-    for part in ("equation", "source", "kinds", "never told from", "confused with", "told apart by"):
+    for part in ("equation", "acts on", "source", "kinds", "never told from", "confused with", "told apart by"):
         if part in entry and entry[part] and "acts on" in entry:
             say(f"{part}: {_cell(entry[part])}")
     for part in ("parameters", "options", "sets"):
@@ -185,7 +185,7 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
         for effect in ordered(available().values())
     ]
     entries += [{"name": name, "title": "cannot be loaded", "error": reason} for name, reason in broken().items()]
-    return entries, ("number", "name", "title", "family", "acts on")
+    return entries, ("number", "name", "title", "family")
 
 
 _LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
