@@ -55,8 +55,10 @@ def left_out(rows: Sequence[Mapping[str, Any]], main: str, suspect: Sequence[str
         axes[0].plot(odd.U, odd.P / 1e5, "x", color=COLOURS[3], ms=4, label="measured, set aside")
         axes[0].plot(odd.predicted, odd.P / 1e5, color=COLOURS[3], lw=0.8, label="predicted for it")
     axes[0].invert_yaxis()
-    axes[0].set(xlabel="speed of the water (m/s)", ylabel="pressure (bar)", title="Slocum dives left out")
-    axes[0].legend(fontsize=7, loc="lower center")
+    axes[0].set(
+        xlabel="speed of the water (m/s)", ylabel="pressure (bar)", xlim=(0.14, 0.52), title="Slocum dives left out"
+    )
+    axes[0].legend(fontsize=7, loc="lower right")
     means = own.groupby("dive")[["U", "predicted"]].mean()
     other = good[good.way == "published, mass from depth"].groupby("dive").predicted.mean()
     at = np.arange(len(means))
@@ -71,9 +73,11 @@ def left_out(rows: Sequence[Mapping[str, Any]], main: str, suspect: Sequence[str
     colours = [COLOURS[0] if way == main else COLOURS[1] if "published" in way else COLOURS[5] for way in errors.index]
     axes[2].barh(at, 1e3 * errors, color=colours)
     for k, value in enumerate(1e3 * errors):
+        cut = value > 18.0
         axes[2].text(
-            min(value, 17.0) + 0.2, k, f"{value:.1f}" + (" (bar cut)" if value > 20 else ""), va="center", fontsize=7
-        )
+            19.8 if cut else value + 0.2, k, f"{value:.1f}" + (" (bar cut)" if cut else ""),
+            va="center", ha="right" if cut else "left", fontsize=7,
+        )  # fmt: skip
     axes[2].set_yticks(at, list(errors.index), fontsize=7)
     axes[2].set(xlabel="rms error of the speed (mm/s)", xlim=(0, 20))
     axes[2].invert_yaxis()

@@ -44,11 +44,13 @@ def body(options: Options, results: Results) -> None:
     results.expect(5)
     results.add_text(ABOUT)
     checks = Checks(results)
-    runs = results.stage("runs", {"current": CURRENT}, _runs)
-    grid: dict[str, Any] = {"m_b": [0.5] if quick else [0.3, 0.4, 0.5], "points": 4 if quick else 9}
-    grid |= {"rudders": [10.0, 20.0, 30.0] if quick else [3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0]}
+    hold = 150.0 if quick else 400.0
+    runs = results.stage("runs", {"current": CURRENT, "hold": hold}, lambda: _runs(hold))
+    grid: dict[str, Any] = {"m_b": [0.5] if quick else [0.3, 0.4, 0.5], "points": 2 if quick else 9}
+    grid |= {"rudders": [10.0, 30.0] if quick else [3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0]}
     controls = results.stage("controls", grid, lambda: _controls(**grid))
-    bounds = results.stage("bounds", {"suites": SUITES}, lambda: _bounds(threads))
+    suites = {name: SUITES[name] for name in (SUITES if not quick else ("on board", SUITE))}
+    bounds = results.stage("bounds", {"suites": suites}, lambda: _bounds(suites, threads))
     asked: dict[str, Any] = {"seed": SEED, "seeds": {"1": 2} if quick else {"0.3": 40, "1": 120, "3": 120}}
     noise = results.stage("noise", asked, lambda: _noise(workers=threads, **asked))
     everything = results.stage("added masses too", {"seed": SEED}, lambda: _everything(SEED, threads))
@@ -61,13 +63,13 @@ def body(options: Options, results: Results) -> None:
     checks.finish()
 
 
-def _runs() -> dict[str, Any]:
+def _runs(hold: float) -> dict[str, Any]:
     """Sawtooth and spirals, in still water and in the current."""
     found = {}
     for water, current in (("still", None), ("current", CURRENT)):
         plans: dict[str, Sawtooth | GlideSpiral] = {"sawtooth": Sawtooth(DIVE, CLIMB, halves=4)}
         spirals = {
-            f"spiral {rudder:g}": GlideSpiral(DIVE, (math.radians(rudder),), hold=400.0, approach=20.0)
+            f"spiral {rudder:g}": GlideSpiral(DIVE, (math.radians(rudder),), hold=hold, approach=20.0)
             for rudder in RUDDERS
         }
         plans.update(spirals)
@@ -121,12 +123,12 @@ def _settled(trim: Trim, rudder: float = 0.0, closed_area: float | None = None) 
     return found
 
 
-def _bounds(threads: int) -> dict[str, Any]:
+def _bounds(suites: Mapping[str, Sequence[str]], threads: int) -> dict[str, Any]:
     """Bounds by design, sensors and whether the added masses are free too."""
     found = {}
     for design in DESIGNS:
         runs = system.trials_of(design.plans, threads)
-        for suite, channels in SUITES.items():
+        for suite, channels in suites.items():
             for free, names in (("", HYDRODYNAMIC), (", added masses free", (*HYDRODYNAMIC, *ADDED))):
                 found[f"{design.name}; {suite}{free}"] = system.bound(runs, channels, names, threads)
     return found

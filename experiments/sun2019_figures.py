@@ -94,12 +94,15 @@ def bounds(columns: Mapping[str, Mapping[str, float]], order: Sequence[str]) -> 
     figure, axes = plt.subplots(2, 1, figsize=(10, 8), layout="constrained", sharex=True)
     at = np.arange(len(order))
     for axis, added in zip(axes, (False, True)):
+        size = len(columns) // 6  # three sets of runs, each with and without the added masses
         kept = {name: column for name, column in columns.items() if ("added" in name) == added}
         for k, (name, column) in enumerate(kept.items()):
             values = np.array([np.nan if q not in column else float(column[q] or np.inf) for q in order])
             values = np.where(np.isnan(values), np.nan, np.minimum(values, WORST))
             label = name.replace(", added masses free", "")
-            axis.plot(at + 0.06 * (k - 4), values, MARKERS[k // 3], color=COLOURS[(0, 3, 2)[k % 3]], ms=5, label=label)
+            axis.plot(
+                at + 0.06 * (k - 4), values, MARKERS[k // size], color=COLOURS[(0, 3, 2)[k % size]], ms=5, label=label
+            )
         axis.axhline(100, color="0.5", ls=":", lw=1)
         axis.set(yscale="log", ylabel="Cramer-Rao bound (%)", ylim=(0.05, 2e6 if axis is axes[0] else 2 * WORST))
         axis.set_title("added masses free too" if added else "added masses known")
