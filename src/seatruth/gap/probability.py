@@ -31,6 +31,8 @@ TOGETHER = 0.95
 """Probability that the effects reported as a set hold together."""
 APART = 11.0
 """Pairwise lambda below which two causes count as not told apart."""
+_SEEN = 0.5
+"""Projected lambda at a typical magnitude below which an effect takes no part."""
 POWER = 2.8
 """Deviations at which an effect is found with probability 0.8 in a test at 0.05: 1.96 + 0.84."""
 
@@ -47,13 +49,13 @@ class Candidate:
 
 def candidates(search: Search, probes: Sequence[Probes], temperature: float = TEMPERATURE) -> list[Candidate]:
     """All answers with their probabilities, the most probable first."""
-    problem = search.problem
-    count = {0: 1, 1: len(problem.effects)}
+    shown = [name for name in search.problem.effects if visible(search, name)]
+    count = {0: 1, 1: len(shown)}
     count[2] = count[1] * (count[1] - 1) // 2
     count[3] = count[2] * max(1, count[1] - 2) // 3
     share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
     rows: list[tuple[tuple[str, ...], float, float]] = []
-    keys = {(name,) for name in problem.effects} | set(search.fits)
+    keys = {(name,) for name in shown} | {key for key in search.fits if all(name in shown for name in key)}
 
     def prior(key: tuple[str, ...]) -> float:
         return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
@@ -78,6 +80,17 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
         evidences[key] = max(evidences.get(key, -math.inf), evidence)
     found = [Candidate(key, chances[key], evidences[key]) for key in chances]
     return sorted(found, key=lambda c: -c.probability)
+
+
+def visible(search: Search, name: str) -> bool:
+    """Whether these trials would show anything of an effect at its typical magnitude."""
+    screen = search.screens[()]
+    for option, at in screen.columns.items():
+        if option.partition("@")[0] == name:
+            scaled = screen.information[np.ix_(at, at)] * np.outer(screen.sd[at], screen.sd[at])
+            if float(np.linalg.eigvalsh(scaled).max()) > _SEEN:
+                return True
+    return False
 
 
 def inclusion(found: Sequence[Candidate], effects: Sequence[str]) -> dict[str, float]:

@@ -19,6 +19,7 @@ from seatruth.costs.trajectory import TrajectoryCost
 from seatruth.effects import Effect, with_effects
 from seatruth.errors import BadInput
 from seatruth.gap.noise import NoiseFloor, Series
+from seatruth.gap.thin import thinned
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
@@ -68,7 +69,8 @@ class GapProblem:
                 place = next(k for k, p in enumerate(parameters) if p.name == effect.named(name))
                 parameters[place] = parameters[place].but(prior=prior)
         self.parameters = tuple(parameters)
-        self.trials = Trials([_from_zero(trial) for trial in study.trials])
+        outputs = [channel.name for channel in self.model.outputs]
+        self.trials = Trials([_from_zero(trial) for trial in thinned(list(study.trials), outputs)])
         self.cost = self._cost(self.model, self.parameters)
         cost = self.cost
         self.names = cost.names

@@ -27,6 +27,7 @@ MORE = 3.0
 """Rise of the log-evidence on the screen from which one effect more is worth a fit."""
 ROUNDS = 4
 """Alternations between the fullest fit and the noise that it leaves."""
+_FULL_STEPS = 8
 
 
 @dataclass
@@ -67,7 +68,7 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
     names = list(problem.effects)
     for k in range(ROUNDS):
         say(f"Noise floor {k + 1} of {ROUNDS}")
-        full = fit(problem, names, floor, x)
+        full = fit(problem, names, floor, x, steps=_FULL_STEPS)
         if not np.isfinite(full.cost):
             names = []
             full = fit(problem, names, floor, problem.start)
