@@ -137,6 +137,16 @@ def test_a_black_box_has_them_as_the_equations_do() -> None:
     assert plain == pytest.approx(nothing, abs=1e-12)
 
 
+def test_a_slow_log_takes_several_steps_a_sample() -> None:
+    t = np.arange(0.0, 300.0, 5.0)
+    delta = np.sin(0.02 * t)
+    model = with_effects(echo(), [available()["rudder_lag"]])
+    trial = Trial("slow", t, {"delta": delta}, {}, synthetic=True)
+    sim = simulator(model, [trial], values={**model.nominal(), "rudder_lag_tau": 2.0})
+    found = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0, :, 0]
+    assert found[10:] == pytest.approx(np.sin(0.02 * (t - 2.0))[10:], abs=0.01)
+
+
 def test_only_those_from_outside_can() -> None:
     found = available()
     outside = {name for name, effect in found.items() if effect.outside}

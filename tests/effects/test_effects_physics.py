@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seatruth.effects import available, with_effects
 from seatruth.manoeuvres import Stepper, self_propulsion
 from seatruth.models import Channel, Model, Parameter, load_model
+from seatruth.simulate import simulator
+from seatruth.trials.trial import Trial
 
 
 def rates(name: str, state: dict[str, float], inputs: dict[str, float], **values: float) -> dict[str, float]:
@@ -177,3 +180,18 @@ def test_small_ships_have_small_magnitudes() -> None:
     assert current.priors(load_model("mmg"))["north"].sd == pytest.approx(0.5 * math.sqrt(0.07))
     assert current.priors(load_model("torpedo"))["north"].sd == 0.2
     assert share.priors(load_model("mmg"))["k"].sd == 0.15
+
+
+def test_a_slow_log_does_not_make_quick_followers_diverge() -> None:
+    """Samples 5 s apart: the effects' own states need shorter steps, and get them."""
+    model, known = load_model("mmg"), available()
+    extended = with_effects(model, [known["heading_delay"], known["sloshing"], known["rudder_lag"]])
+    assert extended.longest_step == 1.0
+    t = np.arange(0.0, 1000.0, 5.0)
+    trial = Trial("slow", t, {"delta": 0.1 * np.sin(0.02 * t), "n": np.full(t.size, 10.0)}, {}, synthetic=True)
+    values = {**extended.nominal(), "heading_delay_tau": 0.4}
+    sim = simulator(extended, [trial], values=values)
+    assert sim.steps == 5 * (t.size - 1)
+    start = sim.first_states.copy()
+    start[0, 0] = 1.0
+    assert not sim.outputs(np.zeros((1, 0)), start).diverged.any()

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import QUICKEST, delayed, followers, lagging, within
+from seatruth.effects.terms import LONGEST_STEP, QUICKEST, delayed, followers, lagging, within
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -87,6 +87,7 @@ class RudderLag(OnRudder):
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
     magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"tau": 2.0}, "planing": {"tau": 0.3}}
     froude: ClassVar[Mapping[str, float]] = {"tau": 0.5}
+    longest_step = LONGEST_STEP
     states = (Channel("first", "rad", "rudder after one lag"), Channel("second", "rad", "rudder after two"))
 
     @staticmethod
@@ -141,6 +142,7 @@ class RudderRateLimit(OnRudder):
     magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"slowness": 20.0}}
     froude: ClassVar[Mapping[str, float]] = {"slowness": 0.5}
     starts = tuple({"slowness": slowness} for slowness in (2.0, 5.0, 12.0, 30.0))
+    longest_step = LONGEST_STEP
     states = (Channel("limited", "rad", "rudder with the limit"), Channel("free", "rad", "rudder without it"))
 
     @staticmethod
@@ -193,6 +195,7 @@ class RudderBacklash(OnRudder):
     parameters = (Parameter("slack", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the play"),)
     null: ClassVar[Mapping[str, float]] = {"slack": 0.0}
     starts = ({"slack": 0.005}, {"slack": 0.02})
+    longest_step = LONGEST_STEP
     states = (Channel("loose", "rad", "rudder with play"), Channel("tight", "rad", "rudder without it"))
 
     @staticmethod

@@ -18,6 +18,7 @@ one model can carry many.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -69,6 +70,9 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     null: ClassVar[Mapping[str, float]] = {}
     states: tuple[Channel, ...] = ()
+
+    longest_step: float = math.inf
+    """s: the longest integration step that its own states allow."""
 
     acts_on: tuple[str, ...] = ()
     """Where it acts: words of `EQUATIONS`, "actuator:<input>", "sensor:<output>"."""

@@ -26,6 +26,7 @@ class ExtendedModel(Model):
         self.name, self.kind, self.source = base.name, base.kind, base.source
         self.title = f"{base.title}, with {', '.join(effect.title for effect in effects)}"
         self.states = (*base.states, *own_states(effects))
+        self.longest_step = min(base.longest_step, *(effect.longest_step for effect in effects))
         self.hidden = (*base.hidden, *(channel.name for channel in own_states(effects)))
         self.inputs, self.outputs = base.inputs, base.outputs
         self.parameters = (*base.parameters, *own_parameters(effects))

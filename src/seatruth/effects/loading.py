@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import G
+from seatruth.effects.terms import LONGEST_STEP, G
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -115,11 +115,12 @@ class Sloshing(Effect):
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("share", 0.05, "1", -0.5, 1.0, source="[S] catalogue", description="liquid over the vehicle's mass"),
-        Parameter("period", 7.0, "s", 2.0, 40.0, source="[S] catalogue", description="of the first mode"),
+        Parameter("period", 7.0, "s", 2.5, 40.0, source="[S] catalogue", description="of the first mode"),
     )
     null: ClassVar[Mapping[str, float]] = {"share": 0.0, "period": 4.0}
-    starts = tuple({"share": 0.05, "period": period} for period in (2.5, 5.0, 12.0))
+    starts = tuple({"share": 0.05, "period": period} for period in (3.0, 6.0, 12.0))
     # The liquid's velocity, not the relative one, is a state: its rate then needs no acceleration of the vehicle.
+    longest_step = LONGEST_STEP
     states = (
         Channel("shift", "m", "liquid to starboard of its place"),
         Channel("speed", "m/s", "its velocity to starboard over ground"),

@@ -84,7 +84,9 @@ def _through_inputs(effect: Effect, view: View, t: Array, inputs: Array, p: Any,
         first = () if effect.initial is None else effect.initial(None, view.of(rows[0]), p, q)
         own = [
             kind(*state)
-            for state in _followed(first or own[0], rows, t, lambda s, i, e: rates(kind(*s), view.of(i), p, q, e))
+            for state in _followed(
+                first or own[0], rows, t, effect.longest_step, lambda s, i, e: rates(kind(*s), view.of(i), p, q, e)
+            )
         ]
     assert effect.inputs is not None
     found = [
@@ -114,6 +116,7 @@ def _through_outputs(
                 first or own[0],
                 both,
                 t,
+                effect.longest_step,
                 lambda s, x, e: rates(view.of(x[:size]), kind(*s), see_i.of(x[size:]), q, e),
             )
         ]
@@ -129,21 +132,30 @@ def _plain(*values: float) -> Row:
     return values
 
 
-def _followed(first: Any, rows: Sequence[Row], t: Array, rates: Callable[[Row, Row, Surroundings], Any]) -> list[Row]:
-    """States at every sample: one Runge-Kutta step a sample, what they follow linear between samples."""
+def _followed(
+    first: Any, rows: Sequence[Row], t: Array, longest: float, rates: Callable[[Row, Row, Surroundings], Any]
+) -> list[Row]:
+    """States at every sample by Runge-Kutta steps of at most `longest` s, what they follow linear between samples."""
     state: Row = tuple(float(x) for x in first)
     found = [state]
     times = t.tolist()
     for k in range(len(rows) - 1):
-        start, end, time, h = rows[k], rows[k + 1], times[k], times[k + 1] - times[k]
-        middle = tuple(0.5 * (a + b) for a, b in zip(start, end))
-        k1 = rates(state, start, Surroundings(t=time))
-        k2 = rates(_ahead(state, k1, h / 2), middle, Surroundings(t=time + h / 2))
-        k3 = rates(_ahead(state, k2, h / 2), middle, Surroundings(t=time + h / 2))
-        k4 = rates(_ahead(state, k3, h), end, Surroundings(t=time + h))
-        state = tuple(x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+        parts = max(1, math.ceil((times[k + 1] - times[k]) / longest - 1e-6))
+        h = (times[k + 1] - times[k]) / parts
+        for part in range(parts):
+            time = times[k] + part * h
+            start, middle, end = (_between(rows[k], rows[k + 1], (part + at) / parts) for at in (0.0, 0.5, 1.0))
+            k1 = rates(state, start, Surroundings(t=time))
+            k2 = rates(_ahead(state, k1, h / 2), middle, Surroundings(t=time + h / 2))
+            k3 = rates(_ahead(state, k2, h / 2), middle, Surroundings(t=time + h / 2))
+            k4 = rates(_ahead(state, k3, h), end, Surroundings(t=time + h))
+            state = tuple(x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
         found.append(state)
     return found
+
+
+def _between(a: Row, b: Row, share: float) -> Row:
+    return tuple(x + share * (y - x) for x, y in zip(a, b))
 
 
 def _ahead(state: Row, rate: Any, h: float) -> Row:

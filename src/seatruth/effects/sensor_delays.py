@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import QUICKEST, delayed, followers
+from seatruth.effects.terms import LONGEST_STEP, QUICKEST, delayed, followers
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -30,6 +30,7 @@ class PositionDelay(Effect):
     needs_outputs = ("x", "y")
     parameters = (_TAU,)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    longest_step = LONGEST_STEP
     states = (
         *(Channel(f"x_{k}", "m", f"x after lag {k}") for k in (1, 2)),
         *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
@@ -67,6 +68,7 @@ class HeadingDelay(Effect):
     needs_outputs = ("psi",)
     parameters = (_TAU,)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    longest_step = LONGEST_STEP
     states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
 
     @staticmethod
@@ -112,6 +114,7 @@ class RateDelay(Effect):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("r", "q")}
     parameters = (_TAU,)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    longest_step = LONGEST_STEP
     states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
 
     @staticmethod
@@ -143,6 +146,7 @@ class SpeedDelay(Effect):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": ("v", "w")}
     parameters = (_TAU,)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    longest_step = LONGEST_STEP
     states = (
         *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
         *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import followers, lagging
+from seatruth.effects.terms import LONGEST_STEP, followers, lagging
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -307,6 +307,7 @@ class DepthLag(Effect):
     needs_outputs = ("z",)
     parameters = (Parameter("tau", 0.5, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
+    longest_step = LONGEST_STEP
     states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
 
     @staticmethod

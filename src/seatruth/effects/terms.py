@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 G = 9.80665
 """m/s2."""
 QUICKEST = 0.5
-"""s: time constant of a follower whose own one is zero. A Runge-Kutta step must stay below 2.7 of it."""
+"""s: time constant of a follower whose own one is zero."""
+LONGEST_STEP = 2.0 * QUICKEST
+"""s: a Runge-Kutta step of more than 2.7 time constants diverges."""
 
 
 class Through(NamedTuple):

@@ -16,6 +16,7 @@ compiles the same functions for populations and takes exact derivatives from the
 from __future__ import annotations
 
 import inspect
+import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple
@@ -78,6 +79,8 @@ class Model:
 
     hidden: tuple[str, ...] = ()
     """States that start where `initial_state` says and are never free: a filter's, a delay's."""
+    longest_step: float = math.inf
+    """s: the longest integration step that its quickest part allows; samples further apart take several."""
 
     rhs: Equations
     output: Equations | None = None

@@ -102,7 +102,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     gaps = np.diff(t)
     if gaps.size and not (np.isfinite(gaps).all() and (gaps > 0).all()):
         raise BadInput("its time does not increase", where=where, do="See `seatruth check`.")
-    counts = _counts(gaps, max_step) * finer
+    counts = _counts(gaps, max_step, model.longest_step) * finer
     if counts.sum() > _MOST_STEPS:
         raise BadInput(
             f"it needs {int(counts.sum())} steps of {max_step} s",
@@ -131,10 +131,10 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     )
 
 
-def _counts(gaps: Array, max_step: float | None) -> Integers:
+def _counts(gaps: Array, max_step: float | None, allowed: float) -> Integers:
     """Steps in each interval: as many as the longest step asks for, or one, and more in a gap."""
     if not gaps.size:
         return np.zeros(0, dtype=np.int64)
-    longest = max_step if max_step is not None else _LONG * float(np.median(gaps))
+    longest = min(allowed, max_step if max_step is not None else _LONG * float(np.median(gaps)))
     # A hair of tolerance: 0.1 s sampling written in decimals must not double its steps for max_step = 0.1.
     return np.maximum(1, np.ceil(gaps / longest - 1e-6)).astype(np.int64)

@@ -25,7 +25,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seatruth.manoeuvres import Stepper
-from seatruth.models.base import Model, Surroundings, takes_surroundings
+from seatruth.models.base import Model, Surroundings, record, takes_surroundings
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
@@ -163,6 +163,22 @@ class ModelConformance:
             )
             assert once > 0, force
             assert twice == pytest.approx(2 * once, rel=1e-6)
+
+    def test_what_effects_ask_of_it(self, model: Model) -> None:
+        """Its dimensions are lengths, a mass and a density; drag brakes and thrust is a number."""
+        p = record("Parameters", model.parameters)(**model.nominal())
+        if model.dimensions is not None:
+            size = model.dimensions(p)
+            assert all(math.isfinite(x) and x > 0 for x in size), size
+            assert size.length > size.draft
+        e = Surroundings()
+        for state, inputs in self.samples(model, 20):
+            s, i = record("States", model.states)(*state), record("Inputs", model.inputs)(**inputs)
+            if model.drag is not None:
+                assert math.isfinite(model.drag(s, i, p, e))
+                assert model.drag(s, i, p, e) * s.u >= 0.0
+            if model.thrust is not None:
+                assert math.isfinite(model.thrust(s, i, p, e))
 
     def test_survives_pickling(self, model: Model) -> None:
         copy = pickle.loads(pickle.dumps(model))
