@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from seatruth.comparison import Comparison, compare
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
+    from seatruth.gap import Diagnosis, diagnose
     from seatruth.identification import Study, identify
     from seatruth.models import BlackBox, Model, Parameter, Prior, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise
@@ -33,6 +34,7 @@ __all__ = [
     "Budget",
     "Channel",
     "Comparison",
+    "Diagnosis",
     "Estimate",
     "Model",
     "Optimizer",
@@ -47,6 +49,7 @@ __all__ = [
     "__version__",
     "check_trials",
     "compare",
+    "diagnose",
     "identify",
     "load_model",
     "load_study",
@@ -60,6 +63,7 @@ _HOMES = {
     "comparison": ("Comparison", "compare"),
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
+    "gap": ("Diagnosis", "diagnose"),
     "identification": ("Study", "identify"),
     "models": ("BlackBox", "Model", "Parameter", "Prior", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),

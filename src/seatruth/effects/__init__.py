@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 
 from seatruth.effects.base import EQUATIONS, Effect, dimensions_of, effects_by_name
 from seatruth.effects.extended import ExtendedModel, with_effects
 from seatruth.effects.outside import ExtendedBlackBox
-from seatruth.errors import PluginError
+from seatruth.errors import BadInput, PluginError
+from seatruth.models.user_file import is_file, load_object
 
 GROUP = "seatruth.effects"
 
@@ -20,6 +23,30 @@ def available() -> dict[str, Effect]:
 def broken() -> dict[str, str]:
     """Installed effects that cannot be loaded, each with the reason."""
     return _found()[1]
+
+
+def load_effects(specs: Sequence[str], folder: str | Path | None = None) -> list[Effect]:
+    """Effects by their installed names, or from a user's files as "file.py:ClassName" relative to `folder`.
+
+    BadInput names the nearest known one; PluginError says where a file raised.
+    """
+    place = Path(folder) if folder is not None else Path.cwd()
+    known: Mapping[str, Effect] = available() if any(not is_file(spec) for spec in specs) else {}
+    return [_of_file(spec, place) if is_file(spec) else effects_by_name([spec], known)[0] for spec in specs]
+
+
+def _of_file(spec: str, folder: Path) -> Effect:
+    found = load_object(spec, folder, "effect")
+    try:
+        effect = found() if isinstance(found, type) else found
+    except PluginError:
+        raise
+    except Exception as problem:
+        what = f"making it raised {type(problem).__name__}: {problem}"
+        raise PluginError(what, where=spec, do="Correct the effect file.") from problem
+    if not isinstance(effect, Effect):
+        raise BadInput("it is no Effect", where=spec, do="Derive the class from seatruth.effects.Effect.")
+    return effect
 
 
 def _found() -> tuple[dict[str, Effect], dict[str, str]]:
@@ -54,5 +81,6 @@ __all__ = [
     "broken",
     "dimensions_of",
     "effects_by_name",
+    "load_effects",
     "with_effects",
 ]

@@ -14,6 +14,7 @@ import pandas as pd
 
 from seatruth.errors import BadInput
 from seatruth.estimate import decoded, encoded, write_files
+from seatruth.models.parameter import Prior
 from seatruth.trials.finding import Finding
 
 FORMAT = 1
@@ -92,13 +93,26 @@ class Diagnosis:
             else {"manoeuvre": suggested["manoeuvre"], "gain": suggested["gain"]},
         }
 
+    @property
+    def priors(self) -> dict[str, Prior]:
+        """Of the parameters of the effects in `augmented`, by their names in the model."""
+        return {
+            f"{row['name']}_{q['name']}": Prior(q["null"], q["typical"])
+            for row in self.effects
+            if row["name"] in self.augmented["effects"]
+            for q in row["parameters"]
+        }
+
+    def content(self) -> dict[str, Any]:
+        """Everything but the traces, as diagnosis.json holds it."""
+        parts = {name: getattr(self, name) for name in _PARTS}
+        return {"format": FORMAT, **parts, "findings": [dict(vars(finding)) for finding in self.findings]}
+
     def save(self, folder: str | Path) -> Path:
         """Writes diagnosis.json and the traces (Parquet) into a folder; OSError where they cannot be written."""
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
-        content: dict[str, Any] = {"format": FORMAT, **{name: getattr(self, name) for name in _PARTS}}
-        content["findings"] = [vars(finding) for finding in self.findings]
-        text = json.dumps(encoded(content), indent=1, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(encoded(self.content()), indent=1, ensure_ascii=False, allow_nan=False)
         buffer = io.BytesIO()
         self.traces.to_parquet(buffer, index=False)
         write_files(place, {TRACES: buffer.getvalue(), NAME: text.encode()})

@@ -13,7 +13,7 @@ from seatruth.effects import Effect
 from seatruth.gap.diagnosis import Diagnosis, towards
 from seatruth.gap.fit import Fit, fit
 from seatruth.gap.how_far import how_far
-from seatruth.gap.next_trial import next_trial
+from seatruth.gap.next_trial import menu, next_trial
 from seatruth.gap.probability import UNKNOWN, Candidate, Verdict, apart, inclusion, lambda_of, powerless
 from seatruth.gap.problem import Array, GapProblem
 from seatruth.gap.search import Say, Search
@@ -22,6 +22,7 @@ from seatruth.gap.unknown import Probes
 from seatruth.gap.where import by_channel, in_region, in_time, noise_table, shares
 from seatruth.provenance import provenance
 from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trials
 
 _RIVALS = 6
 _SEEN = 9.0
@@ -67,7 +68,21 @@ class Parts:
         ranked = inclusion(self.answers, list(self.problem.effects))
         names = sorted(ranked, key=lambda name: -ranked[name])
         survivors = list(dict.fromkeys([*self.judged.together, *self.judged.effects, *names]))
-        return next_trial(self.found, survivors, self.say)
+        found = next_trial(self.found, survivors, self.say)
+        return None if found is None else {**found, **self._expected(str(found["manoeuvre"]))}
+
+    def _expected(self, manoeuvre: str) -> dict[str, Any]:
+        """The motion that the fitted model expects of a manoeuvre of the menu, and the units of what is in it."""
+        problem = self.problem
+        trial = next(option.trial for option in menu(problem) if option.name == manoeuvre)
+        values = dict(zip(problem.names, self.best.x))
+        cost = problem.cost_of(problem.model, (), values, Trials([trial]))
+        y = cost.predict(np.array([values.get(name, x) for name, x in zip(cost.names, cost.start)]), [trial])[0]
+        channels = (*problem.model.inputs, *problem.model.outputs)
+        return {
+            "motion": {name: y[:, k].tolist() for k, name in enumerate(problem.outputs) if np.isfinite(y[:, k]).all()},
+            "units": {channel.name: channel.unit for channel in channels},
+        }
 
     def diagnosis(self, reasons: Mapping[str, str], outcome: Mapping[str, Any], extra: Mapping[str, Any]) -> Diagnosis:
         problem, found = self.problem, self.found
@@ -123,6 +138,7 @@ class Parts:
             "equation": effect.equation,
             "acts_on": list(effect.acts_on),
             "equivalent": list(effect.equivalent),
+            "told_apart": effect.told_apart,
             "source": effect.source,
             "parameters": [
                 {"name": q.name, "unit": q.unit, "null": effect.null[q.name], "typical": priors[q.name].sd}
@@ -160,6 +176,7 @@ class Parts:
                     "confused_with": {
                         other: value for other, value in sorted(near.items(), key=lambda e: e[1]) if value < _CONFUSED
                     },
+                    "apart": near,
                     "equivalent": list(effect.equivalent),
                 }
             )
@@ -226,7 +243,7 @@ class Parts:
         terms = [probe.terms[formula.label][k] for k in probe.kept[formula.label]]
         ranked = sorted(
             (
-                {"term": t.text, "coefficient": float(c), "stderr": float(s)}
+                {"term": t.text, "coefficient": float(c), "stderr": float(s), "factor": float(c) / probe.model.size(t)}
                 for t, c, s in zip(terms, coefficients, sds)
             ),
             key=lambda row: -abs(float(str(row["coefficient"]))) / max(float(str(row["stderr"])), 1e-300),

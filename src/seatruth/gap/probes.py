@@ -105,7 +105,7 @@ class ProbedModel(Model):
     def __init__(
         self, base: Model, knots: int, duration: float, terms: Sequence[Term], scales: Mapping[str, float]
     ) -> None:
-        self.base, self.terms = base, tuple(terms)
+        self.base, self.terms, self.scales = base, tuple(terms), dict(scales)
         self.knots, self.spacing = knots, duration / (knots - 1)
         self.places = tuple(_places(base, knots))
         self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
@@ -118,6 +118,10 @@ class ProbedModel(Model):
         self.output = _output(self)
         self.initial_state = _initial(self)
         super().__init__()
+
+    def size(self, term: Term) -> float:
+        """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
+        return math.prod(self.scales[name] for kind, name in term.factors if kind not in ("cosine", "sine"))
 
 
 def _unit(model: Model, state: str) -> str:

@@ -1,4 +1,4 @@
-"""A user's own model from a Python file, "my_ship.py:MyShip"."""
+"""A user's own model or effect from a Python file, "my_ship.py:MyShip"."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 
 
 def is_file(spec: str) -> bool:
-    """Whether a model is named by its file rather than by its installed name."""
+    """Whether a model or effect is named by its file rather than by its installed name."""
     return ":" in spec or spec.endswith(".py") or "/" in spec
 
 
-def load_object(spec: str, folder: Path) -> Any:
+def load_object(spec: str, folder: Path, kind: str = "model") -> Any:
     """The class or object behind "file.py:Name", relative to `folder`; runs that file and no other.
 
     BadInput if there is no such file or name or it is not Python, PluginError if running it raises; both name the
-    line.
+    line. `kind` says in them what the file should define.
     """
     path_text, _, name = spec.rpartition(":") if ".py:" in spec else (spec, "", "")
     path = folder / path_text
@@ -34,20 +34,20 @@ def load_object(spec: str, folder: Path) -> Any:
     except FileNotFoundError:
         beside = [entry.name for entry in path.parent.glob("*.py")] if path.parent.is_dir() else []
         raise BadInput(
-            f"there is no model file {path_text!r}", do=nearest(path.name, beside) or f"Looked in {folder}."
+            f"there is no {kind} file {path_text!r}", do=nearest(path.name, beside) or f"Looked in {folder}."
         ) from None
     except (OSError, UnicodeDecodeError, ValueError) as problem:
-        raise BadInput(f"the model file {path_text!r} cannot be read ({problem})") from None
-    known = _defined(source, path_text)
+        raise BadInput(f"the {kind} file {path_text!r} cannot be read ({problem})") from None
+    known = _defined(source, path_text, kind)
     if not name:
         raise BadInput(f"{spec!r} names no class", do=f'Write it as "{path_text}:{(known or ["ClassName"])[0]}".')
-    found = getattr(_run(source, path, path_text), name, None)
+    found = getattr(_run(source, path, path_text, kind), name, None)
     if found is None:
         raise BadInput(f"{path_text} defines no {name!r}", do=nearest(name, known))
     return found
 
 
-def _defined(source: str, name: str) -> list[str]:
+def _defined(source: str, name: str, kind: str) -> list[str]:
     """What the file defines at its top level; BadInput for a file that is not Python."""
     try:
         tree = ast.parse(source, filename=name)
@@ -56,7 +56,7 @@ def _defined(source: str, name: str) -> list[str]:
         raise BadInput(
             f"it is not valid Python ({getattr(problem, 'msg', problem)})",
             where=f"{name}, line {line}" if line else name,
-            do="Correct the model file.",
+            do=f"Correct the {kind} file.",
         ) from None
     defined = [node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
     for node in tree.body:
@@ -65,7 +65,7 @@ def _defined(source: str, name: str) -> list[str]:
     return defined
 
 
-def _run(source: str, path: Path, name: str) -> ModuleType:
+def _run(source: str, path: Path, name: str, kind: str) -> ModuleType:
     """Runs the file as a module of its own.
 
     It is compiled from the text just read, never from a stored .pyc, so an edit within the clock's resolution counts;
@@ -86,8 +86,8 @@ def _run(source: str, path: Path, name: str) -> ModuleType:
         raise PluginError(
             f"running it raised {type(problem).__name__}: {problem}",
             where=f"{name}, line {line}" if line else name,
-            do="Correct the model file.",
+            do=f"Correct the {kind} file.",
         ) from problem
     except SystemExit:
-        raise PluginError("running it ended the program", where=name, do="A model file only defines a model.") from None
+        raise PluginError("running it ended the program", where=name, do=f"Its file only defines a {kind}.") from None
     return module

@@ -73,7 +73,34 @@ class Pictures:
     legend: Sequence[tuple[str, str]] = ()
 
 
-Block = Text | Heading | Notes | Table | Pictures
+@dataclass(frozen=True)
+class Statement:
+    """The one thing to read. `tone`: "sure", "unsure" or "wrong"."""
+
+    kind: ClassVar[str] = "statement"
+    title: str
+    text: str
+    tone: str = "sure"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer to a question, and the sections that hold its evidence: (section, text)."""
+
+    question: str
+    text: str
+    links: Sequence[tuple[str, str]] = ()
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Questions and their answers beside each other where there is room."""
+
+    kind: ClassVar[str] = "answers"
+    items: Sequence[Answer]
+
+
+Block = Text | Heading | Notes | Table | Pictures | Statement | Answers
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -130,6 +131,12 @@ def seconds(value: Any) -> str:
         return f"{number(x, 2)} s" if x < 10 else f"{x:.0f} s"
     minutes, rest = divmod(round(x), 60)
     return f"{minutes} min {rest} s" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def moment(provenance: Mapping[str, Any]) -> str:
+    """When a result was made: "2026-01-02 03:04 UTC"."""
+    text = str(provenance.get("time_utc", ""))
+    return f"{text[:10]} {text[11:16]} UTC" if text.endswith("Z") and len(text) == 20 else text
 
 
 def _exponent(x: float) -> int:

@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
+from seatruth.gap.diagnosis import Diagnosis
 from seatruth.report.blocks import Section
+from seatruth.report.diagnosis import diagnosis_facts, diagnosis_sections
+from seatruth.report.numbers import moment
 from seatruth.report.sections import sections
 from seatruth.report.view import View, view
 
@@ -27,12 +30,12 @@ _UNITS = (
 )
 
 
-def write_report(estimate: Estimate, path: str | Path) -> None:
-    """Writes the report of an estimate as one HTML file; the same estimate gives the same bytes.
+def write_report(result: Estimate | Diagnosis, path: str | Path) -> None:
+    """Writes the report of an estimate or a diagnosis as one HTML file; the same result gives the same bytes.
 
     The file is written whole or not at all. Raises OSError where it cannot be written.
     """
-    write_page(Path(path), render(estimate))
+    write_page(Path(path), render(result))
 
 
 def write_page(target: Path, text: str) -> None:
@@ -49,17 +52,15 @@ def write_page(target: Path, text: str) -> None:
         raise
 
 
-def render(estimate: Estimate) -> str:
+def render(result: Estimate | Diagnosis) -> str:
     """The report as HTML text."""
-    data = view(estimate)
-    return page(
-        "Identification",
-        _name(getattr(estimate, "study", None)) or "Study",
-        _facts(data),
-        sections(data),
-        synthetic=_SYNTHETIC if getattr(estimate, "synthetic", False) else "",
-        units=_UNITS,
-    )
+    synthetic = _SYNTHETIC if getattr(result, "synthetic", False) else ""
+    if isinstance(result, Diagnosis):
+        facts, found = diagnosis_facts(result), diagnosis_sections(result)
+        return page("Diagnosis", result.study, facts, found, synthetic=synthetic, units=_UNITS)
+    data = view(result)
+    title = _name(getattr(result, "study", None)) or "Study"
+    return page("Identification", title, _facts(data), sections(data), synthetic=synthetic, units=_UNITS)
 
 
 def page(
@@ -129,14 +130,9 @@ def _facts(data: View) -> list[tuple[str, str]]:
         ("Free parameters", str(len(data.parameters)) if len(data.parameters) else ""),
         ("Cost", str(cost.get("kind", cost.get("name", "")))),
         ("Optimizer", _optimizer(optimizer)),
-        ("Time", _time(str(provenance.get("time_utc", "")))),
+        ("Time", moment(provenance)),
     ]
     return [(name, value) for name, value in facts if value]
-
-
-def _time(text: str) -> str:
-    """ "2026-01-02T03:04:05Z" as "2026-01-02 03:04 UTC"."""
-    return f"{text[:10]} {text[11:16]} UTC" if text.endswith("Z") and len(text) == 20 else text
 
 
 def _optimizer(said: dict[str, Any]) -> str:

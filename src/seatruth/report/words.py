@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -330,11 +330,16 @@ def strong_pairs(data: View, least: float) -> list[tuple[str, str, float]]:
 
 
 def findings_of(data: View) -> list[dict[str, str]]:
-    """The findings as plain texts, the gravest first."""
+    """The findings of an estimate as plain texts, the gravest first."""
+    return in_order(getattr(data.estimate, "findings", None) or [])
+
+
+def in_order(given: Sequence[Any]) -> list[dict[str, str]]:
+    """Findings as plain texts, the gravest first."""
     keys = ("severity", "code", "trial", "channel", "where", "message", "do")
     order = {"error": 0, "warning": 1, "note": 2}
     found = []
-    for finding in getattr(data.estimate, "findings", None) or []:
+    for finding in given:
         read: Any = finding.get if isinstance(finding, dict) else lambda key, f=finding: getattr(f, key, "")
         texts = {key: str(read(key) or "") for key in keys}
         found.append(texts | {"where": _without_folders(texts["where"])})

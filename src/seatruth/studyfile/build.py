@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from seatruth.effects import available, effects_by_name, with_effects
+from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
 from seatruth.studyfile import expressions, formula, noise, parameters, trial_files
@@ -31,7 +31,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     if model is not None and file.model.effects:
         plain, model = model, None
         with problems.at("model", "effects"):
-            model = with_effects(plain, effects_by_name(file.model.effects, available()))
+            model = with_effects(plain, load_effects(file.model.effects, source.parent))
     found = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None

@@ -74,15 +74,15 @@ class ModelTable(Table):
 
     use: str = Field(
         description='A model of `seatruth list models`, or a model of your own as "file.py:ClassName" (path relative '
-        "to the study file). That file is the only code that a study runs."
+        "to the study file). Such a file, and those of effects, are the only code that a study runs."
     )
     set: str | None = Field(
         default=None, description='Parameter set that the model offers, as "KVLCC2"; default: its own.'
     )
     effects: list[str] = Field(
         default=[],
-        description="Effects of `seatruth list effects` that the model leaves out, added to it at their null; their "
-        'parameters are called as "current_north" and can be identified like any other.',
+        description='Effects of `seatruth list effects`, or "file.py:ClassName", that the model leaves out, added '
+        'to it at their null; their parameters are called as "current_north" and can be identified like any other.',
     )
     vary: list[str] = Field(
         default=[],

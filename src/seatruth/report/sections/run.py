@@ -10,7 +10,7 @@ from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Tabl
 from seatruth.report.numbers import listed, number, seconds
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
-from seatruth.report.words import ending, estimated, findings_of, fit_in_words, parameters_in_words, pooled, worries
+from seatruth.report.words import ending, estimated, fit_in_words, in_order, parameters_in_words, pooled, worries
 
 _SHORT = 16
 """Letters of each value up to which a group of them stands in one row."""
@@ -133,7 +133,12 @@ def steps(data: View, album: Album) -> Section | None:
 
 def findings(data: View, album: Album) -> Section | None:
     """What the checks of the data and of the result found."""
-    found = findings_of(data)
+    return of_findings(getattr(data.estimate, "findings", None) or [])
+
+
+def of_findings(given: Sequence[Any]) -> Section | None:
+    """The section of some findings, the gravest first."""
+    found = in_order(given)
     if not found:
         return None
     keys = ("severity", "where", "channel", "message", "do")
@@ -150,7 +155,12 @@ def findings(data: View, album: Album) -> Section | None:
 
 def provenance(data: View, album: Album) -> Section | None:
     """What made this result."""
-    rows = _flat(getattr(data.estimate, "provenance", None) or {})
+    return of_provenance(getattr(data.estimate, "provenance", None) or {})
+
+
+def of_provenance(given: Mapping[str, Any]) -> Section | None:
+    """The section of a provenance."""
+    rows = _flat(given)
     if not rows:
         return None
     built: Table = table("What made this result", [Column("what"), Column("is", "long")], rows)

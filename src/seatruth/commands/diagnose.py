@@ -1,0 +1,230 @@
+"""`seatruth diagnose STUDY.toml`: where model and trials disagree, which effect causes it, how far the gap shrinks."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
+from seatruth.commands.identify import names
+from seatruth.commands.progress import ProgressLine
+from seatruth.errors import BadInput, nearest
+from seatruth.study import Plan, read_plan
+
+if TYPE_CHECKING:
+    from seatruth.effects import Effect
+    from seatruth.gap import Diagnosis
+
+AUGMENTED = "augmented.toml"
+REPORT = "report.html"
+_ANSWERS = 6
+_LEAST = 0.005
+"""Probability below which an answer is not shown in the terminal."""
+_FINDINGS = 6
+
+
+def diagnose(
+    study: StudyPath,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of the result.")] = None,
+    effects: Annotated[
+        str | None,
+        typer.Option(
+            "--effects",
+            metavar="NAMES",
+            help='Effects that take part, comma-separated; * is a wildcard, your own is "file.py:Class" [all].',
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Replaces the study's seed.")] = None,
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
+    ] = None,
+    no_left_out: Annotated[
+        bool, typer.Option("--no-left-out", help="Do not predict each trial from the others.")
+    ] = False,
+    no_next_trial: Annotated[bool, typer.Option("--no-next-trial", help="Do not look for the next trial.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+    json_file: JsonFile = None,
+) -> Result:
+    """Say where model and trials disagree, which effect causes it and how far the gap shrinks."""
+    plan = read_plan(study)
+    folder = out if out is not None else study.parent / f"{study.stem}-diagnosis"
+    plan = plan.but(folder=folder, seed=seed)
+    return run(
+        plan,
+        names(effects),
+        threads=threads,
+        left_out=not no_left_out,
+        suggest=not no_next_trial,
+        quiet=quiet,
+    )
+
+
+def run(
+    plan: Plan,
+    effects: list[str] | None = None,
+    *,
+    threads: int | None = None,
+    left_out: bool = True,
+    suggest: bool = True,
+    quiet: bool = False,
+) -> Result:
+    """Diagnoses, saves, reports and shows one plan. `effects` are names, patterns and files; all installed if empty."""
+    from seatruth.gap import diagnose as diagnose_study
+    from seatruth.report import write_report
+
+    try:
+        plan.folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        what = "a file stands where the results' folder should be"
+        do = "Name another folder with --out, or move the file."
+        raise BadInput(what, where=str(plan.folder), do=do) from None
+    place = plan.source.parent if plan.source is not None else Path.cwd()
+    chosen, specs = _effects(effects or [], place)
+    began = time.monotonic()
+    with ProgressLine(quiet=quiet) as progress:
+        diagnosis = diagnose_study(
+            plan.study,
+            chosen,
+            seed=plan.seed,
+            threads=threads,
+            progress=lambda text: progress.show(f"{text}, {time.monotonic() - began:.0f} s", now=False),
+            left_out=left_out,
+            suggest=suggest,
+        )
+        progress.show("Writing the result", now=False)
+        try:
+            diagnosis.save(plan.folder)
+            report = plan.folder / REPORT
+            write_report(diagnosis, report)
+            written = _augmented(diagnosis, plan, specs)
+        except OSError:
+            # What was found is on the screen at least.
+            progress.__exit__(None, None, None)
+            show(diagnosis)
+            raise
+    show(diagnosis)
+    lines = [f"Result: {plan.folder}", f"Report: {report}"]
+    if written is not None:
+        lines.append(f"The model with what was found, to simulate and identify with: {written}")
+    for line in lines:
+        say(line, whole=True)
+    code = str(diagnosis.outcome["code"])
+    if code == "interrupted":
+        say("Interrupted: this is what was found so far.", style="yellow")
+    data = {**diagnosis.content(), "folder": plan.folder, "report": report, "augmented_study": written}
+    return Result(data, 130 if code == "interrupted" else 0)
+
+
+def _effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict[str, str]]:
+    """The effects that are asked for (None for all), and how a study file calls each."""
+    from seatruth.effects import available, load_effects
+    from seatruth.models.user_file import is_file
+
+    if not wanted:
+        return None, {}
+    known = available()
+    found: dict[str, Effect] = {}
+    specs: dict[str, str] = {}
+    for spec in wanted:
+        if is_file(spec):
+            effect = load_effects([spec], folder)[0]
+            found[effect.name], specs[effect.name] = effect, spec
+            continue
+        taken = [name for name in known if fnmatch.fnmatchcase(name, spec)]
+        if not taken:
+            raise BadInput(f"there is no effect {spec!r}", where="--effects", do=nearest(spec, known))
+        for name in taken:
+            found.setdefault(name, known[name])
+    return list(found.values()), specs
+
+
+def _augmented(diagnosis: Diagnosis, plan: Plan, specs: Mapping[str, str]) -> Path | None:
+    """Writes the study file with the named effects and the identified values; None where the study has no file."""
+    from seatruth.studyfile.augment import augmented
+
+    if plan.source is None:
+        return None
+    free = {p.name for p in plan.study.parameters if p.vary}
+    priors = diagnosis.priors
+    values = {
+        name: value for name, value in diagnosis.augmented["parameters"].items() if name in free or name in priors
+    }
+    called = {name: specs.get(name, name) for name in diagnosis.augmented["effects"]}
+    text = augmented(plan.source, plan.folder, f"{diagnosis.study} augmented", called, values, priors)
+    path = plan.folder / AUGMENTED
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def show(diagnosis: Diagnosis) -> None:
+    """The diagnosis in the terminal: the verdict, the gap, which, where, how far, the next trial, the findings."""
+    from seatruth.report.diagnosis import words
+
+    if diagnosis.synthetic:
+        say("SYNTHETIC: these trials were made by a simulator.", style="bold yellow")
+    first = words.data_first(diagnosis)
+    if first:
+        say(f"! {first}", style="bold red")
+    say(str(diagnosis.verdict["sentence"]).replace("+-", "±"), style="bold")
+    outcome = diagnosis.outcome
+    say(f"{len(diagnosis.effects)} effects took part, {outcome['fits']} fits, {outcome['wall_s']:.0f} s\n")
+    console().print(_gap(diagnosis))
+    say(f"{words.gap_in_words(diagnosis)}\n")
+    console().print(_which(diagnosis))
+    weak = words.weak_in_words(diagnosis)
+    if weak:
+        say(f"! {weak}", style="yellow")
+    say("")
+    for title, text in (
+        ("Where", words.where_in_words(diagnosis)),
+        ("How far", words.how_far_in_words(diagnosis)),
+        ("Next trial", words.next_in_words(diagnosis)),
+    ):
+        say(f"{title}: {text}")
+    unnamed = diagnosis.unnamed
+    if diagnosis.verdict["kind"] == "unknown" and unnamed is not None and unnamed["formula"]:
+        say(f"What is missing, as a formula: {words.formula_in_words(unnamed)}")
+    grave = [f for wanted in ("error", "warning") for f in diagnosis.findings if f.severity == wanted]
+    for finding in grave[:_FINDINGS]:
+        say(str(finding), style="yellow")
+    if len(grave) > _FINDINGS:
+        say(f"and {len(grave) - _FINDINGS} more findings: see the report.")
+    say("")
+
+
+def _gap(diagnosis: Diagnosis) -> Any:
+    from seatruth.report.diagnosis.words import channels
+
+    effect = "with effects" if diagnosis.named else "best answer"
+    rows = []
+    for row in channels(diagnosis):
+        scale = row["shown"]
+        sizes = [_number(row[key] * scale.factor) for key in ("noise", "rmse_before", "rmse_refit", "rmse_effect")]
+        multiples = [_number(row[f"multiple_{fit}"], 2) for fit in ("before", "refit", "effect")]
+        rows.append([row["channel"], scale.unit, *sizes, *multiples])
+    columns = ["channel", "unit", "noise", "before", "refitted", effect, "× noise", "refitted ", f"{effect} "]
+    return table(columns, rows, numbers=columns[2:])
+
+
+def _which(diagnosis: Diagnosis) -> Any:
+    from seatruth.report.diagnosis.words import in_titles, parameters_in_words
+
+    by_name = {row["name"]: row for row in diagnosis.which}
+    rows: list[list[str]] = []
+    for candidate in diagnosis.candidates[:_ANSWERS]:
+        if rows and candidate["probability"] < _LEAST:
+            break
+        effects = candidate["effects"]
+        sizes = parameters_in_words(by_name[effects[0]]) if len(effects) == 1 and effects[0] in by_name else ""
+        rows.append([f"{candidate['probability']:.1%}", in_titles(diagnosis, effects), sizes])
+    return table(["probability", "answer", "magnitude"], rows, numbers=("probability",))
+
+
+def _number(value: float, digits: int = 3) -> str:
+    return f"{value:.{digits}g}" if math.isfinite(value) else ""

@@ -1,0 +1,249 @@
+"""What a diagnosis says, in the sentences that its report and the terminal share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from seatruth.gap.diagnosis import Diagnosis, answer
+from seatruth.report.numbers import MINUS, Shown, count, listed, number, percent, shown
+
+HEADLINES = {
+    "effects": "A cause is named",
+    "no_gap": "No gap beyond the noise",
+    "underpowered": "These trials do not say enough",
+    "inseparable": "Causes that these trials cannot tell apart",
+    "unknown": "Something that is not in the library",
+}
+"""Each kind of verdict in a few words."""
+
+PLACES = {
+    "surge": "the surge equation",
+    "sway": "the sway equation",
+    "heave": "the heave equation",
+    "roll": "the roll equation",
+    "pitch": "the pitch equation",
+    "yaw": "the yaw equation",
+    "kinematics": "the kinematics (motion over ground against motion through the water)",
+}
+"""Equations in words."""
+
+
+def place_in_words(place: str) -> str:
+    """ "sensor:u" as "the sensor of u"."""
+    kind, _, channel = place.partition(":")
+    if channel:
+        return f"the {'sensor' if kind == 'sensor' else 'actuator'} of {channel}"
+    return PLACES.get(place, f"the equation of {place}")
+
+
+def titles(diagnosis: Diagnosis) -> dict[str, str]:
+    """Title of every effect that took part, by name."""
+    return {str(row["name"]): str(row["title"]) for row in diagnosis.effects}
+
+
+def in_titles(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
+    """A candidate answer in words."""
+    known = titles(diagnosis)
+    return answer([known.get(name, name) for name in effects])
+
+
+def channels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """The gap by channel over all trials: channel, how it is `shown`, noise, rmse_* and multiple_* of before, refit,
+    effect; the rmse pooled over samples."""
+    found = []
+    for name in dict.fromkeys(str(row["channel"]) for row in diagnosis.gap):
+        rows = [row for row in diagnosis.gap if row["channel"] == name]
+        weight = np.array([row["n"] for row in rows], dtype=float)
+        one: dict[str, Any] = {"channel": name, "shown": shown(name, rows[0]["unit"]), "noise": rows[0]["noise"]}
+        for fit in ("before", "refit", "effect"):
+            squares = np.array([row[f"rmse_{fit}"] for row in rows], dtype=float) ** 2
+            one[f"rmse_{fit}"] = float(np.sqrt((weight * squares).sum() / weight.sum()))
+            one[f"multiple_{fit}"] = one[f"rmse_{fit}"] / one["noise"] if one["noise"] > 0 else math.nan
+        found.append(one)
+    return found
+
+
+def errors_of_data(diagnosis: Diagnosis) -> list[str]:
+    """What is wrong with the data so that nothing can be believed until it is put right."""
+    return [f.message for f in diagnosis.findings if f.severity == "error"]
+
+
+def data_first(diagnosis: Diagnosis) -> str:
+    """The warning that stands above any verdict on data that are wrong; empty where they are not."""
+    wrong = list(dict.fromkeys(errors_of_data(diagnosis)))
+    if not wrong:
+        return ""
+    more = f" (and {count(len(wrong) - 1, 'more error')})" if len(wrong) > 1 else ""
+    return f"The data first: {wrong[0].rstrip('.')}{more}. Until this is put right, what follows is not to be believed."
+
+
+def gap_in_words(diagnosis: Diagnosis) -> str:
+    """How large the gap is before and after refitting, and its split."""
+    rows = channels(diagnosis)
+    if not rows:
+        return ""
+    worst = max(rows, key=lambda row: _or_zero(row["multiple_refit"]))
+    text = (
+        f"Refitted under its priors, the model misses {worst['channel']} most: by "
+        f"{number(worst['multiple_refit'], 2)} times the noise ({number(worst['multiple_before'], 2)} times before)."
+    )
+    split = diagnosis.shares
+    parts = [
+        f"{percent(split[key])} {words}"
+        for key, words in (
+            ("noise", "noise"),
+            ("parameters", "wrong coefficients, which refitting removes"),
+            ("effects", "the named effects" if diagnosis.named else "effects"),
+            ("left", "not explained"),
+        )
+        if split[key] >= 0.005
+    ]
+    return f"{text} Of the misfit of the model as it was believed: {listed(parts)}."
+
+
+def where_in_words(diagnosis: Diagnosis) -> str:
+    """Equation or sensor, time, and region."""
+    sentences = []
+    named = list(
+        dict.fromkeys(place for row in diagnosis.which if row["name"] in diagnosis.named for place in row["acts_on"])
+    )
+    places = [row for row in diagnosis.where["places"] if math.isfinite(row["log_evidence"])]
+    if named:
+        sentences.append(f"It acts in {listed([place_in_words(place) for place in named])}.")
+    elif places and places[0]["log_evidence"] > 0:
+        likely = [row for row in places if row["probability"] >= 0.05][:3]
+        shares = [f"{place_in_words(row['place'])} ({percent(row['probability'])})" for row in likely]
+        sentences.append(f"An unnamed cause would act most likely in {listed(shares)}.")
+    elif places:
+        sentences.append("Nothing speaks for a further force, actuator or sensor error anywhere.")
+    rows = channels(diagnosis)
+    seen = sorted((row for row in rows if row["multiple_refit"] > 1.5), key=lambda row: -row["multiple_refit"])
+    if seen:
+        multiples = [f"{row['channel']} ({number(row['multiple_refit'], 2)} × noise)" for row in seen[:4]]
+        sentences.append(f"It shows in {listed(multiples)}.")
+    time, region = stand_out(diagnosis, "time"), stand_out(diagnosis, "region")
+    if time and len(time) == len(diagnosis.where["time"]):
+        sentences.append("It shows at all times.")
+    elif time:
+        first = max(time, key=lambda row: row["misfit"])
+        span = f"{first['trial']}, {number(first['from_s'])} to {number(first['to_s'])} s"
+        sentences.append(f"In time it shows in {len(time)} of {len(diagnosis.where['time'])} parts, most in {span}.")
+    if region:
+        first = max(region, key=lambda row: row["misfit"])
+        sentences.append(f"It is worst at {cell_in_words(first)}.")
+    return " ".join(sentences)
+
+
+def stand_out(diagnosis: Diagnosis, kind: str) -> list[dict[str, Any]]:
+    """Cells of time or region that stand out with the false discovery rate held at 5 %."""
+    return [row for row in diagnosis.where[kind] if row["stands_out"]]
+
+
+def cell_in_words(row: Mapping[str, Any]) -> str:
+    """ "speed 0.5 to 0.8 m/s", "heading north-east"."""
+    if row["variable"] == "heading":
+        return f"heading {row['cell']}"
+    channel = shown(str(row["variable"]), str(row["unit"]))
+    ends = " to ".join(number(row[key] * channel.factor, 3) for key in ("from", "to"))
+    return f"{channel.name} {ends} {channel.unit}".strip()
+
+
+def magnitude(q: Mapping[str, Any], key: str = "value") -> tuple[Shown, float]:
+    """How a parameter of an effect is shown, and its value there."""
+    scale = shown(str(q["name"]), str(q["unit"]))
+    return scale, float(q[key]) * scale.factor
+
+
+def parameters_in_words(row: Mapping[str, Any]) -> str:
+    """An effect's parameters with their errors in units that are read."""
+    if row["in_words"]:
+        return str(row["in_words"]).replace("+-", "±")
+    parts = []
+    for q in row["parameters"]:
+        scale, value = magnitude(q)
+        error = float(q["stderr"]) * scale.factor
+        plus = f" ± {number(error, 2)}" if error > 0 and math.isfinite(error) else ""
+        parts.append(f"{q['name'].replace('_', ' ')} {number(value, 3)}{plus} {scale.unit}".rstrip())
+    return ", ".join(parts)
+
+
+def which_in_words(diagnosis: Diagnosis) -> str:
+    """The answer to "which", with how sure."""
+    said = diagnosis.verdict
+    chance = percent(said["probability"], 3)
+    by_name = {row["name"]: row for row in diagnosis.which}
+    known = titles(diagnosis)
+    if said["kind"] == "effects":
+        causes = [f"{known[name]}: {parameters_in_words(by_name[name])}" for name in said["effects"]]
+        return f"{'; '.join(causes)}. Probability {chance}."
+    if said["kind"] == "inseparable":
+        return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {chance}."
+    if said["kind"] == "unknown":
+        return f"None of the {len(diagnosis.effects)} effects that took part explains it. Probability {chance}."
+    if said["kind"] == "no_gap":
+        return f"No cause is needed. Probability {chance}."
+    if said["set"]:
+        return f"No cause stands out; the likeliest are {listed([known[n] for n in said['set'] if n in known])}."
+    return f"No cause shows (probability {chance}), but too many could not have shown on these trials."
+
+
+def how_far_in_words(diagnosis: Diagnosis) -> str:
+    """The closure with its interval, beside refitting alone and the flexible control."""
+    far = diagnosis.how_far
+    if far is None:
+        return "Not asked: no trial was left out."
+    if not far["folds"]:
+        return str(far["why"])
+    errors, closure = far["errors"], far["closure"]
+    text = (
+        f"A trial that took no part is missed by {number(errors['refit'], 3)} times the noise after refitting alone, "
+        f"by {number(errors['effect'], 3)} with the effects that the other trials choose"
+    )
+    flexible = errors["flexible"]
+    text += f", by {number(flexible, 3)} with flexible terms instead." if math.isfinite(flexible) else "."
+    if closure is None or not math.isfinite(closure["value"]):
+        return f"{text} Refitting leaves hardly any gap to close."
+    ends = f"{percent(closure['lower'])} to {percent(closure['upper'])}"
+    return f"{percent(closure['value'])} of the gap closes (95 %: {ends}). {text}"
+
+
+def next_in_words(diagnosis: Diagnosis) -> str:
+    """The next trial and what it would bring."""
+    new = diagnosis.next_trial
+    if new is None:
+        return "No two causes survive that a further trial would have to tell apart."
+    pair = listed([titles(diagnosis).get(name, name) for name in new["menu"][0]["weakest"]])
+    text = f"{new['manoeuvre']} ({new['text']})"
+    if not new["lambda_then"] > 0.01:
+        return f"None on the menu would tell apart {pair}; the best is {text}."
+    now, then = number(math.sqrt(max(new["lambda_now"], 0.0)), 2), number(math.sqrt(new["lambda_then"]), 2)
+    return (
+        f"{text}. The least distance between two surviving causes ({pair}) would grow from {now} to {then} standard "
+        "deviations."
+    )
+
+
+def weak_in_words(diagnosis: Diagnosis) -> str:
+    """Effects that these trials could not have shown."""
+    weak = [titles(diagnosis).get(name, name) for name in diagnosis.verdict["powerless"]]
+    if not weak:
+        return ""
+    return f"At their typical magnitude these trials could not have shown: {listed(weak, 12)}."
+
+
+def formula_in_words(unnamed: Mapping[str, Any]) -> str:
+    """The missing acceleration as a formula over the motion in SI units."""
+    factors = [(number(row["factor"], 3), str(row["term"])) for row in unnamed["formula"]]
+    terms = [factor if term == "1" else f"{factor} {term}" for factor, term in factors]
+    left = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
+    equation = str(unnamed["equation"])
+    sides = " + ".join(terms).replace(f"+ {MINUS}", f"{MINUS} ")
+    return f"add to {left.get(equation, f'd{equation}/dt')}: {sides} (SI units)"
+
+
+def _or_zero(value: float) -> float:
+    return value if math.isfinite(value) else 0.0

@@ -1,0 +1,101 @@
+"""A study file with what was found written into it: effects that its model left out, and identified values."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from seatruth.models.parameter import Prior
+from seatruth.models.user_file import is_file
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def augmented(
+    source: Path,
+    folder: Path,
+    name: str,
+    effects: Mapping[str, str],
+    values: Mapping[str, float],
+    priors: Mapping[str, Prior],
+) -> str:
+    """The text of a study file for `folder` that says what the one at `source` says, and more.
+
+    `effects`: those to add, by name, each as `[model] effects` takes it (a file relative to `source`). `values`: by
+    parameter, where it stands from now on. `priors`: by parameter of those effects, which are freed. Files are named
+    relative to `folder`; everything that the file does not say stays unsaid.
+    """
+    place = source.parent
+    data: dict[str, Any] = tomllib.loads(source.read_text(encoding="utf-8-sig"))
+    model: dict[str, Any] = data.setdefault("model", {})
+    if is_file(model.get("use", "")):
+        model["use"] = _moved(model["use"], place, folder)
+    own = [_moved(spec, place, folder) if is_file(spec) else spec for spec in model.get("effects", [])]
+    added = [_moved(spec, place, folder) if is_file(spec) else spec for spec in effects.values()]
+    if own or added:
+        model["effects"] = [*own, *added]
+    if effects:
+        model["vary"] = [*model.get("vary", []), *(f"{effect}_*" for effect in effects)]
+    parameters: dict[str, Any] = data.setdefault("parameters", {})
+    for parameter, value in values.items():
+        given = parameters.get(parameter)
+        table = dict(given) if isinstance(given, dict) else {}
+        table["value"] = value
+        if parameter in priors:
+            table["prior"] = {"mean": priors[parameter].mean, "sd": priors[parameter].sd}
+        parameters[parameter] = table
+    for trial in data.get("trials", []):
+        trial["file"] = _moved(trial["file"], place, folder)
+    data["study"] = {**data.get("study", {}), "name": name}
+    data.get("output", {}).pop("folder", None)
+    return _written(data)
+
+
+def _moved(path: str, old: Path, new: Path) -> str:
+    """A path relative to a folder, or absolute, as another folder names it."""
+    return Path(os.path.relpath(old.resolve() / path, new.resolve())).as_posix()
+
+
+def _written(data: Mapping[str, Any]) -> str:
+    """A study file's tables as TOML: one heading each, what lies deeper in braces."""
+    lines: list[str] = []
+    for key, table in data.items():
+        if isinstance(table, Mapping):
+            if table:
+                lines += [f"[{_key(key)}]", *_entries(table), ""]
+        elif isinstance(table, list) and table and all(isinstance(entry, Mapping) for entry in table):
+            for entry in table:
+                lines += [f"[[{_key(key)}]]", *_entries(entry), ""]
+        else:
+            lines.insert(0, f"{_key(key)} = {_value(table)}")
+    return "\n".join(lines)
+
+
+def _entries(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(key)} = {_value(value)}" for key, value in table.items()]
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _text(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(_entries(value)) + " }" if value else "{}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    return _text(str(value))
+
+
+def _text(value: str) -> str:
+    """A TOML string: JSON's escapes are TOML's, but that TOML escapes the character 127 as well."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
