@@ -43,7 +43,8 @@ def diagnose(
     `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
     under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
     `suggest` looks for the next trial. `seed` is that of the tests by permutation and of the bootstrap. Raises BadInput
-    for a study that cannot be diagnosed; an interrupt after the search gives what there is.
+    for a study that cannot be diagnosed; an interrupt once the model without effects is fitted gives what
+    there is.
     """
     began = time.perf_counter()
     say: Say = progress or (lambda text: None)
@@ -67,14 +68,15 @@ def diagnose(
         judged = verdict(answers, powerless(found, least), len(problem.effects))
         parts = Parts(study, problem, found, probed, answers, judged, least, findings, say, seed)
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
-        code, reason = "done", "everything was asked"
+        cut = "stopped by the user; what is missing was not reached"
+        code, reason = ("interrupted", cut) if found.cut else ("done", "everything was asked")
         try:
-            if left_out:
+            if left_out and not found.cut:
                 extra["how_far"] = parts.shrinkage()
-            if suggest:
+            if suggest and not found.cut:
                 extra["next_trial"] = parts.suggestion()
         except KeyboardInterrupt:
-            code, reason = "interrupted", "stopped by the user; what is missing was not reached"
+            code, reason = "interrupted", cut
         outcome = {"code": code, "reason": reason, "wall_s": time.perf_counter() - began, "fits": len(found.fits)}
         return parts.diagnosis(reasons, outcome, extra)
 

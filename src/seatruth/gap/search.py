@@ -40,6 +40,8 @@ class Search:
     screens: dict[tuple[str, ...], Screen] = field(default_factory=dict)
     starts: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     """Pseudo-candidates "name@k": values of the effect's parameters (n,), and the whitened change of the errors."""
+    cut: bool = False
+    """The user stopped it: hypotheses that were not reached are screened only."""
 
     @property
     def base(self) -> Fit:
@@ -82,12 +84,25 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
 
 
 def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Search:
-    """Screens and fits. `near` (K,) is where the fullest fit ended: a second start for every hypothesis."""
+    """Screens and fits. `near` (K,) is where the fullest fit ended: a second start for every hypothesis.
+
+    An interrupt once the model without effects is fitted ends it with what there is (`cut`).
+    """
     found = Search(problem, floor)
     say("The model without any effect")
     found.fits[()] = _best(problem, (), floor, [problem.start, near])
     _secants(found)
     found.screens[()] = effect_screen(found.base, problem, {k: v[1] for k, v in found.starts.items()})
+    try:
+        _widened(found, near, say)
+    except KeyboardInterrupt:
+        found.cut = True
+    return found
+
+
+def _widened(found: Search, near: Array, say: Say) -> None:
+    """Fits effects alone, in pairs and by threes."""
+    problem = found.problem
     singles = _ranked(found.screens[()], problem)
     for k, name in enumerate(singles[:SINGLES]):
         say(f"Effects one by one: {name} ({k + 1} of {min(SINGLES, len(singles))})")
@@ -102,7 +117,6 @@ def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Sea
         if size == 2:
             for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
                 _fitted(found, pair, near)
-    return found
 
 
 def _fitted(found: Search, effects: Sequence[str], *near: Array) -> Fit:
