@@ -14,6 +14,7 @@ from seatruth.effects import available as effects
 from seatruth.effects import with_effects
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Trim, run_manoeuvre, steady_current
+from seatruth.manoeuvres.gliding import PUMP
 from seatruth.models import Model
 from seatruth.models.base import Surroundings
 from seatruth.models.glider import Glider
@@ -119,6 +120,24 @@ def test_pitch_is_within_5_per_cent_of_its_new_value_after_a_minute() -> None:
     away = np.abs(np.degrees(SAWTOOTH.outputs["theta"][later]) / 29.66 - 1.0) > 0.05
     settled = float(SAWTOOTH.t[later][np.flatnonzero(away)[-1]]) - ordered
     assert settled == pytest.approx(60.0, abs=5.0)
+
+
+class Launch(GlideSpiral):
+    """From neutral, as fast as the pump can."""
+
+    def helm(self) -> Any:
+        return lambda t, y: {"m_b": min(self.trim.m_b, PUMP * t), "x_p": self.trim.x_p, "delta": 0.0}
+
+
+@pytest.mark.parametrize(("x_p", "stalls"), [(0.385, True), (0.402, False)])
+def test_from_rest_a_dive_stalls_below_390_mm(x_p: float, stalls: bool) -> None:
+    """Too level, it falls on its belly and slides backwards: its incidence ends beyond a right angle."""
+    plan = Launch(Trim(0.5, x_p), (0.0,))
+    trial = run_manoeuvre(Glider(), plan, dt=0.25, inputs={"x_p": x_p}, limit=400.0)
+    alpha = math.degrees(math.atan2(trial.outputs["w"][-1], trial.outputs["u"][-1]))
+    assert (alpha > 90.0) is stalls
+    # under way, coming down from a climb, it still glides there
+    assert 0.0 < math.degrees(steady(Trim(0.5, x_p))["alpha"]) < 6.0
 
 
 def test_pitch_is_very_sensitive_to_the_sliding_mass() -> None:
