@@ -33,7 +33,7 @@ class ExtendedModel(Model):
         path = _Path(base, self.effects)
         self.rhs, self.output, self.initial_state = path.rhs(), path.output(), path.initial_state()
         self.dimensions, self.thrust, self.drag = base.dimensions, base.thrust, base.drag
-        self.standard = base.standard  # type: ignore[misc]  # of this one model, as the rest above
+        self.standard = base.standard
         super().__init__()
 
 

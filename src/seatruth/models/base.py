@@ -19,7 +19,8 @@ import inspect
 import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.parameter import Parameter
@@ -88,7 +89,7 @@ class Model:
     dimensions: Callable[[Any], Dimensions] | None = None
     thrust: Callable[[Any, Any, Any, Any], Any] | None = None
     drag: Callable[[Any, Any, Any, Any], Any] | None = None
-    standard: ClassVar[Mapping[str, tuple[str, int]]] = {}
+    standard: Mapping[str, tuple[str, int]] = MappingProxyType({})
 
     def __init__(self) -> None:
         _check(self)
