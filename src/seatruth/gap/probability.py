@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from seatruth.gap.problem import Array, GapProblem
+from seatruth.gap.problem import WIDER, Array, GapProblem
 from seatruth.gap.search import Search
 from seatruth.gap.unknown import Probes
 
@@ -49,7 +49,7 @@ class Candidate:
 
 def candidates(search: Search, probes: Sequence[Probes], temperature: float = TEMPERATURE) -> list[Candidate]:
     """All answers with their probabilities, the most probable first."""
-    shown = [name for name in search.problem.effects if visible(search, name)]
+    shown = [n for n in search.problem.effects if visible(search, n) or search.evidence((n,)) > 1.0]
     count = {0: 1, 1: len(shown)}
     count[2] = count[1] * (count[1] - 1) // 2
     count[3] = count[2] * max(1, count[1] - 2) // 3
@@ -159,7 +159,7 @@ def powerless(search: Search, least: Mapping[str, Mapping[str, float]]) -> list[
     problem = search.problem
     found = []
     for name, limits in least.items():
-        sds = problem.sd[problem.columns[name]]
+        sds = problem.sd[problem.columns[name]] / WIDER
         if all(limit > sd for limit, sd in zip(limits.values(), sds)):
             found.append(name)
     return found

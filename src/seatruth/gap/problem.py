@@ -31,6 +31,9 @@ Flags = NDArray[np.bool_]
 
 COEFFICIENT_SD = 0.2
 """Standard deviation of a free coefficient that states no prior, as a part of its value."""
+WIDER = 2.5
+"""An effect's typical magnitude times this is its prior deviation: typical is no limit, and the tails of what happens
+at sea are long."""
 _PAUSE = 3.5
 """Sampling steps from which two samples are no neighbours any more."""
 _WIDE = 10.0
@@ -101,6 +104,8 @@ class GapProblem:
         self.coefficients = np.array([k for k in self.nuisance if k < free], dtype=np.intp)
         self.initial = np.arange(free, self.size, dtype=np.intp)
         self.mean, self.sd = self._priors(free)
+        for columns in self.columns.values():
+            self.sd[columns] *= WIDER
 
     def active(self, effects: Sequence[str]) -> Indices:
         """Columns of x that a hypothesis frees: the nuisances and the parameters of these effects."""
