@@ -16,10 +16,11 @@ import numpy as np
 from chen2011_system import ANGLE, FIRST, FREE, OUTPUTS, PLANT, RATE, STEP, TRUTH, Array
 from joblib import Parallel, delayed
 
-from seatruth import Model, Parameter
+from seatruth import Budget, Model, Parameter
 from seatruth.costs import Cost
 from seatruth.models import Channel
 from seatruth.models.longitudinal_plane import LongitudinalPlane, motion
+from seatruth.optimizers import Chain, make, minimise
 from seatruth.simulate import simulator
 from seatruth.trials import Trial
 
@@ -77,7 +78,7 @@ def steered(settings: Array, seconds: float, step: float = STEP) -> Array:
 
 def trial(elevator: Array, step: float = STEP, name: str = "designed") -> Trial:
     """The record, without noise, of a run from the benchmark's start under this elevator (n,)."""
-    t = np.arange(len(elevator)) * step
+    t = _times((len(elevator) - 1) * step, step)
     bare = _trial(name, t, {"delta_s": elevator}, {q: FIRST.get(q, 0.0) for q in OUTPUTS})
     sim = simulator(PLANT, [bare], values=TRUTH, threads=1)
     y = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0]
@@ -87,9 +88,9 @@ def trial(elevator: Array, step: float = STEP, name: str = "designed") -> Trial:
 class DesignCost(Cost):
     """Largest relative bound (per cent, at 3 % noise), and a steep penalty for motion outside the limits."""
 
-    def __init__(self, seconds: float, workers: int, start: Mapping[str, float] | None = None) -> None:
+    def __init__(self, seconds: float, workers: int) -> None:
         self.seconds, self.workers = seconds, workers
-        self.parameters = tuple(q.but(value=(start or {}).get(q.name, q.value)) for q in SETTINGS)
+        self.parameters = SETTINGS
         self.gives = frozenset({"values"})
         self.description = {"design": seconds}
 
@@ -102,7 +103,7 @@ class DesignCost(Cost):
 
 def _worst(elevators: Array) -> Array:
     """The cost of each elevator record: (P, n) -> (P,)."""
-    t = np.arange(elevators.shape[1]) * STEP
+    t = _times((elevators.shape[1] - 1) * STEP, STEP)
     first = {q: FIRST.get(q, 0.0) for q in OUTPUTS}
     trials = [_trial(str(k), t, {"delta_s": angle}, first) for k, angle in enumerate(elevators)]
     truth = np.array([TRUTH[name] for name in FREE])
@@ -121,11 +122,19 @@ def _worst(elevators: Array) -> Array:
         beyond = max(0.0, float(np.abs(theta).max()) - PITCH) / math.radians(1.0)
         beyond += max(0.0, SHALLOWEST - float(depth.min()), float(depth.max()) - DEEPEST)
         found[k] = float(bound.max()) + 10.0 * beyond
-    return np.where(np.isfinite(found), found, np.inf)
+    found[~np.isfinite(found)] = np.inf
+    return found
+
+
+def search(seconds: float, evaluations: int, seed: int, workers: int) -> tuple[dict[str, float], Trial]:
+    """The settings found by Differential Swarm and then CMA-ES around its best, and the run without noise."""
+    chain = Chain((make("differential_swarm", particles=40), make("cma_es", sigma=0.05)))
+    out = minimise(DesignCost(seconds, workers), chain, seed=seed, budget=Budget(evaluations))
+    return dict(zip((q.name for q in SETTINGS), out.x.tolist())), trial(steered(out.x[None], seconds)[0])
 
 
 def _times(seconds: float, step: float) -> Array:
-    return np.arange(round(seconds / step) + 1) * step
+    return np.arange(round(seconds / step) + 1, dtype=np.float64) * step
 
 
 def _trial(name: str, t: Array, inputs: Mapping[str, Array], first: Mapping[str, float]) -> Trial:

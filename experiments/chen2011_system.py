@@ -68,9 +68,9 @@ def benchmark(model: Model = PLANT, values: Mapping[str, float] | None = None, p
     return run_manoeuvre(model, plan, values, dt=STEP, first_state=FIRST, rudder_rate=RATE, limit=SECONDS)
 
 
-def noise_of(trial: Trial, level: float) -> dict[str, float]:
+def noise_of(trial: Trial, level: float, outputs: tuple[str, ...] = OUTPUTS) -> dict[str, float]:
     """[P] Standard deviation of each output: this part of its peak, the largest absolute value."""
-    return {name: level * float(np.abs(trial.outputs[name]).max()) for name in OUTPUTS}
+    return {name: level * float(np.abs(trial.outputs[name]).max()) for name in outputs}
 
 
 def noisy(trial: Trial, sd: Mapping[str, float], rng: np.random.Generator) -> Trial:
@@ -83,17 +83,18 @@ def noisy(trial: Trial, sd: Mapping[str, float], rng: np.random.Generator) -> Tr
 def study(trial: Trial, level: float, start: Mapping[str, float] | None = None, **changes: Any) -> Study:
     """A study of the 11 parameters of reading R2 within `LOW` to `HIGH` times the truth.
 
-    `start` gives values in place of the truth. Outputs are weighted as with noise of this level (of the trial's own
-    peaks, or as `noise` says).
+    `start` gives values in place of the truth; with `bounded=False` there are no bounds. Outputs are weighted as with
+    noise of this level (of the trial's own peaks, or as `noise` says).
     """
     model: Model = changes.pop("model", PLANT)
     names: tuple[str, ...] = changes.pop("free", FREE)
+    bounded: bool = changes.pop("bounded", True)
     values = {**model.nominal(), **changes.pop("values", {})}
     given = []
     for q in model.parameters:
         value = values[q.name]
         if q.name in names:
-            low, high = sorted((LOW * value, HIGH * value))
+            low, high = sorted((LOW * value, HIGH * value)) if bounded else (-math.inf, math.inf)
             q = q.but(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
         else:
             q = q.but(value=value)
