@@ -240,12 +240,18 @@ def test_channel_is_its_part_of_the_coupled_model(name: str) -> None:
     i = {"delta": 0.1 if name in ("roll", "lateral") else 0.0, "delta_s": 0.05 if name == "longitudinal" else 0.0}
     i |= {"n": 20.0 if name == "forward" else 0.0, "delta_d": 0.02 if name == "roll" else 0.0}
     values = T1.nominal() | {"m_x_dr": 0.004}
-    # what couples the channels through the centre of gravity is left out by the channels of sway and heave
-    if name != "roll":
+    if name in ("forward", "lateral"):  # which leave out what the centre of gravity couples them with
         values["y_G"] = 0.0
     full = rates(T1, s, i, values)
     model = channel(name)
-    given = i | {"u": 1.3, "v": 0.0, "r": 0.0, "a_y": full["v"]}
+    given = i | {
+        "u": 1.3,
+        "v": 0.0,
+        "r": 0.0,
+        "theta": 0.0,
+        "a_y": full["v"],
+        "a_x": full["u"] + s.get("q", 0.0) * s.get("w", 0.0),
+    }
     own = {q.name: values[q.name] for q in model.parameters}
     found = rates(model, {key: v for key, v in s.items() if key in {c.name for c in model.states}}, given, own)
     for key, value in found.items():

@@ -3,8 +3,8 @@
 Each is some rows of the equations of `torpedo.py` (the convention and its map to seatruth's axes stand there), with the
 other motions taken as recorded or as zero [R]. The channels, their order (roll before lateral) and outputs (speed, yaw
 rate for lateral, pitch rate for longitudinal) are the paper's [P]. What its lost vectors leave open [R]: the recorded
-speed is an input of all but the forward channel, and that of roll takes the recorded sideways motion too. An output
-that was not recorded is left out of a trial.
+speed is an input of all but the forward channel; roll takes the recorded sideways motion too, and the pendulums of roll
+and pitch hang on the recorded acceleration of the origin. An output that was not recorded is left out of a trial.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ from seatruth.models.torpedo import (
 from seatruth.models.torpedo_sets import parameters
 from seatruth.trials.channel import Channel
 
+_AHEAD = Channel("a_x", "m/s2", "kinematic acceleration at the origin, forward")
 _SIDEWAYS = Channel("a_y", "m/s2", "kinematic acceleration at the origin to starboard")
 _SIDESLIP = Channel("beta", "rad", "sideslip angle, positive when moving to starboard")
 _INCIDENCE = Channel("alpha", "rad", "angle of attack, positive when moving down")
@@ -76,7 +77,7 @@ class Forward(OneOfTheSets):
 
 
 class Roll(OneOfTheSets):
-    """Roll by the fins and the propeller, under the recorded speed, sideways motion and yaw rate.
+    """Roll by the fins and the propeller, under the recorded speed, sideways motion, yaw rate and pitch.
 
     T2 unless asked: fins up and across that are equal, as those of T1, do not roll the body at all.
     """
@@ -86,7 +87,7 @@ class Roll(OneOfTheSets):
     kind = "auv"
     source = "[R] after Zhao, Xie and Qiao 2018"
     states = (P, PHI)
-    inputs = (RUDDER, DIFFERENTIAL, REVOLUTIONS, U, V, R, _SIDEWAYS)
+    inputs = (RUDDER, DIFFERENTIAL, REVOLUTIONS, U, V, R, THETA, _SIDEWAYS)
     outputs = states
     parameters = parameters("T2", (*_HULL, "g", "J_x", "y_G", "k_Q", *FREE["roll"], "m_x_wy", "m_x_dd"))
 
@@ -97,7 +98,7 @@ class Roll(OneOfTheSets):
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         M = rolling(flow(i.u, 0.0, i.v, p), s.p, -i.r, i.delta, i.delta_d, p) + p.k_Q * i.n * abs(i.n)
         M = M + p.m * p.y_G * (p.g * math.sin(s.phi) - i.a_y)
-        return M / (p.J_x + p.lambda_44), s.p
+        return M / (p.J_x + p.lambda_44), s.p + i.r * math.cos(s.phi) * math.tan(i.theta)
 
 
 class Lateral(OneOfTheSets):
@@ -130,24 +131,24 @@ class Lateral(OneOfTheSets):
 
 
 class Longitudinal(OneOfTheSets):
-    """Heave and pitch by the stern plane, under the recorded speed; roll is taken as zero."""
+    """Heave and pitch by the stern plane, under the recorded speed and its change; roll is taken as zero."""
 
     name = "torpedo_longitudinal"
     title = "Torpedo-like vehicle, longitudinal channel"
     kind = "auv"
     source = "[R] after Zhao, Xie and Qiao 2018"
     states = (W, Q, THETA)
-    inputs = (PLANE, U)
+    inputs = (PLANE, U, _AHEAD)
     outputs = (Q, W, _INCIDENCE, THETA)
     parameters = parameters("T1", (*_HULL, "g", "J_z", "x_G", "y_G", "dG", *FREE["longitudinal"]))
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        v_y, w_z, water = -s.w, s.q, flow(i.u, -s.w, 0.0, p)
+        w_z, water = s.q, flow(i.u, -s.w, 0.0, p)
         sin_t, cos_t = math.sin(s.theta), math.cos(s.theta)
         F = lift(water, w_z, i.delta_s, p) - p.dG * cos_t - p.m * (i.u * w_z - p.y_G * w_z * w_z)
-        M = pitching(water, w_z, i.delta_s, p) + p.m * p.g * (p.y_G * sin_t - p.x_G * cos_t)
-        M = M - p.m * (p.x_G * i.u * w_z + p.y_G * v_y * w_z)
+        M = pitching(water, w_z, i.delta_s, p) + p.m * p.y_G * (p.g * sin_t + i.a_x)
+        M = M - p.m * p.x_G * (p.g * cos_t + i.u * w_z)
         a, b, c = p.m + p.lambda_22, p.m * p.x_G + p.lambda_26, p.J_z + p.lambda_66
         determinant = a * c - b * b
         return (b * M - c * F) / determinant, (a * M - b * F) / determinant, w_z
