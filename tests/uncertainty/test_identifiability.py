@@ -34,6 +34,18 @@ def test_a_combination_that_is_not_seen_is_named() -> None:
     assert found["condition"] > 1e8
 
 
+def test_what_cancels_is_named_however_little_of_its_range_it_takes() -> None:
+    """A common factor of drag, thrust and mass: the mass within its bounds makes up for a small part of the others."""
+    rng = np.random.default_rng(1)
+    u, v = rng.normal(size=(2, 500))
+    (weak,) = identifiability(np.column_stack([30.0 * u, -30.0 * u + v, v]), three())["weak"]
+    assert set(weak["combination"]) == {"a", "b", "c"}
+    (weak,) = identifiability(np.column_stack([30.0 * u, -u, v]), three())["weak"]
+    assert set(weak["combination"]) == {"a", "b"}
+    assert abs(weak["combination"]["a"]) == pytest.approx(1.0 / 30.0)
+    assert "not at all" in weak["sentence"]
+
+
 def test_a_parameter_that_is_hardly_seen_is_named_alone() -> None:
     rng = np.random.default_rng(1)
     u, v, w = rng.normal(size=(3, 500))

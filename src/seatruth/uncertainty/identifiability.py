@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 _MOST_WEAK = 6
 _IN_IT = 0.25
 """Part of the largest coefficient from which a parameter is named in a combination."""
+_NOT_AT_ALL = 1e3
+"""Standard error along a combination, in scales, from which the data say nothing of it."""
+_CANCELS = 0.02
+"""Part of the largest share in the outputs' change from which a parameter is named in such a combination."""
 _POOR = 0.5
 """Standard error along a combination, in scales, from which it is called weak."""
 _TIED = 0.98
@@ -53,6 +57,7 @@ def identifiability(data_jacobian: Array, parameters: Sequence[Parameter], infla
     if len(values) < len(parameters):
         values = np.concatenate([values, np.zeros(len(parameters) - len(values))])
         vectors = np.linalg.svd(scaled, full_matrices=True)[2]
+    lengths = np.linalg.norm(scaled, axis=0)
     largest = float(values.max())
     condition = largest / float(values.min()) if values.min() > 0 else math.inf
     weak: list[dict[str, Any]] = []
@@ -60,17 +65,21 @@ def identifiability(data_jacobian: Array, parameters: Sequence[Parameter], infla
         ratio = inflation / float(values[k]) if values[k] > 0 else math.inf
         if ratio < _POOR or len(weak) == _MOST_WEAK:
             break
-        weak.append(_combination(vectors[k], parameters, ratio))
+        weak.append(_combination(vectors[k], parameters, ratio, lengths))
     return {"singular_values": values.tolist(), "condition": condition, "weak": weak}
 
 
-def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float) -> dict[str, Any]:
+def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float, lengths: Array) -> dict[str, Any]:
     largest = int(np.abs(vector).argmax())
     vector = vector / vector[largest]
-    order = [int(k) for k in np.argsort(-np.abs(vector)) if abs(vector[k]) >= _IN_IT]
+    part, least = np.abs(vector), _IN_IT
+    if ratio > _NOT_AT_ALL and lengths[largest] > 0:
+        # What changes nothing cancels: whatever moves the outputs against the others is in it, however little it moves.
+        part, least = part * lengths / float((part * lengths).max()), _CANCELS
+    order = [int(k) for k in np.argsort(-np.abs(vector)) if part[k] >= least]
     names = [parameters[k].name for k in order]
     combination = {parameters[k].name: float(vector[k]) for k in order}
-    said = "not at all" if ratio > 1e3 else f"only to {_percent(ratio)} of the range that was thought possible"
+    said = "not at all" if ratio > _NOT_AT_ALL else f"only to {_percent(ratio)} of the range that was thought possible"
     if len(names) == 1:
         sentence = f"{names[0]} is hardly seen by these trials: they fix it {said}."
     else:
