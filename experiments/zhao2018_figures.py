@@ -129,7 +129,7 @@ def preparation(log: Trial, ready: Trial, truth: Trial) -> Any:
     axes[0, 1].plot(ready.t, ready.outputs["r"] / DEGREE, color=COLOURS[0], lw=1, label="prepared")
     axes[0, 1].set(ylabel="yaw rate (deg/s)", ylim=(-45.0, 45.0))
     axes[1, 0].plot(t, log.outputs["z_x"][IDLE:], "x", ms=4, color=COLOURS[2], label="tracker")
-    axes[1, 0].plot(t, log.outputs["z_ins"][IDLE:], ",", color=COLOURS[3], label="inertial")
+    axes[1, 0].plot(t, log.outputs["z_ins"][IDLE:], ".", ms=1, color=COLOURS[3], label="inertial")
     axes[1, 0].plot(t, log.outputs["depth"][IDLE:], ".", ms=1.5, color=COLOURS[1], label="pressure gauge")
     axes[1, 0].plot(ready.t, ready.outputs["z"], color=COLOURS[0], lw=1.2, label="fused")
     axes[1, 0].set(ylabel="depth (m)", ylim=(5.0, -2.0))
