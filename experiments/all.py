@@ -4,9 +4,9 @@
 
 An experiment is `experiments/NAME.py` or `experiments/NAME/__main__.py` with a main guard. Each runs in a process of
 its own with the same options; one that fails does not stop the others, but the exit code is then 1 and the last lines
-name it. Stages that an earlier run finished are kept, so the same command goes on after an interrupt. Times are those of the
-last run here (its stages, kept ones included), or, before a first run, those of `durations.json`. Experiments that call
-`options.trials(` need the real trials and are left out, with a word, where there are none.
+name it. Stages that an earlier run finished are kept, so the same command goes on after an interrupt. Times are those
+of the last run here (its stages, kept ones included), or, before a first run, those of `durations.json`. Experiments
+that call `options.trials(` need the real trials and are left out, with a word, where there are none.
 """
 
 from __future__ import annotations
