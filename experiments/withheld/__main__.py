@@ -8,7 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+# In place of this folder, whose modules must not be found under their bare names.
+sys.path[0] = str(Path(__file__).resolve().parents[1])
 
 from withheld.commands import main  # noqa: E402
 

@@ -19,9 +19,7 @@ from withheld.reality.simulate import Present, Record, make
 from withheld.referee import (
     PRIOR,
     TELLS_APART,
-    Signatures,
     left_over,
-    marginal,
     oracle_closure,
     pairwise,
     signatures,
@@ -51,7 +49,6 @@ class Plan:
     causes: tuple[str, ...]
     stratum: int
     seed: int
-    menu: bool = True
 
 
 @dataclass
@@ -193,17 +190,15 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int) -> Case | Non
     family, plan = case.family, case.plan
     names = NAMES[family.name]
     named = [one for one in usable if one.key in names]
-    menu = family.menu(case.trials[0].heading) if plan.menu and case.causes else []
-    more = _menu_records(case, menu)
     variants: list[tuple[str, Sequence[Present]]] = [(p.mechanism.key + "!", [p]) for p in case.causes]
     variants += [(p.mechanism.key + "?", [p]) for p, _ in case.distractors]
     variants += spans(named)
-    found = signatures(family, [*case.records, *more], case.coefficients, case.noise, variants)
-    count, own = len(case.causes), range(len(case.records))
-    gram = found.projected(own)
+    found = signatures(family, case.records, case.coefficients, case.noise, variants)
+    count = len(case.causes)
+    gram = found.projected()
     keys = [p.mechanism.key for p in case.causes]
     each = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
-    raw = found.grams[list(own)].sum(axis=0)[found.coefficients :, found.coefficients :]
+    raw = found.grams.sum(axis=0)[found.coefficients :, found.coefficients :]
     others = [one.key for one in named if one.key not in keys]
     pairs = [pairwise(found, gram, k, others) for k in range(count)]
     lookalikes = sorted({name for of in pairs for name, value in of.items() if value < TELLS_APART})
@@ -211,38 +206,15 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int) -> Case | Non
         return None
     case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
     offset = _offset(case)
-    part = Signatures(found.coefficients, found.labels, found.whitened[: len(case.records)])
-    oracle = oracle_closure(part, range(count), offset, len(case.records)) if count else None
+    oracle = oracle_closure(found, family, case.records, range(count), offset) if count else None
     case.truth = {
         "lambda": dict(zip(keys, each, strict=True)),
         "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys)},
         "pairs": {key: {names[name]: value for name, value in of.items()} for key, of in zip(keys, pairs, strict=True)},
         "lookalikes": [names[name] for name in lookalikes],
         "oracle": oracle,
-        "next": {
-            manoeuvre: {names[name]: value for name, value in of.items()}
-            for manoeuvre, of in (_next(found, len(case.records), menu, others) if count == 1 else {}).items()
-        },
     }
     return case
-
-
-def _menu_records(case: Case, menu: Sequence[Trial]) -> list[Record]:
-    if not menu:
-        return []
-    rng = np.random.default_rng([case.plan.seed, 1])
-    acting = [*case.causes, *(p for p, _ in case.distractors)]
-    return make(case.family, menu, case.coefficients, acting, case.noise, rng, case.ordered)
-
-
-def _next(found: Signatures, own: int, menu: Sequence[Trial], others: Sequence[str]) -> dict[str, dict[str, float]]:
-    """For each manoeuvre of the menu: pairwise lambda of the cause against each other effect with that trial added."""
-    base = found.grams[:own].sum(axis=0)
-    result = {}
-    for k, trial in enumerate(menu):
-        gram = marginal(base + found.grams[own + k], found.coefficients)
-        result[trial.name] = pairwise(found, gram, 0, others)
-    return result
 
 
 def _offset(case: Case) -> Array:

@@ -16,7 +16,7 @@ from seatruth.errors import BadInput
 from withheld.cases import KINDS, LOOKALIKES, STRATA, Case, Plan, draw
 from withheld.names import NAMES, UNKNOWN
 from withheld.reality.families import Family, families
-from withheld.reality.manoeuvres import Trial
+from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note, write
 from withheld.studies import log_text, study_text
 
@@ -67,7 +67,7 @@ def _turn(keys: list[str], rng: np.random.Generator) -> Iterator[str]:
 def sealed(case: Case, name: str) -> dict[str, Any]:
     """What is sealed of a case."""
     outside = case.plan.kind == "outside"
-    causes = [
+    causes: list[dict[str, Any]] = [
         {
             "name": UNKNOWN if outside else NAMES[case.family.name][p.mechanism.key],
             "key": p.mechanism.key,
@@ -87,7 +87,7 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
         "effects": [UNKNOWN] if outside else sorted(cause["name"] for cause in causes),
         "causes": causes,
         "set": sorted({cause["name"] for cause in causes} | set(case.truth["lookalikes"])),
-        "places": sorted({cause["place"] for cause in causes}),
+        "places": sorted({place for cause in causes for place in cause["place"].split(",")}),
         "stratum": stratum(min(strengths)) if strengths else "none",
         **case.truth,
         "ordered": case.ordered,
@@ -96,7 +96,7 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
         ],
         "coefficients": case.coefficients,
         "noise": {key: [one.white, one.slow, one.tau] for key, one in case.noise.items()},
-        "trials": [_trial(trial) for trial in case.trials],
+        "trials": [_trial(record) for record in case.records],
         "seed": case.plan.seed,
     }
 
@@ -104,7 +104,9 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
 def _place(word: str, family: Family) -> str:
     """A mechanism's place in the library's words: its names of input and turning rate."""
     word = word.replace("actuator:delta", f"actuator:{family.input}")
-    return word.replace("sensor:turning", "sensor:r" if "r" in family.outputs else "sensor:q")
+    word = word.replace("sensor:turning", "sensor:r" if "r" in family.outputs else "sensor:q")
+    second = "v" if "v" in family.outputs else "w"
+    return word.replace("sensor:across", f"sensor:{second}")
 
 
 def stratum(size: float) -> str:
@@ -117,8 +119,12 @@ def stratum(size: float) -> str:
     return f">{STRATA[-1][0]:g}"
 
 
-def _trial(trial: Trial) -> dict[str, Any]:
-    return {"name": trial.name, "heading": trial.heading, "seconds": trial.seconds, "closed": trial.closed}
+def _trial(record: Record) -> dict[str, Any]:
+    trial = record.trial
+    return {
+        "name": trial.name, "heading": trial.heading, "seconds": trial.seconds, "closed": trial.closed,
+        "first": list(record.first),
+    }  # fmt: skip
 
 
 def one_case(plan: Plan, name: str, out: str) -> float:

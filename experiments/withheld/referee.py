@@ -39,6 +39,12 @@ class Signatures:
     coefficients: int
     labels: list[str]
     whitened: list[Array]
+    raw: list[Array]
+    """The same over the data sheet's noise, neither whitened nor projected."""
+    starts: list[Array]
+    """(rows, 6): changes by the first state, over the data sheet's noise."""
+    noise: list[Array]
+    """The whitened noise of the records, first states projected out; empty where a record has no clean outputs."""
 
     @functools.cached_property
     def grams(self) -> Array:
@@ -49,10 +55,9 @@ class Signatures:
         """Columns of a label, counted after the coefficients."""
         return [k for k, name in enumerate(self.labels) if name == label]
 
-    def projected(self, trials: Sequence[int] | None = None) -> Array:
-        """Gram matrix of the labelled columns after the coefficients are marginalised; over all trials or some."""
-        total = self.grams.sum(axis=0) if trials is None else self.grams[list(trials)].sum(axis=0)
-        return marginal(total, self.coefficients)
+    def projected(self) -> Array:
+        """Gram matrix of the labelled columns over all trials, after the coefficients are marginalised."""
+        return marginal(self.grams.sum(axis=0), self.coefficients)
 
 
 def marginal(gram: Array, coefficients: int) -> Array:
@@ -96,22 +101,28 @@ def signatures(
     kinds += [(coefficients, acting, still) for _, acting in variants]
     lanes = [Lane(k, kind[0], kind[1], kind[2]) for kind in kinds for k in range(len(records))]
     y = replay(family, records, lanes).reshape(-1, 6, len(kinds), len(records))
-    # What acts may carry the vehicle along from the start: the first state of such a lane is the recorded one.
-    whitened = []
+    size, whitened, raw, firsts_of, drawn = len(sd), [], [], [], []
     for k, record in enumerate(records):
         n = len(record.t)
         change = y[:n, :, 1:, k] - y[:n, :, :1, k]
+        change[:, :, :size] /= STEP
+        noisy = np.stack([record.outputs[o] - record.clean.get(o, record.outputs[o]) for o in family.outputs], axis=1)
         parts = [
-            solve_triangular(whitener(noise[name], n, family.dt), change[:, j], lower=True)
+            solve_triangular(
+                whitener(noise[name], n, family.dt), np.column_stack([change[:, j], noisy[:, j]]), lower=True
+            )
             for j, name in enumerate(family.outputs)
         ]
         stack = np.concatenate(parts)
-        size = len(sd)
-        stack[:, :size] /= STEP
         start, rest = stack[:, size : size + 6], np.delete(stack, np.s_[size : size + 6], axis=1)
         q, _ = np.linalg.qr(start / np.linalg.norm(start, axis=0))
-        whitened.append(rest - q @ (q.T @ rest))
-    return Signatures(len(sd), [label for label, _ in variants], whitened)
+        rest = rest - q @ (q.T @ rest)
+        plain = np.concatenate([change[:, j] / family.noise[name] for j, name in enumerate(family.outputs)])
+        whitened.append(rest[:, :-1])
+        drawn.append(rest[:, -1])
+        raw.append(np.delete(plain, np.s_[size : size + 6], axis=1))
+        firsts_of.append(plain[:, size : size + 6])
+    return Signatures(size, [label for label, _ in variants], whitened, raw, firsts_of, drawn)
 
 
 def spans(mechanisms: Sequence[Mechanism]) -> list[tuple[str, list[Present]]]:
@@ -124,40 +135,47 @@ def pairwise(found: Signatures, gram: Array, column: int, names: Sequence[str]) 
     return {name: left_over(gram, column, found.columns(name)) for name in names}
 
 
-def oracle_closure(found: Signatures, truth: Sequence[int], offset: Array, trials: int) -> dict[str, float]:
+def oracle_closure(
+    found: Signatures, family: Family, records: Sequence[Record], causes: Sequence[int], offset: Array
+) -> dict[str, float]:
     """Closure that one who knows the cause reaches on trials left out, one after the other.
 
-    E is the mean square of a left-out trial's whitened residual, its own first state fitted. Refit: coefficients alone
-    are fitted to the other trials. With effect: the cause's own signature too, its size free. Floor: the truth.
-    `offset` is the truth less the prior's mean in units of the prior's standard deviation. Expected values over the
-    noise, on the linearised model. Returns E of each, in excess of the floor, and the closure.
+    E is the root mean square error of a left-out trial over all channels, in multiples of the noise, its first state
+    fitted to its first fifth. Refit: the coefficients alone are fitted to the other trials. With effect: the causes'
+    signatures too, the size of each free. Floor: 1. All on the linearised model, with the noise that was recorded.
+    `offset` is the truth less the prior's mean in units of the prior's standard deviation.
     """
-    size, n_rows = found.coefficients, sum(len(w) for w in found.whitened)
-    cause = [size + k for k in truth]
+    size = found.coefficients
+    columns = {"refit": list(range(size)), "effect": [*range(size), *(size + k for k in causes)]}
     total = found.grams.sum(axis=0)
-    refit = with_effect = 0.0
-    for k in range(trials):
-        train, test = total - found.grams[k], found.grams[k]
-        for use, columns in (("refit", list(range(size))), ("effect", list(range(size)) + cause)):
-            a = train[np.ix_(columns, columns)].copy()
-            a[:size, :size] += np.eye(size)
-            pull = np.zeros(len(columns))
-            pull[:size] = -offset
-            # Truth in these columns is zero for coefficients (we stand at the true ones) and one for the cause.
-            if use == "refit":
-                pull = pull + train[np.ix_(columns, cause)].sum(axis=1)
-            solved = np.linalg.lstsq(a, pull, rcond=1e-12)[0]
-            covariance = (
-                np.linalg.pinv(a, rcond=1e-12) @ train[np.ix_(columns, columns)] @ np.linalg.pinv(a, rcond=1e-12)
-            )
-            inner = test[np.ix_(columns, columns)]
-            spread = float(np.trace(inner @ covariance))
-            miss = float(solved @ inner @ solved)
-            if use == "refit":
-                lump = float(test[np.ix_(cause, cause)].sum())
-                cross = float(solved @ test[np.ix_(columns, cause)].sum(axis=1))
-                refit += lump - 2 * cross + miss + spread
-            else:
-                with_effect += miss + spread
-    closure = (refit - with_effect) / refit if refit > 0 else 0.0
-    return {"floor": 1.0, "refit": 1 + refit / n_rows, "with_effect": 1 + with_effect / n_rows, "closure": closure}
+    held: dict[str, list[float]] = {"refit": [], "effect": []}
+    pull = [w.T @ z for w, z in zip(found.whitened, found.noise, strict=True)]
+    truth = np.zeros(found.grams.shape[1])
+    truth[[size + k for k in causes]] = 1.0
+    for k, record in enumerate(records):
+        gram, right = total - found.grams[k], sum(p for j, p in enumerate(pull) if j != k)
+        for use, own in columns.items():
+            a = gram[np.ix_(own, own)].copy()
+            a[range(size), range(size)] += 1.0
+            # About the true coefficients: the data hold the causes and the noise, the prior sits at minus the offset.
+            b = gram[own] @ truth + np.asarray(right)[own]
+            b[:size] -= offset
+            step = np.zeros(len(truth))
+            step[own] = np.linalg.lstsq(a, b, rcond=1e-12)[0]
+            error = found.raw[k] @ (truth - step) + _noise_of(record, family)
+            held[use].append(float(np.sqrt(np.mean(_without_start(error, found.starts[k], record, family) ** 2))))
+    refit, effect = float(np.mean(held["refit"])), float(np.mean(held["effect"]))
+    closure = (refit - effect) / (refit - 1.0) if refit > 1.0 else 0.0
+    return {"floor": 1.0, "refit": refit, "with_effect": effect, "closure": closure}
+
+
+def _noise_of(record: Record, family: Family) -> Array:
+    """The noise of a record over the data sheet's, channel after channel."""
+    return np.concatenate([(record.outputs[name] - record.clean[name]) / family.noise[name] for name in family.outputs])
+
+
+def _without_start(error: Array, starts: Array, record: Record, family: Family) -> Array:
+    """An error (rows,) less what the first state explains of its first fifth."""
+    n = len(record.t)
+    early = np.tile(np.arange(n) < max(12, n // 5), len(family.outputs))
+    return np.asarray(error - starts @ np.linalg.lstsq(starts[early], error[early], rcond=None)[0])

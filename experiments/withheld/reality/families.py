@@ -60,23 +60,9 @@ class Family:
         """Those that it does not."""
         return [one for one in self.mechanisms if one.number is None]
 
-    def menu(self, heading: float) -> list[Trial]:
-        """The trials that could be run next."""
-        if self.name == "auv":
-            return [auv_trial(name, self.time) for name in AUV_MENU]
-        names = [name for name in SHIP_MENU if self.revolutions or name not in NEEDS_SCREW]
-        return [ship_trial(name, heading + TURNED.get(name, 0.0), self.time) for name in names]
-
 
 NEEDS_SCREW = ("speed_steps", "coast_down")
 TURNED = {"reciprocal_run": math.pi, "beam_heading_run": math.pi / 2}
-SHIP_MENU = (
-    "reciprocal_run", "beam_heading_run", "turn_35_starboard", "turn_35_port", "zigzag_10_10", "zigzag_20_20",
-    "speed_steps", "coast_down", "rudder_staircase", "course_changes",
-)  # fmt: skip
-AUV_MENU = (
-    "pitch_zigzag_5", "pitch_zigzag_15", "level_run", "pitch_steps", "dive", "climb", "plane_staircase", "plane_step",
-)  # fmt: skip
 
 
 def _ship(name: str) -> Family:

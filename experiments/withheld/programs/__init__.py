@@ -1,0 +1,18 @@
+"""Diagnosing programs: the library's own, and simple ones to compare with. Each sees a study file and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from withheld.programs import discrepancy, linear, simple
+
+BASELINES: dict[str, Callable[[Path], dict[str, Any]]] = {
+    "rmse": simple.channel_rule,
+    "bic": linear.refit_bic,
+    "white": linear.white_unprojected,
+    "sindy": discrepancy.sindy,
+    "prior": simple.prior_only,
+}
+"""Name -> program: study file -> verdict."""

@@ -1,0 +1,124 @@
+"""Third step: the hashes are checked, the seal is opened, every program's verdicts are scored."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from seatruth.errors import BadInput
+from withheld.diagnose import MANIFEST
+from withheld.measures import Pair, measures
+from withheld.next_trial import pairs_after
+from withheld.seal import digest_file, log, note, write
+from withheld.verdicts import problems, verdict
+
+ORACLE = "oracle"
+
+
+def opened(out: Path) -> dict[str, dict[str, Any]]:
+    """The truths by case, after their hashes were compared with what was published when they were sealed."""
+    seal = json.loads((out / "public" / "seal.json").read_text(encoding="utf-8"))["sealed"]
+    found = {}
+    for name, digest in seal.items():
+        file = out / "sealed" / f"{name}.json"
+        if digest_file(file) != digest:
+            raise BadInput(f"the seal of {name} is broken: its hash is another", where=str(file))
+        found[name] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def said(out: Path, program: str) -> dict[str, dict[str, Any]]:
+    """A program's verdicts by case, after their hashes were compared with its manifest and that with the log."""
+    place = out / "verdicts" / program
+    if not (place / MANIFEST).exists():
+        raise BadInput(f"{program} has no hashed verdicts", where=str(place), do="Run the diagnose step first.")
+    stamp = digest_file(place / MANIFEST)
+    if not any(line.get("manifest") == stamp for line in log(out)):
+        raise BadInput("the manifest is not the one that the log holds", where=str(place))
+    found = {}
+    for name, digest in json.loads((place / MANIFEST).read_text(encoding="utf-8"))["verdicts"].items():
+        file = place / f"{name}.json"
+        if digest_file(file) != digest:
+            raise BadInput(f"the verdict on {name} was changed after it was hashed", where=str(file))
+        found[name] = json.loads(file.read_text(encoding="utf-8"))
+        wrong = problems(found[name])
+        if wrong:
+            raise BadInput(f"the verdict on {name} is not in form: {wrong[0]}", where=str(file))
+    return found
+
+
+def oracle(truth: Mapping[str, Any]) -> dict[str, Any]:
+    """The verdict of one who knows the cause; what it closes is what the referee found."""
+    closure = None
+    if truth["oracle"]:
+        value = truth["oracle"]["closure"]
+        closure = {"value": value, "lower": value, "upper": value}
+    return verdict(
+        truth["case"], [(list(truth["effects"]), 1.0)], places=list(truth["places"]), set=list(truth["set"]),
+        closure=closure,
+    )  # fmt: skip
+
+
+def pairs_of(out: Path, program: str, truths: Mapping[str, dict[str, Any]], referee: bool) -> list[Pair]:
+    """(truth, verdict) of a program; with `referee`, what its suggested trials would tell is worked out and kept."""
+    verdicts = {name: oracle(truth) for name, truth in truths.items()} if program == ORACLE else said(out, program)
+    found: list[Pair] = []
+    for name, own in verdicts.items():
+        truth = truths[name]
+        if referee and own["next_trial"] and len(truth["effects"]) == 1 and truth["pairs"]:
+            kept = out / "verdicts" / program / "next" / f"{name}.json"
+            if kept.exists():
+                after = json.loads(kept.read_text(encoding="utf-8"))
+            else:
+                after = pairs_after(truth, out / "public" / name, own["next_trial"]["manoeuvre"])
+                kept.parent.mkdir(exist_ok=True)
+                write(kept, json.dumps(after) + "\n")
+            truth = {**truth, "next": after}
+        found.append((truth, own))
+    return found
+
+
+def programs_of(out: Path) -> list[str]:
+    """Programs whose verdicts are complete and hashed, the library's first; and the oracle."""
+    ready = sorted(folder.parent.name for folder in (out / "verdicts").glob(f"*/{MANIFEST}"))
+    return [*sorted(ready, key=lambda name: name != "seatruth"), ORACLE]
+
+
+def score(out: Path) -> dict[str, list[Pair]]:
+    """Scores every program; writes score.json and returns the pairs by program for the page."""
+    names = programs_of(out)
+    order = [(line["step"], line["what"]) for line in log(out)]
+    if ("generate", "end") not in order or ("diagnose", "end") not in order:
+        raise BadInput("nothing was diagnosed", where=str(out), do="Run generate and diagnose first.")
+    hashed = {name: digest_file(out / "verdicts" / name / MANIFEST) for name in names if name != ORACLE}
+    note(out, "score", "begin", {"manifests": hashed})
+    truths = opened(out)
+    pairs = {name: pairs_of(out, name, truths, referee=True) for name in names}
+    prior = {truth["case"]: own for truth, own in pairs.get("prior", [])}
+    table = {name: [asdict(one) for one in measures(of, prior)] for name, of in pairs.items()}
+    cases = [
+        {
+            "case": name, "family": truth["family"], "kind": truth["kind"], "stratum": truth["stratum"],
+            "effects": truth["effects"], "lambda": truth["lambda"],
+            **{program: _short(of[name]) for program, of in _by_case(pairs).items() if name in of},
+        }
+        for name, truth in truths.items()
+    ]  # fmt: skip
+    settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
+    content = {"synthetic": True, **settings, "programs": table, "cases": cases, "log": log(out)}
+    write(out / "score.json", json.dumps(content, indent=1) + "\n")
+    note(out, "score", "end", {"score": digest_file(out / "score.json")})
+    return pairs
+
+
+def _by_case(pairs: Mapping[str, list[Pair]]) -> dict[str, dict[str, Mapping[str, Any]]]:
+    return {name: {truth["case"]: own for truth, own in of} for name, of in pairs.items() if name != ORACLE}
+
+
+def _short(own: Mapping[str, Any]) -> str:
+    best = own["candidates"][:1]
+    chance = f" ({float(best[0]['probability']):.2f})" if best else ""
+    return f"{own['verdict']}: {' + '.join(best[0]['effects']) if best and best[0]['effects'] else '-'}{chance}"
