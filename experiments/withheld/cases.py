@@ -35,7 +35,7 @@ LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
              "propeller_walk", "compass_deviation", "tether"),
     "mariner": ("current", "heading_bias", "speed_bias", "speed_scale", "drag", "wind", "compass_deviation", "tether"),
-    "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset"),
+    "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset", "trim"),
 }  # fmt: skip
 """Causes that few trials on one heading confound with others."""
 

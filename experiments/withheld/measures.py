@@ -103,7 +103,8 @@ def doubled(pair: Pair) -> float | None:
     rivals = [name for name in alive - {cause} if name in before and name in after]
     if cause not in alive or not rivals:
         return None
-    return float(min(after[name] for name in rivals)) / max(min(before[name] for name in rivals), 1e-9)
+    now = min(float(after[name]) for name in rivals)
+    return now / max(min(float(before[name]) for name in rivals), 1e-9)
 
 
 def share(name: str, pairs: Sequence[Any], hit: Callable[[Any], bool], goal: float, *, most: bool = False) -> Measure:

@@ -112,16 +112,15 @@ def planar(speed: float, time: float, displacement: float) -> list[Mechanism]:
     deg = math.radians
     flow = 0.08 * speed
     air = 3.0 * speed
-    swing = {"period": 60 * time, "phase": 0.0}
-    sea = {"period": 0.45 * time, "seed": 1.0}
+    sea = {"period": 0.45 * time, "seed": 1.0, "spread": 0.06}
     return [
         *shared(speed, time),
         Mechanism("current", 1, "kinematics", "current", env.steady_current, _flow(flow), ("north", "east"),
                   _ways(flow)[:2], {"north": "m/s", "east": "m/s"}),
-        Mechanism("varying_current", 2, "kinematics", "current", env.swinging_current,
-                  _with(_flow(flow), period=(40 * time, 120 * time), phase=(-_PI, _PI)), ("north", "east"),
-                  [{**way, **swing, "phase": phase} for way in _ways(flow)[:2] for phase in (0.0, _PI / 2)],
-                  {"north": "m/s", "east": "m/s", "period": "s", "phase": "rad"}),
+        Mechanism("rising_current", 2, "kinematics", "current", env.rising_current,
+                  _with(_flow(flow), period=(150 * time, 400 * time)), ("north", "east"),
+                  [{**way, "period": 300 * time} for way in _ways(flow)[:2]],
+                  {"north": "m/s", "east": "m/s", "period": "s"}),
         _one("heading_bias", 5, "sensor:psi", "sensor", sensors.heading_bias, "b", deg(1.0), "rad", most=6),
         Mechanism("compass_deviation", 6, "sensor:psi", "sensor", sensors.compass_deviation,
                   _flow(deg(1.5), "A", "B"),
@@ -151,11 +150,17 @@ def planar(speed: float, time: float, displacement: float) -> list[Mechanism]:
                   ("share",), [{"share": 0.05, "T": T * time} for T in (0.7, 1.2)], {"share": "1", "T": "s"}, 4.0),
         _one("munk", 27, "yaw", "force", hulls.munk, "k", 0.15, "1", most=4),
         Mechanism("waves", 29, "surge,sway,yaw", "force", env.waves,
-                  lambda rng: {"height": 0.006 * speed * time, "direction": around(rng), "period": 0.45 * time,
+                  lambda rng: {**sea, "height": 0.006 * speed * time, "direction": around(rng),
                                "seed": float(rng.integers(1000))},
-                  ("height",), [{"height": 0.02 * speed * time, "direction": a, **sea}
+                  ("height",), [{**sea, "height": 0.006 * speed * time, "direction": a}
                                 for a in (0.0, _PI / 2, _PI, -_PI / 2)],
                   {"height": "m", "direction": "rad", "period": "s"}, 10.0),
+        Mechanism("wave_drift", 29, "surge,sway,yaw", "force", env.wave_drift,
+                  lambda rng: {"height": 0.012 * speed * time, "direction": around(rng)},
+                  ("height",), [{"height": 0.012 * speed * time, "direction": a}
+                                for a in (0.0, _PI / 2, _PI, -_PI / 2)],
+                  {"height": "m", "direction": "rad"}, 4.0),
+        _one("bank", 30, "sway,yaw", "force", hulls.bank, "k", 0.003, "1", most=8),
         _one("shallow_water", 30, "sway,yaw", "coefficients", hulls.shallow, "k", 0.35, "1", most=4, signed=False),
         _one("tether", 31, "surge,sway,yaw", "force", hulls.tether, "c", 0.05 * displacement / (speed * time),
              "N s2/m2", most=6, signed=False),
@@ -167,7 +172,16 @@ def screw() -> list[Mechanism]:
     """Those of a ship whose model knows its propeller."""
     return [
         _one("propeller_walk", 16, "sway,yaw", "force", hulls.propeller_walk, "k", 0.01, "1", most=5),
+        _one("thrust_aside", 16, "sway,yaw", "force", hulls.thrust_aside, "angle", 0.012, "rad", most=6),
         _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.1, "1", most=2.5, signed=False),
+    ]
+
+
+def service_screw() -> list[Mechanism]:
+    """Those of a ship whose propeller turns as in service, without being part of the record."""
+    return [
+        _one("propeller_walk", 16, "sway,yaw", "force", hulls.service_walk, "k", 0.03, "1", most=5),
+        _one("thrust", 18, "surge", "force", hulls.service_thrust, "k", -0.1, "1", most=4, signed=False),
     ]
 
 
@@ -186,7 +200,6 @@ def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
     """Mechanisms of a vehicle in the diving plane; their second velocity is heave, their turning is pitch."""
     deg = math.radians
     flow = 0.08 * speed
-    sea = {"period": 2.0 * time, "seed": 1.0, "height": 0.4}
     return [
         *shared(speed, time),
         Mechanism("current", 1, "kinematics", "current", env.steady_current,
@@ -206,22 +219,17 @@ def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
         Mechanism("cross_flow", 21, "heave,pitch", "force", hulls.cross_flow, fixed(C_d=0.6), ("C_d",), [{"C_d": 0.6}],
                   {"C_d": "1"}, 3.0),
         _one("turning_loss", 22, "surge", "force", hulls.turning_loss, "k", 0.5, "1", most=4, signed=False),
-        Mechanism("net_weight", 24, "surge,heave,pitch", "force", hulls.net_weight,
-                  lambda rng: {"weight": sign(rng) * 2e-4 * mass * 9.81, "arm": 0.0, "trim": sign(rng) * 5.0},
-                  ("weight", "trim"), [{"weight": 10.0, "arm": 0.0, "trim": 0.0},
-                                       {"weight": 0.0, "arm": 0.0, "trim": 10.0}],
-                  {"weight": "N", "trim": "N m"}, 8.0),
+        _one("net_weight", 24, "surge,heave", "force", hulls.net_weight, "weight", 2e-4 * mass * 9.81, "N", most=20),
+        Mechanism("trim", 24, "pitch", "force", hulls.trim,
+                  lambda rng: {"forward": sign(rng) * 3e-4, "below": sign(rng) * 1e-3}, ("forward", "below"),
+                  [{"forward": 3e-4, "below": 0.0}, {"forward": 0.0, "below": 1e-3}], {"forward": "m", "below": "m"},
+                  10.0),
         _one("added_mass", 25, "surge,heave,pitch", "coefficients", hulls.added_mass, "k", 0.25, "1", most=3,
              signed=False),
         _one("munk", 27, "pitch", "force", hulls.munk, "k", 0.15, "1", most=4),
         Mechanism("asymmetry", 28, "heave,pitch", "force", hulls.asymmetry,
                   lambda rng: {"Z_0": sign(rng) * 5e-4, "M_0": sign(rng) * 3e-4}, ("Z_0", "M_0"),
                   [{"Z_0": 5e-4, "M_0": 0.0}, {"Z_0": 0.0, "M_0": 3e-4}], {"Z_0": "1", "M_0": "1"}),
-        Mechanism("waves", 29, "surge,heave,pitch", "force", env.waves_below,
-                  lambda rng: {"height": 0.4, "direction": float(rng.choice((0.0, _PI))), "period": 2.0 * time,
-                               "seed": float(rng.integers(1000))},
-                  ("height",), [{**sea, "direction": a} for a in (0.0, _PI)],
-                  {"height": "m", "direction": "rad", "period": "s"}, 6.0),
         _one("tether", 31, "surge,heave,pitch", "force", hulls.tether, "c", 8.0, "N s2/m2", most=6, signed=False),
         *outside(time)[:4],
         _one("compressible", None, "heave", "force", hulls.compressible, "k", 3.0, "N/m", most=10, signed=False),

@@ -25,11 +25,10 @@ def steady_current(q: Values, t: float) -> tuple[Array, Array, Array, Array]:
     return q["north"], q["east"], still, still
 
 
-def swinging_current(q: Values, t: float) -> tuple[Array, Array, Array, Array]:
-    """A current that swings about zero, as a tide or an eddy does; `clock` is when the trial began."""
+def rising_current(q: Values, t: float) -> tuple[Array, Array, Array, Array]:
+    """A current that rises from nothing as the trial goes on, as a quarter of a slow swing; north, east its peak."""
     omega = 2 * math.pi / q["period"]
-    phase = omega * (q["clock"] + t) + q["phase"]
-    now, rate = np.sin(phase), omega * np.cos(phase)
+    now, rate = np.sin(omega * t), omega * np.cos(omega * t)
     return q["north"] * now, q["east"] * now, q["north"] * rate, q["east"] * rate
 
 
@@ -63,7 +62,7 @@ _SHARE = np.exp(-4 * _SPREAD**2) / math.sqrt(float(np.exp(-8 * _SPREAD**2).sum()
 
 def _components(view: View, q: Values) -> tuple[Array, Array, Array, Array]:
     """Frequency, wave number, amplitude and phase at the origin of each component, (components, lanes)."""
-    omega = 2 * math.pi / q["period"] * (1 + 0.35 * _SPREAD)
+    omega = 2 * math.pi / q["period"] * (1 + q["spread"] * _SPREAD)
     amplitude = q["height"] / 4 * math.sqrt(2.0) * _SHARE
     chance = np.sin((q["seed"] + 1.0) * 12.9898 + 78.233 * np.arange(WAVES)[:, None]) * 43758.5453
     phase = omega * (q["clock"] + view.t) + 2 * math.pi * (chance - np.floor(chance))
@@ -77,9 +76,10 @@ def _sinc(x: Array) -> Array:
 
 
 def waves(view: View, q: Values, p: Values) -> Force:
-    """A narrow sea of significant height `height` m: pressure on a box, and the mean drift that goes with height^2.
+    """A swell of significant height `height` m: its pressure on a box, to first order.
 
-    `direction` rad is where the waves run to, `period` s the peak's, `seed` numbers the phases.
+    `direction` rad is where the waves run to, `period` s the peak's, `spread` the relative width of the spectrum,
+    `seed` numbers the phases.
     """
     _, k, amplitude, phase = _components(view, q)
     phase = phase - k * (view.x * np.cos(q["direction"]) + view.y * np.sin(q["direction"]))
@@ -90,27 +90,16 @@ def waves(view: View, q: Values, p: Values) -> Force:
     swing = push * _sinc(kx) * np.sin(phase)
     safe = np.where(np.abs(kx) < 1e-3, 1e-3, kx)
     lever = 0.5 * p["L"] * (_sinc(safe) - np.cos(safe)) / safe
+    return Force(c * swing.sum(axis=0), d * swing.sum(axis=0), d * (push * lever * np.cos(phase)).sum(axis=0))
+
+
+def wave_drift(view: View, q: Values, p: Values) -> Force:
+    """The mean drift of waves of height `height` that run to `direction`: a quadratic law of the angle of attack."""
+    mu = q["direction"] - view.psi
+    c, d = np.cos(mu), np.sin(mu)
     drift = p["rho"] * GRAVITY * q["height"] ** 2 / 16
     return Force(
-        c * swing.sum(axis=0) + 0.4 * drift * p["B"] * c * np.abs(c),
-        d * swing.sum(axis=0) + 0.6 * drift * p["L"] * d * np.abs(d),
-        d * (push * lever * np.cos(phase)).sum(axis=0) - 0.03 * drift * p["L"] ** 2 * np.sin(2 * mu),
-    )
-
-
-def waves_below(view: View, q: Values, p: Values) -> Force:
-    """The same sea felt by a slender body at depth y: heave and pitch, dying away with depth; `x` is its way."""
-    omega, k, amplitude, phase = _components(view, q)
-    c = np.cos(q["direction"])
-    phase = phase - k * view.x * c
-    below = np.maximum(view.y, 0.0)
-    push = 2.0 * p["m"] * omega**2 * amplitude * np.exp(-k * below)
-    half = 0.5 * k * p["L"] * c
-    # The mean pull towards the surface, of the peak's wave.
-    k0 = (2 * math.pi / q["period"]) ** 2 / GRAVITY
-    pull = p["m"] * GRAVITY * k0**2 * q["height"] ** 2 / 8 * np.exp(-2 * k0 * below)
-    return Force(
-        (0.5 * push * c * np.cos(phase)).sum(axis=0),
-        (push * _sinc(half) * np.sin(phase)).sum(axis=0) - pull,
-        (push * 0.5 * p["L"] * half / 3 * np.cos(phase)).sum(axis=0),
+        0.4 * drift * p["B"] * c * (0.3 + 0.7 * np.abs(c)),
+        0.6 * drift * p["L"] * d * (0.3 + 0.7 * np.abs(d)),
+        -0.01 * drift * p["L"] ** 2 * np.sin(2 * mu),
     )

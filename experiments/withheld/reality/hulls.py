@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from withheld.reality.kvlcc2 import inflow
 from withheld.reality.motion import Force, Values, View
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(7)
@@ -41,6 +42,30 @@ def propeller_walk(view: View, q: Values, p: Values) -> Force:
     return Force(Y=side, N=-0.48 * p["L"] * side)
 
 
+def thrust_aside(view: View, q: Values, p: Values) -> Force:
+    """Thrust that points `angle` rad to starboard."""
+    beta_P = np.arctan2(-view.v_r, view.u_r) - p["x_P"] * view.r * p["L"] / np.hypot(view.u_r, view.v_r + 1e-9)
+    side = inflow(view.u_r, beta_P, view.n, p)[0] * np.sin(q["angle"])
+    return Force(Y=side, N=-0.48 * p["L"] * side)
+
+
+def service_thrust(view: View, q: Values, p: Values) -> Force:
+    """A share `k` more thrust of a screw that turns as in service: it falls as the ship gets faster."""
+    return Force(X=q["k"] * p["thrust_0"] * (1.6 - 0.6 * view.u_r / p["speed"]))
+
+
+def service_walk(view: View, q: Values, p: Values) -> Force:
+    """The side force of a screw that turns as in service: a share `k` of its thrust."""
+    side = q["k"] * p["thrust_0"] * np.ones_like(view.u)
+    return Force(Y=side, N=-0.48 * p["L"] * side)
+
+
+def bank(view: View, q: Values, p: Values) -> Force:
+    """A bank along the track: suction `k` towards it with the speed squared, the bow away from it."""
+    side = q["k"] * 0.5 * p["rho"] * p["L"] * p["d"] * view.u_r**2
+    return Force(Y=side, N=-0.25 * p["L"] * side)
+
+
 def sloshing(view: View, q: Values, p: Values) -> Force:
     """Liquid of `share` of the ship's mass that swings across, with period `T` s and 6 % damping; own states 0, 1."""
     omega, zeta = 2 * math.pi / q["T"], 0.06
@@ -59,9 +84,14 @@ def tether(view: View, q: Values, p: Values) -> Force:
 
 
 def net_weight(view: View, q: Values, p: Values) -> Force:
-    """A vehicle `weight` N too heavy, `arm` m forward of its centre."""
-    down = q["weight"] * np.cos(view.psi)
-    return Force(X=-q["weight"] * np.sin(view.psi), Y=down, N=-q["arm"] * down - q["trim"] * np.cos(view.psi))
+    """A vehicle `weight` N too heavy."""
+    return Force(X=-q["weight"] * np.sin(view.psi), Y=q["weight"] * np.cos(view.psi))
+
+
+def trim(view: View, q: Values, p: Values) -> Force:
+    """A weight that sits `forward` and `below` m of where it should."""
+    weight = p["mass"] * 9.81
+    return Force(N=-weight * (q["forward"] * np.cos(view.psi) + q["below"] * np.sin(view.psi)))
 
 
 def asymmetry(view: View, q: Values, p: Values) -> Force:

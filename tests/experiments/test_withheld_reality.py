@@ -1,0 +1,134 @@
+"""Reality's physics: published turning circles, balance of forces, noise spectra; the library's models agree with it."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
+
+from withheld.cases import growth  # noqa: E402
+from withheld.names import NAMES  # noqa: E402
+from withheld.reality.families import families  # noqa: E402
+from withheld.reality.gear import Gear  # noqa: E402
+from withheld.reality.manoeuvres import Fixed, Trial, ship_trial  # noqa: E402
+from withheld.reality.sensors import Noise  # noqa: E402
+from withheld.reality.simulate import Present, Record, make  # noqa: E402
+
+from seatruth import simulator  # noqa: E402
+from seatruth.effects import available  # noqa: E402
+from seatruth.models import load_model  # noqa: E402
+from seatruth.trials import Trial as LibraryTrial  # noqa: E402
+
+FAMILIES = families()
+QUIET = {name: {o: Noise(1e-9, 0.0, 1.0) for o in family.outputs} for name, family in FAMILIES.items()}
+
+
+def _made(name: str, trial: Trial, acting: tuple[Present, ...] = ()) -> Record:
+    family = FAMILIES[name]
+    return make(family, [trial], dict(family.coefficients), acting, QUIET[name], np.random.default_rng(0), True)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "advance", "tactical", "kept"), [("ship", 3.08, 3.12, 0.38), ("mariner", 3.54, 6.40, 0.78)]
+)
+def test_turning_circle_is_the_published_one(name: str, advance: float, tactical: float, kept: float) -> None:
+    """Rudder 35 deg to starboard. The rudder goes over more slowly here than in the check figures."""
+    family = FAMILIES[name]
+    turn = Trial("turn", lambda: Fixed([(0.0, math.radians(35), 1.0)]), 0.0, 60 * family.time)
+    y = _made(name, turn).clean
+    L = family.sizes["L"]
+    at90, at180 = (int(np.argmax(y["psi"] >= angle)) for angle in (math.pi / 2, math.pi))
+    assert y["x"][at90] / L == pytest.approx(advance, rel=0.06)
+    assert y["y"][at180] / L == pytest.approx(tactical, rel=0.06)
+    assert np.hypot(y["u"][-1], y["v"][-1]) / family.speed == pytest.approx(kept, rel=0.05)
+
+
+def test_straight_runs_are_steady() -> None:
+    """Published self-propulsion, service speed and terminal speed balance."""
+    for name in FAMILIES:
+        family = FAMILIES[name]
+        run = Trial("run", lambda: Fixed([]), 0.0, 30 * family.time)
+        assert _made(name, run).clean["u"][-1] == pytest.approx(family.speed, rel=0.01)
+
+
+def test_a_coasting_ship_only_loses_energy() -> None:
+    y = _made("ship", Trial("coast", lambda: Fixed([(0.0, 0.0, 0.0)]), 0.0, 100.0)).clean
+    assert np.all(np.diff(y["u"][20:]) < 0)
+    assert 0.0 < y["u"][-1] < 0.6 * y["u"][0]
+
+
+def test_a_current_carries_and_leaves_the_water_path() -> None:
+    family = FAMILIES["ship"]
+    turn = ship_trial("turn_20_starboard", 0.3, family.time)
+    still = _made("ship", turn).clean
+    flow = (Present(family.mechanism("current"), {"north": 0.06, "east": -0.04}),)
+    carried = _made("ship", turn, flow).clean
+    t = np.arange(len(still["x"])) * family.dt
+    assert np.allclose(carried["x"] - still["x"], 0.06 * t, atol=2e-3)
+    assert np.allclose(carried["y"] - still["y"], -0.04 * t, atol=2e-3)
+    assert np.allclose(carried["psi"], still["psi"], atol=1e-4)
+
+
+@pytest.mark.parametrize("name", list(FAMILIES))
+def test_the_library_runs_the_same_ship_alike(name: str) -> None:
+    """Two codes, two integrators: the library repeats reality's clean record within a tenth of the noise."""
+    family = FAMILIES[name]
+    heading = 0.4 if family.vehicle.earth_current else 0.0
+    plan = [(2 * family.time, math.radians(10), 1.0), (9 * family.time, math.radians(-12), 1.0)]
+    record = _made(name, Trial("s", lambda: Fixed(plan), heading, 22 * family.time))
+    model = load_model(family.model, parameter_set=family.set or None)
+    inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
+    trial = LibraryTrial(name="s", t=record.t, inputs=inputs, outputs=dict(record.clean))
+    engine = simulator(model, [trial], (), model.nominal(), "linear", None, 1)
+    y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+    for k, channel in enumerate(model.outputs):
+        worst = np.abs(y[:, k] - record.clean[channel.name]).max()
+        assert worst < 0.1 * family.noise[channel.name], channel.name
+
+
+def test_noise_has_its_size_and_memory() -> None:
+    noise = Noise(0.6, 0.8, 4.0)
+    x = noise.draw(np.random.default_rng(3), 40000, 0.5)
+    assert np.std(x) == pytest.approx(noise.sd, rel=0.03)
+    for lag in (1, 8):
+        wanted = 0.8**2 * math.exp(-0.5 * lag / 4.0)
+        assert np.mean(x[lag:] * x[:-lag]) == pytest.approx(wanted, abs=0.04)
+    # The covariance that the referee whitens with gives white noise back.
+    rows = x[:20000].reshape(-1, 50)
+    white = np.linalg.solve(np.linalg.cholesky(noise.covariance(50, 0.5)), rows.T)
+    assert np.allclose(white @ white.T / white.shape[1], np.eye(50), atol=0.25)
+
+
+def test_the_gear_lags_limits_and_has_play() -> None:
+    gear = Gear(4)
+    gear.lag[0], gear.slowness[1], gear.dead[2], gear.play[3] = 1.0, 1 / 0.1, 0.7, 0.05
+    gear.start(np.zeros(4))
+    ramp = [gear.advance(np.full(4, 0.2 * t), 0.1) for t in np.arange(0.1, 6.01, 0.1)]
+    assert ramp[-1][0] == pytest.approx(0.2 * (6.0 - 1.0), abs=0.01)
+    assert ramp[-1][1] == pytest.approx(0.1 * 6.0, abs=0.02)
+    assert ramp[-1][2] == pytest.approx(0.2 * (6.0 - 0.7), abs=1e-9)
+    assert ramp[-1][3] == pytest.approx(1.2 - 0.05, abs=1e-9)
+
+
+def test_nominal_vehicles_are_known() -> None:
+    """KVLCC2 is slightly unstable on a straight course, Mariner stable (published eigenvalues)."""
+    ship, mariner = FAMILIES["ship"], FAMILIES["mariner"]
+    assert growth(ship, ship.coefficients) == pytest.approx(4.2e-4, abs=2e-4)
+    assert growth(mariner, mariner.coefficients) < 0
+
+
+@pytest.mark.parametrize("name", list(FAMILIES))
+def test_names_are_the_library_s(name: str) -> None:
+    family, effects = FAMILIES[name], available()
+    model = load_model(family.model, parameter_set=family.set or None)
+    for key, effect in NAMES[name].items():
+        assert effects[effect].missing(model) == "", effect
+        assert effects[effect].number == family.mechanism(key).number, effect
+    uncovered = {e for e, effect in effects.items() if not effect.missing(model)} - set(NAMES[name].values())
+    # A depth bias is the first state's; misaligned thrust at constant revolutions is propeller walk.
+    assert uncovered <= {"depth_bias", "thrust_misalignment"}
