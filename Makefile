@@ -17,7 +17,7 @@ WORKERS ?= 8
 TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test lint types imports experiments experiments-quick clean
+.PHONY: help demo test lint types imports experiments experiments-quick withheld withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -29,6 +29,8 @@ help:
 	@echo "make imports            the direction of imports (import-linter)"
 	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
+	@echo "make withheld           the blind benchmark on a test set: hours, goes on where it stopped (results/withheld-test)"
+	@echo "make withheld-quick     the same on six development cases, in minutes"
 	@echo "make clean              removes .venv, caches and results"
 
 demo: $(RUN)
@@ -55,6 +57,12 @@ experiments: $(DEV)
 
 experiments-quick: $(DEV)
 	@$(PY) experiments/all.py --quick $(ARGS)
+
+withheld: $(DEV)
+	@$(PY) experiments/withheld all --set test $(ARGS)
+
+withheld-quick: $(DEV)
+	@$(PY) experiments/withheld all --quick $(ARGS)
 
 $(RUN): $(PINS)
 	$(call install,-e .)

@@ -206,7 +206,7 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int) -> Case | Non
         return None
     case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
     offset = _offset(case)
-    oracle = oracle_closure(found, family, case.records, range(count), offset) if count else None
+    oracle = oracle_closure(found, family, case.records, case.noise, range(count), offset) if count else None
     case.truth = {
         "lambda": dict(zip(keys, each, strict=True)),
         "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys)},

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +15,7 @@ from withheld.diagnose import diagnose
 from withheld.generate import SETS, generate
 from withheld.page import write_page
 from withheld.score import score
+from withheld.seal import ROOT
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
 
@@ -37,14 +40,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     blind.add_argument("--limit", type=int, help="only the first so many cases")
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
-    given = parser.parse_args(argv)
+    whole = steps.add_parser("all", help="all three steps in turn, with every program; what is finished is kept")
+    whole.add_argument("--set", choices=sorted(SETS), default="dev")
+    whole.add_argument("--out", type=Path, help="default: results/withheld-SET, with -quick for --quick")
+    whole.add_argument("--cases", type=int, help="how many")
+    whole.add_argument("--quick", action="store_true", help="a handful of cases")
+    whole.add_argument("--fresh", action="store_true", help="start from nothing")
+    whole.add_argument("--data", type=Path, help="not used: no real trials are needed")
+    whole.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
+    words = list(sys.argv[1:] if argv is None else argv)
+    # As any experiment it runs without a step's name, too.
+    step_named = bool(words) and (not words[0].startswith("--") or words[0] == "--help")
+    given = parser.parse_args(words if step_named else ["all", *words])
     try:
         if given.step == "generate":
             generate(given.set, given.out, given.cases, given.seed, given.quick, given.workers)
         elif given.step == "diagnose":
             diagnose(given.out, given.program, given.workers, limit=given.limit)
-        else:
+        elif given.step == "score":
             write_page(given.out, score(given.out))
+        else:
+            everything(given)
     except SeatruthError as problem:
         print(problem.message, file=sys.stderr)
         return int(problem.exit_code)
@@ -52,3 +68,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("Stopped. What is finished is kept: the same command goes on from here.", file=sys.stderr)
         return 130
     return 0
+
+
+def everything(given: argparse.Namespace) -> None:
+    """Generates, diagnoses with every program that can run here, and scores; SINDy only where pysindy is installed."""
+    out: Path = given.out or ROOT / "results" / f"withheld-{given.set}{'-quick' if given.quick else ''}"
+    if given.fresh and (out / "log.jsonl").exists():
+        shutil.rmtree(out)
+    generate(given.set, out, given.cases, None, given.quick, given.workers)
+    for name in PROGRAMS:
+        if name == "sindy" and importlib.util.find_spec("pysindy") is None:
+            print('sindy: left out, pysindy is not installed (pip install ".[benchmark]")', flush=True)
+            continue
+        diagnose(out, name, given.workers)
+    write_page(out, score(out))
+    shown = out.relative_to(ROOT) if out.is_relative_to(ROOT) else out
+    print(f"Written: {shown}/score.html and score.json", flush=True)

@@ -107,11 +107,15 @@ def doubled(pair: Pair) -> float | None:
     return now / max(min(float(before[name]) for name in rivals), 1e-9)
 
 
-def share(name: str, pairs: Sequence[Any], hit: Callable[[Any], bool], goal: float, *, most: bool = False) -> Measure:
+def share(
+    name: str, pairs: Sequence[Any], hit: Callable[[Any], bool], goal: float | None, *, most: bool = False
+) -> Measure:
     """A share of cases; `most` says that the goal is an upper limit."""
     n, hits = len(pairs), sum(1 for pair in pairs if hit(pair))
     value = hits / n if n else math.nan
     low, high = wilson(hits, n)
+    if goal is None:
+        return Measure(name, value, low, high, n, "", None)
     text = f"{'<=' if most else '>='} {goal:g}"
     return Measure(name, value, low, high, n, text, None if not n else value <= goal if most else value >= goal)
 
@@ -144,7 +148,7 @@ def measures(pairs: Sequence[Pair], prior: Mapping[str, Verdict]) -> list[Measur
     return [
         share("top-1, one effect, lambda >= 100", of_kind(pairs, "single", 100.0), lambda p: top(p, 1), 0.90),
         share("top-1, one effect, lambda 25-100", of_kind(pairs, "single", 25.0, 100.0), lambda p: top(p, 1), 0.75),
-        share("top-1, one effect, lambda 9-25", of_kind(pairs, "single", 9.0, 25.0), lambda p: top(p, 1), 0.0),
+        share("top-1, one effect, lambda 9-25", of_kind(pairs, "single", 9.0, 25.0), lambda p: top(p, 1), None),
         share("top-3, one effect, lambda >= 25", shown, lambda p: top(p, 3), 0.97),
         share("place named rightly, lambda >= 25", shown, place_right, 0.95),
         share("exact set of two, lambda >= 100 each", of_kind(pairs, "double", 100.0), lambda p: top(p, 1), 0.80),

@@ -11,7 +11,7 @@ UNKNOWN = "unknown"
 
 _SHIP: dict[str, str] = {
     "current": "current",
-    "rising_current": "current_trend",
+    "rising_current": "varying_current",
     "speed_scale": "speed_scale",
     "speed_bias": "speed_bias",
     "sway_bias": "sway_bias",
@@ -34,10 +34,10 @@ _SHIP: dict[str, str] = {
     "propeller_walk": "propeller_walk",
     "thrust_aside": "thrust_misalignment",
     "thrust": "thrust_gain",
-    "drag": "drag_gain",
+    "drag": "drag_increase",
     "wind": "wind",
     "cross_flow": "cross_flow",
-    "turning_loss": "turning_speed_loss",
+    "turning_loss": "turning_loss",
     "added_mass": "added_mass",
     "sloshing": "sloshing",
     "munk": "munk",
@@ -67,18 +67,22 @@ _AUV: dict[str, str] = {
     "dead_band": "plane_dead_band",
     "play": "plane_backlash",
     "thrust": "thrust_gain",
-    "drag": "drag_gain",
+    "drag": "drag_increase",
     "cross_flow": "cross_flow_vertical",
+    "turning_loss": "turning_loss_vertical",
+    "wave_drift": "wave_drift_vertical",
     "net_weight": "net_weight",
     "trim": "trim",
     "added_mass": "added_mass",
     "munk": "munk_vertical",
-    "asymmetry": "vertical_asymmetry",
+    "asymmetry": "asymmetry",
     "tether": "tether",
 }
+_SCREW = ("propeller_walk", "thrust_aside", "thrust")
+"""The Mariner's model knows no propeller."""
 NAMES: dict[str, dict[str, str]] = {
     "ship": _SHIP,
     "auv": _AUV,
-    "mariner": {key: name for key, name in _SHIP.items() if key != "thrust_aside"},
+    "mariner": {key: name for key, name in _SHIP.items() if key not in _SCREW},
 }
 """Family -> key of the mechanism -> name of the effect."""

@@ -40,9 +40,9 @@ class Signatures:
     labels: list[str]
     whitened: list[Array]
     raw: list[Array]
-    """The same over the data sheet's noise, neither whitened nor projected."""
+    """The same over the noise's true deviation, neither whitened nor projected."""
     starts: list[Array]
-    """(rows, 6): changes by the first state, over the data sheet's noise."""
+    """(rows, 6): changes by the first state, over the noise's true deviation."""
     noise: list[Array]
     """The whitened noise of the records, first states projected out; empty where a record has no clean outputs."""
 
@@ -117,7 +117,7 @@ def signatures(
         start, rest = stack[:, size : size + 6], np.delete(stack, np.s_[size : size + 6], axis=1)
         q, _ = np.linalg.qr(start / np.linalg.norm(start, axis=0))
         rest = rest - q @ (q.T @ rest)
-        plain = np.concatenate([change[:, j] / family.noise[name] for j, name in enumerate(family.outputs)])
+        plain = np.concatenate([change[:, j] / noise[name].sd for j, name in enumerate(family.outputs)])
         whitened.append(rest[:, :-1])
         drawn.append(rest[:, -1])
         raw.append(np.delete(plain, np.s_[size : size + 6], axis=1))
@@ -136,7 +136,12 @@ def pairwise(found: Signatures, gram: Array, column: int, names: Sequence[str]) 
 
 
 def oracle_closure(
-    found: Signatures, family: Family, records: Sequence[Record], causes: Sequence[int], offset: Array
+    found: Signatures,
+    family: Family,
+    records: Sequence[Record],
+    noise: Mapping[str, Noise],
+    causes: Sequence[int],
+    offset: Array,
 ) -> dict[str, float]:
     """Closure that one who knows the cause reaches on trials left out, one after the other.
 
@@ -162,16 +167,16 @@ def oracle_closure(
             b[:size] -= offset
             step = np.zeros(len(truth))
             step[own] = np.linalg.lstsq(a, b, rcond=1e-12)[0]
-            error = found.raw[k] @ (truth - step) + _noise_of(record, family)
+            error = found.raw[k] @ (truth - step) + _noise_of(record, noise)
             held[use].append(float(np.sqrt(np.mean(_without_start(error, found.starts[k], record, family) ** 2))))
     refit, effect = float(np.mean(held["refit"])), float(np.mean(held["effect"]))
     closure = (refit - effect) / (refit - 1.0) if refit > 1.0 else 0.0
     return {"floor": 1.0, "refit": refit, "with_effect": effect, "closure": closure}
 
 
-def _noise_of(record: Record, family: Family) -> Array:
-    """The noise of a record over the data sheet's, channel after channel."""
-    return np.concatenate([(record.outputs[name] - record.clean[name]) / family.noise[name] for name in family.outputs])
+def _noise_of(record: Record, noise: Mapping[str, Noise]) -> Array:
+    """The noise of a record over its true deviation, channel after channel."""
+    return np.concatenate([(record.outputs[name] - record.clean[name]) / noise[name].sd for name in record.outputs])
 
 
 def _without_start(error: Array, starts: Array, record: Record, family: Family) -> Array:

@@ -14,13 +14,13 @@ THRESHOLD = 0.1
 QUIET = 0.02
 """Share of the residual accelerations' variance below which a formula counts as nothing."""
 BLAMED = {
-    ("u", "1"): "thrust_gain", ("u", "u"): "drag_gain", ("u", "u^2"): "drag_gain", ("u", "v r"): "turning_speed_loss",
-    ("u", "w q"): "turning_speed_loss", ("v", "1"): "wind", ("v", "v"): "shallow_water", ("v", "r"): "added_mass",
+    ("u", "1"): "thrust_gain", ("u", "u"): "drag_increase", ("u", "u^2"): "drag_increase", ("u", "v r"): "turning_loss",
+    ("u", "w q"): "turning_loss_vertical", ("v", "1"): "wind", ("v", "v"): "shallow_water", ("v", "r"): "added_mass",
     ("v", "u"): "propeller_walk", ("v", "delta"): "rudder_gain", ("r", "1"): "rudder_offset",
     ("r", "u"): "rudder_offset", ("r", "u^2"): "rudder_offset", ("r", "v"): "munk", ("r", "u v"): "munk",
     ("r", "r"): "added_mass",
     ("r", "delta"): "rudder_gain", ("w", "1"): "net_weight", ("w", "w"): "cross_flow_vertical",
-    ("w", "u^2"): "vertical_asymmetry", ("q", "1"): "trim", ("q", "u^2"): "vertical_asymmetry",
+    ("w", "u^2"): "asymmetry", ("q", "1"): "trim", ("q", "u^2"): "asymmetry",
     ("q", "delta_s"): "plane_gain",
     ("q", "u w"): "munk_vertical", ("q", "w"): "munk_vertical", ("q", "q"): "added_mass",
 }  # fmt: skip

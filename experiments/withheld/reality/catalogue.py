@@ -177,14 +177,6 @@ def screw() -> list[Mechanism]:
     ]
 
 
-def service_screw() -> list[Mechanism]:
-    """Those of a ship whose propeller turns as in service, without being part of the record."""
-    return [
-        _one("propeller_walk", 16, "sway,yaw", "force", hulls.service_walk, "k", 0.03, "1", most=5),
-        _one("thrust", 18, "surge", "force", hulls.service_thrust, "k", -0.1, "1", most=4, signed=False),
-    ]
-
-
 def outside(time: float) -> list[Mechanism]:
     """Mechanisms that no library of effects names."""
     return [
@@ -230,6 +222,8 @@ def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
         Mechanism("asymmetry", 28, "heave,pitch", "force", hulls.asymmetry,
                   lambda rng: {"Z_0": sign(rng) * 5e-4, "M_0": sign(rng) * 3e-4}, ("Z_0", "M_0"),
                   [{"Z_0": 5e-4, "M_0": 0.0}, {"Z_0": 0.0, "M_0": 3e-4}], {"Z_0": "1", "M_0": "1"}),
+        _one("wave_drift", 29, "heave", "force", env.wave_pull, "height", 1.0, "m", most=4, signed=False,
+             period=3.0 * time),
         _one("tether", 31, "surge,heave,pitch", "force", hulls.tether, "c", 8.0, "N s2/m2", most=6, signed=False),
         *outside(time)[:4],
         _one("compressible", None, "heave", "force", hulls.compressible, "k", 3.0, "N/m", most=10, signed=False),

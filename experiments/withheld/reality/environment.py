@@ -103,3 +103,10 @@ def wave_drift(view: View, q: Values, p: Values) -> Force:
         0.6 * drift * p["L"] * d * (0.3 + 0.7 * np.abs(d)),
         -0.01 * drift * p["L"] ** 2 * np.sin(2 * mu),
     )
+
+
+def wave_pull(view: View, q: Values, p: Values) -> Force:
+    """The mean pull towards the surface of waves of `height` and `period` above a vehicle at depth y."""
+    k = (2 * math.pi / q["period"]) ** 2 / GRAVITY
+    pull = p["mass"] * GRAVITY * k**2 * q["height"] ** 2 / 8 * np.exp(-2 * k * np.maximum(view.y, 0.0))
+    return Force(Y=-pull)

@@ -80,7 +80,7 @@ def _ship(name: str) -> Family:
     sizes |= {
         "lever": 1.0, "mass": mass, "added_across": m_y, "added_difference": m_x - m_y, "speed": speed,
         "drag_area": 0.022 * L * d if small else 0.016 * L * d, "steering": 0.5 * rho * 1.2 * 0.0168 * L * d,
-        "thrust_share": 1.0, "thrust_0": 0.5 * rho * 0.016 * L * d * speed**2,
+        "thrust_share": 1.0,
     }  # fmt: skip
     scale = 1.0 if small else 8.0
     deg = math.radians
@@ -93,7 +93,7 @@ def _ship(name: str) -> Family:
         kvlcc2.KVLCC2() if small else mariner.Mariner(), module.COEFFICIENTS, sizes, speed, time,
         11.85 if small else 0.0, ("u", "v", "r", "x", "y", "psi"), "delta", noise, 0.5 if small else 2.0,
         Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
-        [*catalogue.planar(speed, time, mass), *(catalogue.screw() if small else catalogue.service_screw())],
+        [*catalogue.planar(speed, time, mass), *(catalogue.screw() if small else [])],
     )  # fmt: skip
 
 

@@ -49,17 +49,6 @@ def thrust_aside(view: View, q: Values, p: Values) -> Force:
     return Force(Y=side, N=-0.48 * p["L"] * side)
 
 
-def service_thrust(view: View, q: Values, p: Values) -> Force:
-    """A share `k` more thrust of a screw that turns as in service: it falls as the ship gets faster."""
-    return Force(X=q["k"] * p["thrust_0"] * (1.6 - 0.6 * view.u_r / p["speed"]))
-
-
-def service_walk(view: View, q: Values, p: Values) -> Force:
-    """The side force of a screw that turns as in service: a share `k` of its thrust."""
-    side = q["k"] * p["thrust_0"] * np.ones_like(view.u)
-    return Force(Y=side, N=-0.48 * p["L"] * side)
-
-
 def bank(view: View, q: Values, p: Values) -> Force:
     """A bank along the track: suction `k` towards it with the speed squared, the bow away from it."""
     side = q["k"] * 0.5 * p["rho"] * p["L"] * p["d"] * view.u_r**2
