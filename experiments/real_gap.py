@@ -87,7 +87,7 @@ def body(options: Options, results: Results) -> None:
     )
     chosen = studies(data, options.quick)
     results.expect(len(chosen) + (0 if options.quick else 2 * len(DAYS)))
-    rows = []
+    rows: list[dict[str, Any]] = []
     for name, study in chosen.items():
         folder = options.out / "diagnoses" / name
         definition = {"study": study.content_hash, "seed": SEED}

@@ -34,7 +34,7 @@ class InMeasuredWind(MMGShipOrdered):
     """The MMG ship under orders in measured wind; `wind_share` 1 is the force of the wind effect, 0 none."""
 
     name = "mmg_ordered_in_measured_wind"
-    inputs = (
+    inputs: tuple[Channel, ...] = (
         *MMGShipOrdered.inputs,
         Channel("wind_x", "m/s", "the air goes towards +x of the pond"),
         Channel("wind_y", "m/s", "the air goes towards +y of the pond"),
