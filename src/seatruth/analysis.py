@@ -10,23 +10,24 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from seatruth.costs.formula import FormulaCost
 from seatruth.costs.study import Study, StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
-from seatruth.trials.check import check_trials
+from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step, Trial
 from seatruth.uncertainty.coloured import autocorrelation, colour_of
-from seatruth.uncertainty.covariance import Covariance, covariance
+from seatruth.uncertainty.covariance import Covariance, at_bound, covariance, pressed
+from seatruth.uncertainty.degeneracy import degeneracies
 from seatruth.uncertainty.identifiability import identifiability, tied, trade_offs, verdict
+from seatruth.uncertainty.prediction import prediction_intervals
 from seatruth.uncertainty.sensitivity import sensitivity
 
 Array = NDArray[np.float64]
-_AT_BOUND = 1e-6
-"""Distance from a bound, as a part of the range, at which a parameter is at it."""
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
 _EQUATION_ERROR = Finding(
@@ -50,7 +51,7 @@ class Analysis:
         self.x = outcome.x
         self.size = len(cost.parameters)
         self.stderr: Array = np.full(self.size, math.nan)
-        self.at_bound = self._at_bound()
+        self.at_bound = at_bound(self.x, cost.bounds)
         self.found: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
         self.sensitivity = pd.DataFrame()
@@ -61,7 +62,7 @@ class Analysis:
 
     def run(self) -> None:
         """All parts, the most important first; parts that a diverged answer does not have stay empty."""
-        self.findings = list(check_trials([*self.study.trials, *self.study.holdout], self.study.model))
+        self.findings = list(check_study(self.study))
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
         if not math.isfinite(self.outcome.value):
             return
@@ -137,20 +138,22 @@ class Analysis:
             )
             return
         slope = jacobian.T @ residuals
-        low, high = self.cost.bounds
-        pressed = self.at_bound & np.where(np.abs(self.x - low) <= np.abs(high - self.x), slope > 0, slope < 0)
-        self.found = covariance(residuals, jacobian, self.cost.groups, pressed)
+        held = pressed(self.x, self.cost.bounds, slope)
+        self.found = covariance(residuals, jacobian, self.cost.groups, held)
         self.stderr = self.found.stderr
-        self._settled(residuals, jacobian, ~pressed)
+        self._settled(residuals, jacobian, ~held)
         rows = np.concatenate([group.rows for group in self.cost.groups if group.kind == "data"])
-        own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not pressed[k]]
+        own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
         with np.errstate(invalid="ignore", divide="ignore"):
             larger = self.found.stderr / self.found.crlb
         larger = larger[np.isfinite(larger)]
         inflation = float(np.median(larger)) if larger.size else 1.0
         # What initial states can take up does not count for the parameters.
         data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
-        self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation)
+        exact = degeneracies(self.cost, self.x)
+        steps = np.array([entry.pop("step")[own] for entry in exact]).reshape(len(exact), len(own))
+        self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation, steps)
+        self.identifiability["weak"] = [*exact, *self.identifiability["weak"]]
         known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
         self.identifiability["weak"] += [
             entry
@@ -192,19 +195,20 @@ class Analysis:
                 if measured is None or not np.isfinite(measured).any():
                     continue
                 rows.append(self._fit_row(trial, channel.name, measured, y[:, column], y_start[:, column], held_out))
-                parts.append(
-                    pd.DataFrame(
-                        {
-                            "trial": trial.name,
-                            "t": trial.t,
-                            "channel": channel.name,
-                            "measured": measured,
-                            "fitted": y[:, column],
-                            "start": y_start[:, column],
-                            "held_out": held_out,
-                        }
-                    )
-                )
+                part = {
+                    "trial": trial.name,
+                    "t": trial.t,
+                    "channel": channel.name,
+                    "measured": measured,
+                    "fitted": y[:, column],
+                    "start": y_start[:, column],
+                    "held_out": held_out,
+                }
+                if isinstance(self.cost, FormulaCost):
+                    half = prediction_intervals(self.cost, self.x, [trial])[0].half
+                    part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
+                    part |= {f"input {name}": values for name, values in trial.inputs.items()}
+                parts.append(pd.DataFrame(part))
         self.fit = pd.DataFrame(rows, columns=list(_FIT_COLUMNS))
         self.traces = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
@@ -214,7 +218,7 @@ class Analysis:
         valid = np.isfinite(measured)
         error, before = (measured - y)[valid], (measured - y_start)[valid]
         rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
-        finite = bool(np.isfinite(error).all())
+        finite, ordered = bool(np.isfinite(error).all()), self.study.cost != "formula"
         return {
             "trial": trial.name,
             "channel": channel,
@@ -224,8 +228,8 @@ class Analysis:
             "ratio": rmse / noise if noise > 0 else math.nan,
             "bias": float(error.mean()) if finite else math.nan,
             "n": int(valid.sum()),
-            "n_eff": colour_of(error).effective(len(error)) if finite else math.nan,
-            "autocorrelation": autocorrelation(error) if finite else math.nan,
+            "n_eff": colour_of(error, ordered).effective(len(error)) if finite else math.nan,
+            "autocorrelation": autocorrelation(error) if finite and ordered else math.nan,
             "held_out": held_out,
         }
 
@@ -250,13 +254,6 @@ class Analysis:
                     channel=worst,
                 )
             )
-
-    def _at_bound(self) -> NDArray[np.bool_]:
-        low, high = self.cost.bounds
-        width = np.where(np.isfinite(high - low), high - low, 1.0)
-        with np.errstate(invalid="ignore"):
-            near = (self.x - low <= _AT_BOUND * width) | (high - self.x <= _AT_BOUND * width)
-        return np.asarray(near)
 
     def _table(self) -> pd.DataFrame:
         found = self.found
@@ -285,6 +282,12 @@ class Analysis:
     def _square(values: Array | None, names: Sequence[str]) -> pd.DataFrame:
         index = pd.Index(list(names), name="name")
         return pd.DataFrame(math.nan if values is None else values, index=index, columns=list(names), dtype=float)
+
+
+def check_study(study: Study) -> list[Finding]:
+    """All findings about a study's trials, gravest first."""
+    trials = [*study.trials, *study.holdout]
+    return check_tables(trials, study.model) if study.cost == "formula" else check_trials(trials, study.model)
 
 
 def part_missing(title: str, problem: SeatruthError) -> Finding:

@@ -44,7 +44,8 @@ class Estimate:
     weak (combination, ratio, sentence). `sensitivity`: parameters x outputs. `fit`, a row a trial and channel: rmse,
     rmse_start, noise, ratio, bias, n, n_eff, autocorrelation, held_out. `cross_validation`: trial, channel, rmse
     predicted when left out, rmse_fitted, noise; or None. `profile`: name -> (value, cost), or None. `traces`: trial,
-    t, channel, measured, fitted, start, held_out. `discretisation`: channel -> error, noise, ratio.
+    t, channel, measured, fitted, start, held_out, and of a formula lower, upper (95 % prediction interval) and its
+    columns as "input NAME". `discretisation`: channel -> error, noise, ratio.
     """
 
     study: str

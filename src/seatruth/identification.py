@@ -11,12 +11,14 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import Analysis, part_missing
+from seatruth.costs.formula import FormulaCost
 from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_of
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
 from seatruth.optimizers.ledger import Progress
 from seatruth.uncertainty import leave_one_out, profiles
+from seatruth.uncertainty.leave_out import by_rows, pooled
 from seatruth.uncertainty.pieces import Pieces, pieces_beside
 
 __all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
@@ -58,11 +60,13 @@ def identify(
             raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
-    if cross_validate and len(study.trials) < 2:
+    if cross_validate and len(study.trials) < 2 and study.cost != "formula":
         raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
         cost = cost_of(study, threads=threads)
+        if isinstance(cost, FormulaCost):
+            cost.require_values()
         outcome = minimise(cost, optimizer, budget=budget, seed=seed, checkpoint=checkpoint, progress=progress)
         return _judged(study, cost, outcome, checkpoint, _speaker(progress), cross_validate, profile, threads, workers)
 
@@ -102,7 +106,11 @@ def _judged(
         if cross_validate:
             values = _values(cost, outcome)
             try:
-                left = leave_one_out(study, values, pieces=pieces, say=say, threads=threads, workers=workers)
+                by_row = study.cost == "formula" and len(study.trials) == 1
+                parts = by_rows(study) if by_row else study
+                left = leave_one_out(parts, values, pieces=pieces, say=say, threads=threads, workers=workers)
+                if by_row:
+                    left = pooled(left, parts, study.trials[0].name)
                 estimate.cross_validation = _beside_fit(left, estimate.fit)
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The prediction of trials left out", problem))

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatruth import identify
+from seatruth.analysis import check_study
 from seatruth.costs import cost_of
 from seatruth.errors import BadInput
 from seatruth.models.formula import Formula
@@ -88,6 +90,42 @@ def test_what_is_wrong_has_its_place(folder: Path, old: str, new: str, message: 
     with pytest.raises(BadInput, match=message) as caught:
         load_study(folder / "study.toml")
     assert "study.toml" in str(caught.value)
+
+
+def test_a_column_tells_trials_apart(folder: Path) -> None:
+    lines = (folder / "turns.csv").read_text().splitlines()
+    marked = [f"{line},{name}" for line, name in zip(lines, ["load", *["light", "deep", "light", "full"] * 10])]
+    (folder / "turns.csv").write_text("\n".join(marked) + "\n")
+    (folder / "study.toml").write_text(STUDY.replace('"turns.csv"', '"turns.csv"\ntrial = "load"'))
+    study = load_study(folder / "study.toml")
+    assert study.trials.names == ("load light", "load deep", "load full")
+    assert [len(trial) for trial in study.trials] == [20, 10, 10]
+    assert study.trials[0].t[:3].tolist() == [0, 2, 4]
+    left = identify(study, threads=1, cross_validate=True).cross_validation
+    assert left is not None
+    assert left["trial"].tolist() == list(study.trials.names)
+    assert (left["rmse"] < 0.02).all()
+
+
+@pytest.mark.parametrize(("column", "message"), [("lod", "no column 'lod'"), ("D", "")])
+def test_a_column_that_cannot_tell_trials_apart(folder: Path, column: str, message: str) -> None:
+    (folder / "study.toml").write_text(STUDY.replace('"turns.csv"', f'"turns.csv"\ntrial = "{column}"'))
+    if message:
+        with pytest.raises(BadInput, match=message):
+            load_study(folder / "study.toml")
+    else:
+        assert len(load_study(folder / "study.toml").trials) == 40
+
+
+def test_rows_without_a_measurement_are_predicted(folder: Path) -> None:
+    with (folder / "turns.csv").open("a") as file:
+        file.write("0.5,20,\n0.5,20,\n")
+    study = load_study(folder / "study.toml")
+    assert any(finding.code == "rows-to-predict" for finding in check_study(study))
+    rows = identify(study, threads=1).traces.tail(2)
+    assert rows["measured"].isna().all()
+    np.testing.assert_allclose(rows["fitted"], 170 / 30, rtol=0.01)
+    assert (rows["upper"] - rows["fitted"]).between(0.015, 0.03).all()
 
 
 def test_a_formula_cost_needs_a_formula(folder: Path) -> None:

@@ -9,7 +9,6 @@ import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
 from seatruth.study import read_plan
-from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
 if TYPE_CHECKING:
@@ -28,11 +27,16 @@ def check(
     json_file: JsonFile = None,
 ) -> Result:
     """Say what is wrong with a study and its data."""
+    from seatruth.analysis import check_study
+
     plan = read_plan(study)
     trials = [*plan.study.trials, *plan.study.holdout]
-    rows = [[trial.name, str(len(trial)), f"{trial.duration:.1f}", _steps(trial.steps)] for trial in trials]
-    console().print(table(["trial", "samples", "seconds", "steps"], rows, numbers=("samples", "seconds")))
-    findings = check_trials(trials, plan.study.model)
+    if plan.study.cost == "formula":
+        console().print(table(["table", "rows"], [[t.name, str(len(t))] for t in trials], numbers=("rows",)))
+    else:
+        rows = [[trial.name, str(len(trial)), f"{trial.duration:.1f}", _steps(trial.steps)] for trial in trials]
+        console().print(table(["trial", "samples", "seconds", "steps"], rows, numbers=("samples", "seconds")))
+    findings = check_study(plan.study)
     _show(findings)
     errors = sum(finding.severity == "error" for finding in findings)
     moved = None

@@ -28,7 +28,7 @@ class Group:
     `rows` (n,) are their places in the residual vector. `t` (n,) s and `sample` (n,) are the trial's times and samples
     (empty for a prior, whose `channel` is the parameter; `channel` is the state for "continuity", and the state whose
     equation it is in a regression). Residuals are (measured - predicted) / sigma; in a regression the sample is the
-    one that the difference starts from.
+    one that the difference starts from. The rows of a table are not `ordered`: neighbours have nothing in common.
     """
 
     kind: Literal["data", "prior", "continuity"]
@@ -37,6 +37,7 @@ class Group:
     rows: Indices
     t: Array
     sample: Indices
+    ordered: bool = True
 
 
 class StudyCost(Cost):

@@ -18,6 +18,7 @@ from seatruth.costs.study import Deviation, Study
 from seatruth.errors import BadInput, nearest
 from seatruth.models.formula import Callback, Formula
 from seatruth.models.parameter import Parameter
+from seatruth.trials.read import place
 from seatruth.trials.trial import Trial, Trials
 
 _AT_ONCE = 8_000_000
@@ -109,6 +110,41 @@ class FormulaCost(StudyCost):
         chosen = self.trials if trials is None else tuple(trials)
         return [self._formula.run(trial, parameters, None) for trial in chosen]
 
+    def require_values(self) -> None:
+        """BadInput where measured rows have no finite value at the start nor at any of twenty other candidates."""
+        rng = np.random.default_rng(0)
+        low, high = self.bounds
+        spread = np.where(self.start == 0, 1.0, np.abs(self.start)) * rng.standard_normal((20, len(self.start)))
+        with np.errstate(all="ignore"):
+            between = low + (high - low) * rng.random((20, len(low)))
+            others = np.where(np.isfinite(high - low), between, np.clip(self.start + spread, low, high))
+            lost = ~np.isfinite(self._predicted(np.vstack([self.start, others])))[:, self._rows]
+        bad = self._rows[lost.all(axis=0)]
+        if not len(bad):
+            return
+        sizes = np.cumsum([0, *(len(trial) for trial in self.trials)])
+        which = int(np.searchsorted(sizes, bad[0], side="right")) - 1
+        samples = bad[(bad >= sizes[which]) & (bad < sizes[which + 1])] - sizes[which]
+        raise BadInput(
+            "the formula has no finite value there, whatever its parameters",
+            where=place(self.trials[which], samples),
+            do="Look for a division by zero, a root or logarithm of a negative number, or a power without end.",
+        )
+
+    def slopes(self, x: Array, trial: Trial) -> Array:
+        """Derivatives (n, K) of the computed values on the rows of a table, by x."""
+        columns = {channel.name: np.asarray(trial.inputs[channel.name]) for channel in self._formula.inputs}
+        found = self._formula.derivatives(columns, self.space.by_name(x), self.space.moving)
+        if found.shape[0] != len(trial):  # a formula without columns
+            found = np.broadcast_to(found, (len(trial), found.shape[1]))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(found @ self.space.moving_jacobian(x))
+
+    def weight_of(self, trial: Trial) -> Array:
+        """Relative weights (n,) of the rows of a table: the noise of a row is sigma / weight."""
+        name = self._formula.weight
+        return np.ones(len(trial)) if name is None else np.asarray(trial.inputs[name])
+
     def _predicted(self, X: Array) -> Array:
         """Computed values of candidates (P, K): (P, N)."""
         values = self.space.values(X)
@@ -122,11 +158,8 @@ class FormulaCost(StudyCost):
 
     def _derivatives(self, x: Array) -> Array:
         """Derivatives (N, 1, K) of the computed values, times the row's weight."""
-        parameters = self.space.by_name(x)
-        found = self._formula.derivatives(self._columns, parameters, self.space.moving)
-        if found.shape[0] != len(self._measured):
-            found = np.broadcast_to(found, (len(self._measured), found.shape[1]))
-        return np.asarray((found @ self.space.moving_jacobian(x))[:, None, :] * self._weight[:, :, None])
+        found = np.concatenate([self.slopes(x, trial) for trial in self.trials])
+        return np.asarray(found[:, None, :] * self._weight[:, :, None])
 
     def _weighted_errors(self, x: Array) -> Array:
         weights = self._noise.weights
@@ -157,7 +190,8 @@ class FormulaCost(StudyCost):
             places: NDArray[np.intp] = np.flatnonzero(inside)
             if places.size:
                 sample = self._noise.rows[places] - first
-                found.append(Group("data", trial.name, output, places, np.asarray(trial.t)[sample], sample))
+                t = np.asarray(trial.t)[sample]
+                found.append(Group("data", trial.name, output, places, t, sample, ordered=False))
             first += len(trial)
         return (*found, *prior_groups(self.space.priors, self._noise.size))
 

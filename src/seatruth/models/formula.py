@@ -65,7 +65,8 @@ class Formula(BlackBox):
             unused = [known_name for known_name in known if known_name not in used]
             if unused:
                 hint = nearest(unused[0], self.expression.names).split("Known:")[0].strip()
-                raise BadInput(f"it has no parameter {unused[0]!r}", where=f"formula {name!r}", do=hint)
+                do = hint or "Use it in the expression, or take it out of the parameters."
+                raise BadInput(f"it has no parameter {unused[0]!r}", where=f"formula {self.text!r}", do=do)
         self.weight = weight
         if weight is not None and weight not in wanted:
             wanted.append(weight)

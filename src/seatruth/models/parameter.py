@@ -48,6 +48,8 @@ class Parameter:
         where = f"parameter {self.name!r}"
         if not self.name.isidentifier():
             raise BadInput(f"{self.name!r} is not a usable name", where=where, do="Use letters, digits, underscores.")
+        for name in ("value", "min", "max"):  # whole numbers too: arrays of them would round every step
+            object.__setattr__(self, name, float(getattr(self, name)))
         if not math.isfinite(self.value):
             raise BadInput(f"its value is {self.value}", where=where)
         if not self.min < self.max:

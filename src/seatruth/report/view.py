@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 PARAMETER_NUMBERS = (*("value", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),)
 FIT_NUMBERS = ("rmse", "noise", "ratio", "bias", "n", "n_eff", "autocorrelation", "rmse_start")
+INPUT = "input "
 TRACE_COLUMNS = ("trial", "t", "channel", "measured", "fitted", "start", "held_out")
 
 
@@ -47,6 +48,11 @@ class View:
         return self.channels.get(name) or shown(name, "")
 
     @property
+    def is_table(self) -> bool:
+        """Whether a formula was fitted to tables: rows have no time."""
+        return str((getattr(self.estimate, "cost", None) or {}).get("kind", "")) == "formula"
+
+    @property
     def fitted(self) -> pd.DataFrame:
         """Rows of the fit of the trials that were fitted to."""
         return self.fit[~self.fit["held_out"]]
@@ -70,10 +76,15 @@ class View:
         return bool(self.fit.loc[self.fit["trial"] == trial, "held_out"].any())
 
     def trace(self, trial: str, channel: str) -> pd.DataFrame:
-        """Time history of one channel of one trial in the units of the page: t, measured, fitted, start."""
+        """Time history of one channel of one trial in the units of the page: t, measured, fitted, start.
+
+        Of a table also lower and upper, and its columns as "input NAME".
+        """
         rows = self.series.get((trial, channel), self.traces.iloc[:0])
         factor = self.channel(channel).factor
-        data = {name: rows[name].to_numpy(dtype=float) * factor for name in ("measured", "fitted", "start")}
+        sizes = [name for name in ("measured", "fitted", "start", "lower", "upper") if name in rows]
+        data = {name: rows[name].to_numpy(dtype=float) * factor for name in sizes}
+        data |= {str(name): rows[name].to_numpy(dtype=float) for name in rows if str(name).startswith(INPUT)}
         return pd.DataFrame({"t": rows["t"].to_numpy(dtype=float), **data})
 
     def channels_of(self, trial: str) -> list[str]:
@@ -178,7 +189,10 @@ def _traces(frame: pd.DataFrame) -> pd.DataFrame:
         out[name] = pd.Series(frame[name].astype(str) if name in frame else [], index=frame.index, dtype=object)
     flags = frame["held_out"].fillna(False).astype(bool) if "held_out" in frame else False
     out["held_out"] = pd.Series(flags, index=frame.index, dtype=bool)
-    return out[list(TRACE_COLUMNS)]
+    more = [str(name) for name in frame if name in ("lower", "upper") or str(name).startswith(INPUT)]
+    for name in more:
+        out[name] = _column(frame, name)
+    return out[[*TRACE_COLUMNS, *more]]
 
 
 def _square(frame: pd.DataFrame) -> pd.DataFrame:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from seatruth.errors import nearest
+from seatruth.errors import BadInput, nearest
 from seatruth.expression import equation, names_in
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
@@ -15,10 +16,11 @@ from seatruth.studyfile import parameters
 from seatruth.studyfile.problems import Problems
 from seatruth.studyfile.schema import ChannelTable, StudyFile, TrialTable
 from seatruth.studyfile.trial_files import Recording, column_spec, paths
-from seatruth.trials import Channel, ColumnSpec, Trials
+from seatruth.trials import Channel, ColumnSpec, Trial, Trials
 from seatruth.trials.read import trial_from_table
 from seatruth.trials.tables import Table, read_table
 
+_MOST_TRIALS = 200
 _ROW = "row of the table"
 _NOT_HERE = {"trials": "[formula] file names the table", "prepare": "tables are not prepared", "time": "it has no time"}
 
@@ -76,6 +78,8 @@ def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
             table.decimal,
         )
         channels = (*made.model.inputs, *made.model.outputs)
+        for channel in channels:
+            _require_column(channel.name, channel in made.model.inputs, file, table)
         trial = trial_from_table(
             with_rows,
             time=ColumnSpec(_ROW),
@@ -87,8 +91,41 @@ def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
             name=made.table.name,
             synthetic=file.study.synthetic,
         )
+        if file.formula is not None and file.formula.trial is not None:
+            return _by_condition(trial, file.formula.trial, table)
         return Trials([trial])
     return Trials([])
+
+
+def _require_column(name: str, is_input: bool, file: StudyFile, table: Table) -> None:
+    """BadInput where the table lacks a column of the formula, or where an input of it has gaps."""
+    spec = column_spec(name, file.channels)
+    try:
+        values = table.numbers(spec.column)
+    except BadInput as problem:
+        if problem.what.startswith("no column"):
+            hint = nearest(spec.column, list(table.columns))
+            do = f"{hint} If it is a parameter, give it a value in [parameters]."
+            raise BadInput(problem.what, where=table.source, do=do) from None
+        raise
+    gone = np.flatnonzero(np.isnan(values))
+    if is_input and gone.size:
+        where = f"{table.source}, {table.places(gone.tolist())}"
+        raise BadInput(f"column {spec.column!r} has no value", where=where, do="Complete these rows or take them out.")
+
+
+def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
+    """The rows with the same entry in a column as a trial each, in the order in which they come."""
+    if column not in table.columns:
+        raise BadInput(f"no column {column!r} to tell the trials apart", do=nearest(column, list(table.columns)))
+    entries = table.columns[column].astype("string").fillna("").str.strip().to_numpy()[trial.t.astype(np.intp)]
+    labels = list(dict.fromkeys(entries.tolist()))
+    if len(labels) > _MOST_TRIALS:
+        do = "Name a column with few different entries, or none."
+        raise BadInput(f"column {column!r} has {len(labels)} different entries, a trial each", do=do)
+    return Trials(
+        [trial.samples(np.flatnonzero(entries == label), f"{column} {label or '(empty)'}") for label in labels]
+    )
 
 
 def _as_in_file(channel: Channel, told: ChannelTable | None, table: Table) -> Channel:

@@ -291,6 +291,11 @@ class FormulaTable(Table):
         "columns."
     )
     file: str = Field(description="Table of data (CSV, Parquet or MATLAB), relative to the study file.")
+    trial: str | None = Field(
+        None,
+        description="Column that tells conditions apart, as the draft: rows with the same entry are one trial, and "
+        "`cross_validate` predicts each from the others. Without it, it leaves out a tenth of the rows at a time.",
+    )
 
 
 class StudyFile(Table):

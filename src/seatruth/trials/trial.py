@@ -83,6 +83,17 @@ class Trial:
             lines=None if self.lines is None else self.lines[cut],
         )
 
+    def samples(self, chosen: NDArray[np.intp], name: str | None = None) -> Trial:
+        """The chosen samples, whose places rise, as a trial of their own."""
+        return replace(
+            self,
+            name=self.name if name is None else name,
+            t=self.t[chosen],
+            inputs={k: v[chosen] for k, v in self.inputs.items()},
+            outputs={k: v[chosen] for k, v in self.outputs.items()},
+            lines=None if self.lines is None else self.lines[chosen],
+        )
+
     def with_step(self, step: Step, **changes: Any) -> Trial:
         """A copy with changed fields and the step that changed them on record."""
         return replace(self, steps=(*self.steps, step), **changes)

@@ -50,12 +50,12 @@ class Colour:
         return np.asarray(lfilter([self.sd], denominator, columns[::-1], axis=0)[::-1])
 
 
-def colour_of(residuals: Array) -> Colour:
-    """The autoregressive model of one series (n,)."""
+def colour_of(residuals: Array, ordered: bool = True) -> Colour:
+    """The autoregressive model of one series (n,); white where it is not `ordered` in time."""
     series = np.asarray(residuals, dtype=np.float64)
     variance = float(np.mean(series**2)) if series.size else 0.0
     white = Colour(np.zeros(0), math.sqrt(variance), variance)
-    if series.size < _FEWEST or variance == 0.0:
+    if series.size < _FEWEST or variance == 0.0 or not ordered:
         return white
     best, best_score = white, _score(variance, series.size, 0)
     forward, backward, coefficients, power = series[1:].copy(), series[:-1].copy(), np.zeros(0), variance

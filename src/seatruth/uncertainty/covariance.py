@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 _BLIND = 1e-12
 """Directions whose part of the scaled information is below this are not seen by the data."""
+_AT_BOUND = 1e-6
+"""Distance from a bound, as a part of the range, at which a parameter is at it."""
 _WHITE = Colour(np.zeros(0), 1.0, 1.0)
 _IN_IT = 1e-4
 """Part of such a direction from which a parameter counts as not seen itself."""
@@ -60,6 +62,20 @@ class Covariance:
         return np.asarray(student.ppf(0.5 + level / 2.0, self.freedom) * self.stderr)
 
 
+def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:
+    """Which entries of x (K,) lie on a bound."""
+    low, high = bounds
+    width = np.where(np.isfinite(high - low), high - low, 1.0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((x - low <= _AT_BOUND * width) | (high - x <= _AT_BOUND * width))
+
+
+def pressed(x: Array, bounds: tuple[Array, Array], slope: Array) -> Flags:
+    """Which entries of x lie on a bound that the cost, of this slope (K,), would cross."""
+    low, high = bounds
+    return at_bound(x, bounds) & np.where(np.abs(x - low) <= np.abs(high - x), slope > 0, slope < 0)
+
+
 def covariance(
     residuals: Array, jacobian: Array, groups: Sequence[Group], held: Flags | None = None, *, white: bool = False
 ) -> Covariance:
@@ -73,7 +89,7 @@ def covariance(
     J = jacobian[:, used]
     inverse, blind = _inverse(J.T @ J)
     colours = {
-        (group.trial, group.channel): _WHITE if white else colour_of(residuals[group.rows])
+        (group.trial, group.channel): _WHITE if white else colour_of(residuals[group.rows], group.ordered)
         for group in groups
         if group.kind == "data" and len(group.rows)
     }

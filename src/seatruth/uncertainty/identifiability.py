@@ -14,6 +14,8 @@ from seatruth.uncertainty.covariance import Covariance
 
 Array = NDArray[np.float64]
 _MOST_WEAK = 6
+_NAMED = 0.99
+"""Length of the part of a combination, itself of length 1, that lies in those named already."""
 _IN_IT = 0.25
 """Part of the largest coefficient from which a parameter is named in a combination."""
 _NOT_AT_ALL = 1e3
@@ -42,12 +44,15 @@ def scale_of(parameter: Parameter) -> float:
     return abs(parameter.value) or 1.0
 
 
-def identifiability(data_jacobian: Array, parameters: Sequence[Parameter], inflation: float = 1.0) -> dict[str, Any]:
+def identifiability(
+    data_jacobian: Array, parameters: Sequence[Parameter], inflation: float = 1.0, named: Array | None = None
+) -> dict[str, Any]:
     """Singular values of the data's derivatives in scales, their condition, and the weak combinations with words.
 
     data_jacobian (M, K) are the derivatives of residuals over noise by the parameters, without priors. `inflation` is
     how many times larger standard errors are than under white noise. A combination's `ratio` is its standard error in
-    scales: 1 says that the data narrow it no further than the bounds or priors do.
+    scales: 1 says that the data narrow it no further than the bounds or priors do. Combinations inside the span of
+    `named` (d, K), steps that are known to change nothing, are not listed again.
     """
     scales = np.array([scale_of(parameter) for parameter in parameters])
     if not len(parameters):
@@ -65,8 +70,17 @@ def identifiability(data_jacobian: Array, parameters: Sequence[Parameter], infla
         ratio = inflation / float(values[k]) if values[k] > 0 else math.inf
         if ratio < _POOR or len(weak) == _MOST_WEAK:
             break
+        if _inside(vectors[k], named, scales):
+            continue
         weak.append(_combination(vectors[k], parameters, ratio, lengths))
     return {"singular_values": values.tolist(), "condition": condition, "weak": weak}
+
+
+def _inside(vector: Array, named: Array | None, scales: Array) -> bool:
+    if named is None or not len(named):
+        return False
+    basis = np.linalg.qr((named / scales).T)[0]
+    return float(np.linalg.norm(basis.T @ vector)) > _NAMED
 
 
 def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float, lengths: Array) -> dict[str, Any]:

@@ -59,6 +59,27 @@ def leave_one_out(
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
+def by_rows(study: Study, parts: int = 10) -> Study:
+    """A formula's study whose one table is cut at random into parts, each a trial: to leave rows out instead of trials.
+
+    Which row is in which part depends on their number alone.
+    """
+    table = study.trials[0]
+    order = np.random.default_rng(len(table)).permutation(len(table))
+    cut = np.array_split(order, min(parts, len(table)))
+    return study.but(trials=Trials([table.samples(np.sort(rows), f"part {k + 1}") for k, rows in enumerate(cut)]))
+
+
+def pooled(left: pd.DataFrame, study: Study, name: str) -> pd.DataFrame:
+    """The errors of all parts of a table as those of the table."""
+    rows = []
+    for channel, part in left.groupby("channel", sort=False):
+        counts = [np.isfinite(study.trials[str(trial)].outputs[str(channel)]).sum() for trial in part["trial"]]
+        rmse = math.sqrt(float(np.average(part["rmse"] ** 2, weights=counts)))
+        rows.append({"trial": name, "channel": channel, "rmse": rmse})
+    return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
+
+
 def rms_errors(study: Study, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
     """Root mean square of measured less predicted for each recorded output."""
     found = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from seatruth.costs.formula import FormulaCost
 from seatruth.costs.study import Study, cost_of
 from seatruth.errors import BadInput
 from seatruth.uncertainty.covariance import covariance
@@ -19,11 +20,17 @@ def excitation(study: Study, threads: int | None = None) -> pd.DataFrame:
     """
     cost = cost_of(study, threads=threads)
     x = cost.start
+    if isinstance(cost, FormulaCost):
+        cost.require_values()
     if not np.isfinite(cost.residuals(x)).all():
         raise BadInput(
-            "the model diverges on these trials at its start values",
+            "the formula has no finite value at its start values"
+            if study.cost == "formula"
+            else "the model diverges on these trials at its start values",
             where=f"study {study.name!r}",
-            do="Check units and signs (`seatruth simulate` shows where), or start from other values.",
+            do="Start from other values."
+            if study.cost == "formula"
+            else "Check units and signs (`seatruth simulate` shows where), or start from other values.",
         )
     cost.reweight(x)
     found = covariance(cost.residuals(x), cost.jacobian(x), cost.groups, white=True)

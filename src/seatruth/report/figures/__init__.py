@@ -3,6 +3,7 @@
 from seatruth.report.figures.estimates import correlation, parameters, profile, sensitivity
 from seatruth.report.figures.quality import cross_validation, fit, history
 from seatruth.report.figures.runs import autocorrelation, traces, tracks
+from seatruth.report.figures.tables import measured_against_computed
 
 __all__ = [
     "autocorrelation",
@@ -10,6 +11,7 @@ __all__ = [
     "cross_validation",
     "fit",
     "history",
+    "measured_against_computed",
     "parameters",
     "profile",
     "sensitivity",

@@ -253,7 +253,9 @@ def sensitivity(estimate: Estimate | View) -> Figure:
     left = label_width(names)
     cell = min(0.62, max(0.42, (4.6 - left) / len(outputs)))
     width, height = cell * len(outputs), 0.25 * len(names)
-    top = 0.2 + max(0.16, 0.075 * max(len(name) for name in outputs) if cell < 0.075 * max(map(len, outputs)) else 0.16)
+    longest = max(len(text(name)) for name in outputs)
+    turned = cell < 0.085 * longest
+    top = 0.2 + (max(0.16, 0.075 * longest) if turned else 0.16)
     figure = Figure(figsize=(left + width + 0.15, height + top + 0.1))
     axes = placed(figure, left, 0.1, width, height)
     low = max(float(positive.min()), float(positive.max()) * 1e-4)
@@ -266,7 +268,6 @@ def sensitivity(estimate: Estimate | View) -> Figure:
             dark = float(norm(max(value, low))) > 0.74
             axes.text(j, i, _small(value), ha="center", va="center", fontsize=7.2, color="white" if dark else INK)
     axes.set_yticks(range(len(names)), labels=[text(name) for name in names])
-    turned = cell < 0.085 * max(map(len, outputs))
     axes.set_xticks(range(len(outputs)), labels=[text(name) for name in outputs], rotation=90 if turned else 0)
     axes.xaxis.tick_top()
     axes.tick_params(length=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from seatruth.report.blocks import Section
-from seatruth.report.sections import parameters, run, trials
+from seatruth.report.sections import parameters, run, tables, trials
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
 
@@ -16,6 +16,7 @@ ORDER: tuple[Callable[[View, Album], Section | None], ...] = (
     parameters.correlation,
     parameters.sensitivity,
     trials.fit,
+    tables.rows,
     trials.histories,
     trials.tracks,
     trials.residuals,

@@ -125,7 +125,7 @@ def combinations(data: View, album: Album) -> Section | None:
         rows = [
             [
                 str(item.get("sentence", "") or "A combination that the data hardly see."),
-                formula(item.get("combination") or {}),
+                (scaling if item.get("kind") == "scale" else formula)(item.get("combination") or {}),
             ]
             for item in data.weak
         ]
@@ -144,6 +144,15 @@ def combinations(data: View, album: Album) -> Section | None:
             caption += f": the {_MOST_PAIRS} strongest of {len(pairs)}"
         blocks.append(table(caption, columns, rows))
     return Section("combinations", "What the data can hardly separate", blocks)
+
+
+def scaling(powers: Mapping[str, float]) -> str:
+    """ "a1 · f, C / f": what can be multiplied by powers of one factor f."""
+    terms = []
+    for name, power in powers.items():
+        size = "" if abs(power) == 1.0 else f"^{number(abs(power), 2)}"
+        terms.append(f"{name} {'·' if power > 0 else '/'} f{size}")
+    return ", ".join(terms)
 
 
 def formula(combination: Mapping[str, float]) -> str:

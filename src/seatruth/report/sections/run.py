@@ -101,7 +101,7 @@ def discretisation(data: View, album: Album) -> Section | None:
         for channel in (data.channel(str(name)),)
         if finite(row["error"])
     ]
-    if not rows:
+    if not rows or data.is_table:
         return None
     columns = [
         Column("channel"),

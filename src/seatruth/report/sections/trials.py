@@ -21,6 +21,7 @@ MOST_PANELS = 48
 MOST_TRACKS = 16
 _BEST = 2
 _LEGEND = (("measured", "measured"), ("fitted", "fitted or predicted"), ("start", "with the starting values"))
+_SIMULATED = "Open loop: each trial is simulated from its first state with the recorded inputs alone. "
 _RESIDUAL = ("residual", "residual, measured less fitted; the band is twice the noise")
 
 
@@ -30,10 +31,10 @@ def fit(data: View, album: Album) -> Section | None:
     if not len(rows):
         return None
     own = estimated(data) & set(rows["channel"])
-    text = (
-        "Open loop: each trial is simulated from its first state with the recorded inputs alone. RMSE: root mean "
-        "square of the residuals. Ratio: RMSE over the noise; 1 means that only noise is left. Before: RMSE with the "
-        "starting values."
+    first = "Each row is computed from its columns. " if data.is_table else _SIMULATED
+    text = first + (
+        "RMSE: root mean square of the residuals. Ratio: RMSE over the noise; 1 means that only noise is left. Before: "
+        "RMSE with the starting values."
     )
     if own:
         text += f" The noise of {listed(sorted(own))} was estimated from these residuals: its ratio is near 1 anyway."
@@ -90,7 +91,7 @@ def _fit_table(caption: str, data: View, rows: pd.DataFrame) -> Table:
 def histories(data: View, album: Album) -> Section | None:
     """Time histories, one trial after the other."""
     names = data.trial_names
-    if not names:
+    if not names or data.is_table:
         return None
     per_trial = max(len(data.channels_of(name)) for name in names)
     chosen = worst_and_best(data, names, max(MOST_PANELS // max(per_trial, 1), 1))
@@ -144,7 +145,7 @@ def worst_and_best(data: View, names: list[str], most: int) -> list[str]:
 def tracks(data: View, album: Album) -> Section | None:
     """Tracks over ground."""
     names = track_trials(data)
-    if not names:
+    if not names or data.is_table:
         return None
     chosen = worst_and_best(data, names, MOST_TRACKS)
     pictures = [
@@ -164,7 +165,7 @@ def tracks(data: View, album: Album) -> Section | None:
 
 def residuals(data: View, album: Album) -> Section | None:
     """Autocorrelation of the residuals."""
-    if not residual_channels(data):
+    if data.is_table or not residual_channels(data):
         return None
     rows = data.fitted[(data.fitted["n"] > 0) & np.isfinite(data.fitted["n_eff"])]
     text = (

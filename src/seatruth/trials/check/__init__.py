@@ -18,13 +18,14 @@ from seatruth.trials.check.plausible import check_units
 from seatruth.trials.check.positions import check_depth, check_positions
 from seatruth.trials.check.rates import check_rates, check_steering
 from seatruth.trials.check.sensors import check_sensors
+from seatruth.trials.check.table import check_tables
 from seatruth.trials.check.timing import check_missing, check_model_channels, check_time
 from seatruth.trials.check.together import check_duplicates
 from seatruth.trials.check.tools import Channels
 from seatruth.trials.finding import Finding, gravest_first
 from seatruth.trials.trial import Trial
 
-__all__ = ["check_trial", "check_trials", "excitation_table"]
+__all__ = ["check_tables", "check_trial", "check_trials", "excitation_table"]
 
 
 def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list[Finding]:
