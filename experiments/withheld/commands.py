@@ -18,6 +18,7 @@ from withheld.score import score
 from withheld.seal import ROOT
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
+QUICK_PROGRAMS = ("seatruth", "white", "prior")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -76,7 +77,7 @@ def everything(given: argparse.Namespace) -> None:
     if given.fresh and (out / "log.jsonl").exists():
         shutil.rmtree(out)
     generate(given.set, out, given.cases, None, given.quick, given.workers)
-    for name in PROGRAMS:
+    for name in QUICK_PROGRAMS if given.quick else PROGRAMS:
         if name == "sindy" and importlib.util.find_spec("pysindy") is None:
             print('sindy: left out, pysindy is not installed (pip install ".[benchmark]")', flush=True)
             continue
