@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import sqlite3
@@ -78,6 +79,25 @@ def test_a_changed_definition_makes_only_what_it_touches(tmp_path: Path) -> None
     assert seen[0].left == 18
 
 
+def tries(many: int) -> Any:
+    def solver(problem: Any, rng: np.random.Generator) -> str:
+        problem.values(problem.sample(rng, many))
+        return f"{many} tried"
+
+    return solver
+
+
+def test_functions_made_with_other_values_are_other_solvers() -> None:
+    keys = {
+        small(solvers={"it": from_callable(function, name="it")}).runs[0].key
+        for function in (tries(5), tries(6), functools.partial(guess), guess)
+    }
+    assert len(keys) == 4
+    again = [small(solvers={"it": from_callable(tries(5), name="it")}).runs[0].key for _ in range(2)]
+    assert again[0] == again[1]
+    assert again[0] in keys
+
+
 def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path) -> None:
     comparison = small(solvers={"local": make("least_squares"), "stumble": from_callable(stumble)})
     results = compare(comparison, tmp_path)
@@ -91,6 +111,28 @@ def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path)
     seen: list[Standing] = []
     compare(comparison, tmp_path, retry_failed=True, progress=seen.append)
     assert seen[0].left == 6
+
+
+def test_workers_find_compiled_kernels_and_make_none(tmp_path: Path) -> None:
+    code = """
+import sys, os
+sys.path[:0] = [{here!r}, {above!r}]
+from pathlib import Path
+from small_comparison import small, glide
+from seatruth.comparison import compare
+from seatruth.comparison.work import jobs_of
+comparison = small(problems=[glide(costs=("trajectory", "regression"))], seeds=1)
+jobs_of(comparison, list(comparison.runs))
+def kernels():
+    return {{path.name: path.stat().st_ino for path in Path(os.environ["SEATRUTH_CACHE"]).iterdir()}}
+before = kernels()
+assert compare(comparison, {out!r}, workers=2).left == 0
+assert len(before) > 3
+assert kernels() == before, (before, kernels())
+"""
+    code = code.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path / "out"))
+    environment = {**os.environ, "SEATRUTH_CACHE": str(tmp_path / "kernels")}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
 
 
 def die(problem: Any, rng: np.random.Generator) -> str:

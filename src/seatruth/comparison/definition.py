@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import inspect
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
+import joblib
 import numpy as np
 
 from seatruth.comparison.noise import Noise
 from seatruth.costs.study import Study
-from seatruth.errors import BadInput, nearest
+from seatruth.errors import BadInput, SeatruthError, nearest
+from seatruth.models.blackbox import BlackBox
 from seatruth.optimizers import Optimizer, as_optimizer
 from seatruth.optimizers.base import FromCallable
 from seatruth.optimizers.chain import Chain
@@ -176,9 +180,10 @@ class Comparison:
     def fitting(self) -> dict[tuple[str, str], tuple[str, ...]]:
         """Solvers by problem and cost that find in the cost what they need."""
         found = {}
+        needed: frozenset[str] = frozenset().union(*(solver.needs for solver in self.solver.values()))
         for problem in self.problems:
             for cost in self.costs_of(problem):
-                gives = abilities(problem.study, cost)
+                gives = abilities(problem, cost, needed)
                 own = tuple(label for label, solver in self.solver.items() if solver.needs <= gives)
                 if own:
                     found[problem.name, cost] = own
@@ -228,13 +233,25 @@ class Comparison:
                         yield Run(digest([key, "reference"]), key, problem.name, cost, "", noise, seed, 0)
 
 
-def abilities(study: Study, cost: str) -> frozenset[str]:
-    """What this kind of cost of a study gives, without making it."""
-    from seatruth.models.blackbox import BlackBox
+def abilities(problem: Problem, cost: str, wanted: Iterable[str] = ()) -> frozenset[str]:
+    """What this kind of cost of a problem gives.
 
-    if cost == "formula" or not isinstance(study.model, BlackBox):
-        return frozenset({"values", "residuals", "derivatives", "regression"})
-    return frozenset() if cost == "regression" else frozenset({"values", "residuals", "derivatives"})
+    A regression where one is `wanted` is tried: only that shows whether all free parameters enter it linearly and all
+    that it needs was recorded.
+    """
+    from seatruth.comparison.bench import Bench, Setting
+    from seatruth.costs.study import cost_of
+
+    if isinstance(problem.study.model, BlackBox) and cost == "regression":
+        return frozenset()
+    found = frozenset({"values", "residuals", "derivatives", "regression"})
+    if "regression" in wanted:
+        try:
+            cost_of(Bench(problem, Setting(0, 0.01)).realised(cost, Noise("white", 0.01), 0), threads=1).regression()
+            return found
+        except (SeatruthError, NotImplementedError):
+            pass
+    return found - {"regression"}
 
 
 def definition(solver: Optimizer) -> dict[str, Any]:
@@ -288,8 +305,28 @@ def _distinct(what: str, names: Sequence[str], where: str) -> None:
         raise BadInput(f"{twice[0]!r} stands twice among its {what}", where=where, do="Name each once.")
 
 
-def _text(function: Any) -> str:
+def _text(function: Any) -> list[Any]:
+    """What defines a plain function: its text, and the values that it was made with (defaults, closure, fields)."""
+    if isinstance(function, functools.partial):
+        return [_text(function.func), [_value(given) for given in (function.args, function.keywords)]]
+    target = function if inspect.isroutine(function) else type(function)
     try:
-        return inspect.getsource(function)
+        text = inspect.getsource(target)
     except (OSError, TypeError):
-        return ""
+        text = str(getattr(target, "__qualname__", target))
+    held: list[Any] = [getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None)]
+    for cell in getattr(function, "__closure__", None) or ():
+        with suppress(ValueError):  # not filled yet
+            held.append(cell.cell_contents)
+    if target is not function:
+        held.append(vars(function) if hasattr(function, "__dict__") else None)
+    return [text, [_value(given) for given in held]]
+
+
+def _value(given: Any) -> Any:
+    if inspect.isroutine(given) or isinstance(given, functools.partial):
+        return _text(given)
+    try:
+        return joblib.hash(given)
+    except Exception:  # something that cannot be pickled: what it shows of itself must do
+        return repr(given)

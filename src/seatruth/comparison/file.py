@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
 
-from seatruth.comparison.definition import TARGETS, Comparison, Problem, abilities, definition
+from seatruth.comparison.definition import TARGETS, Comparison, Problem, definition
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.optimizers import Optimizer
 from seatruth.study import Plan, parsed, read_plan, read_text
@@ -236,6 +236,5 @@ def _check_used(made: Comparison, problems: Problems) -> None:
     for k, (label, solver) in enumerate(made.solver.items()):
         if label in used:
             continue
-        given = frozenset().union(*(abilities(p.study, cost) for p in made.problems for cost in made.costs_of(p)))
-        missing = ", ".join(sorted(solver.needs - given))
-        problems.add(("solvers", k), f"{label!r} fits no cost of any problem: it needs {missing}", "Remove it.")
+        needs = ", ".join(sorted(solver.needs))
+        problems.add(("solvers", k), f"{label!r} fits no cost of any problem: it needs {needs}", "Remove it.")

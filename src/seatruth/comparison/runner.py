@@ -17,7 +17,7 @@ from seatruth.comparison.definition import Comparison, Run
 from seatruth.comparison.results import Results
 from seatruth.comparison.store import Store
 from seatruth.comparison.work import Done, Job, jobs_of, work
-from seatruth.errors import BadInput, Interrupted
+from seatruth.errors import BadInput, Interrupted, SeatruthError
 
 STORE = "comparison.sqlite"
 _WRITE_S = 0.2
@@ -120,7 +120,15 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[Done]:
             for done in _parallel(list(left.values()), workers, backend, begun):
                 left.pop(done.run.key)
                 yield done
-        except BrokenProcessPool:
+        except Exception as problem:
+            if type(problem).__name__ == "KilledWorker":  # dask's own class, which may not be installed
+                raise SeatruthError(
+                    "one run ended every worker that took it on",
+                    where="dask",
+                    do="Finished runs are kept. The same command without --dask finds the run and goes on.",
+                ) from None
+            if not isinstance(problem, BrokenProcessPool):
+                raise
             for key in [key for key in begun if key in left]:
                 yield _alone(left.pop(key))
 

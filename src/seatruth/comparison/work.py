@@ -6,7 +6,8 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from seatruth.comparison.bench import Bench, Costs, Setting, with_values
 from seatruth.comparison.definition import Comparison, Problem, Run, stream
 from seatruth.costs.study import StudyCost, cost_of
 from seatruth.errors import SeatruthError
+from seatruth.models.blackbox import BlackBox
 from seatruth.optimizers import Budget, Optimizer, minimise
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.leave_out import rms_errors
@@ -29,6 +31,8 @@ from seatruth.uncertainty.leave_out import rms_errors
 Array = NDArray[np.float64]
 _REFERENCE = Budget(evaluations=20_000)
 _AT_BOUND = 1e-6
+_WIDE = 64
+"""Candidates of a population that is simulated by the widest kernels."""
 _costs = Costs()
 _benches: dict[str, Bench] = {}
 
@@ -41,9 +45,11 @@ class Parcel:
     packed: bytes
 
     @classmethod
-    def of(cls, problem: Problem, setting: Setting) -> Parcel:
+    def of(cls, problem: Problem, setting: Setting, runs: Sequence[Run]) -> Parcel:
+        """Packs what these runs need. Trials are simulated here, once, so that what is wrong is said at once."""
         bench = Bench(problem, setting)
-        assert len(bench.clean) + len(bench.held_out)  # simulated here, once, so that what is wrong is said at once
+        assert len(bench.clean) + len(bench.held_out)
+        _compile(bench, runs)
         packed = _packed(bench)
         return cls(joblib.hash(packed), packed)
 
@@ -222,11 +228,30 @@ def _steps(history: pd.DataFrame) -> list[list[float]]:
 def jobs_of(comparison: Comparison, runs: list[Run]) -> list[Job]:
     """Jobs in an order in which the runs of an instance follow each other; each problem is packed once."""
     setting = Setting(comparison.seed, comparison.base_level)
-    parcels = {
-        name: Parcel.of(comparison.problem(name), setting) for name in dict.fromkeys(run.problem for run in runs)
-    }
+    of: dict[str, list[Run]] = {}
+    for run in runs:
+        of.setdefault(run.problem, []).append(run)
+    parcels = {name: Parcel.of(comparison.problem(name), setting, own) for name, own in of.items()}
     solvers = comparison.solver
     return [Job(run, parcels[run.problem], solvers[run.solver] if run.solver else None) for run in runs]
+
+
+def _compile(bench: Bench, runs: Sequence[Run]) -> None:
+    """Has all kernels made and kept on disk, where the workers find them, instead of each making its own.
+
+    What goes wrong here goes wrong again in the runs, and is kept with them.
+    """
+    if isinstance(bench.study.model, BlackBox):
+        return
+    for run in {run.cost: run for run in runs}.values():
+        with suppress(SeatruthError):
+            cost = cost_of(bench.realised(run.cost, run.noise, run.seed), threads=1)
+            for population in (1, _WIDE):
+                cost.values(np.repeat(cost.start[None], population, axis=0))
+            cost.residuals(cost.start)
+            cost.jacobian(cost.start)
+            cost.predict(cost.start)
+            cost.regression()
 
 
 def _bench(parcel: Parcel) -> Bench:

@@ -1,6 +1,6 @@
-"""The standard comparison: eight solvers on published systems and two recorded ships, at 0, 1, 3 and 10 % noise.
+"""The standard comparison: seven solvers on published systems and two recorded ships, at 0, 1, 3 and 10 % noise.
 
-    python experiments/standard_comparison [--quick]
+    python experiments/standard_comparison.py [--quick]
 
 The published systems are simulated with their published or reconstructed values (synthetic); noise comes on top of the
 ships' records. 20 realisations of each noise, the same for all solvers, which start at the same random place. Beside
@@ -14,14 +14,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
+import standard_comparison_systems as systems
+from common import Options, Results, main, say
 
-import systems  # noqa: E402
-from common import Options, Results, main, say  # noqa: E402
-
-from seatruth.comparison import Comparison, Noise, Standing, compare  # noqa: E402
-from seatruth.report.comparison import write_comparison_report, write_tables  # noqa: E402
-from seatruth.report.figures.comparison import accuracy, ranks, reached  # noqa: E402
+from seatruth.comparison import Comparison, Noise, Standing, compare
+from seatruth.report.comparison import write_comparison_report, write_tables
+from seatruth.report.figures.comparison import accuracy, ranks, reached
 
 SEED, SEEDS, BUDGET = 20260301, 20, 2000
 LEVELS = (0.0, 0.01, 0.03, 0.10)
@@ -30,7 +28,6 @@ OTHERS_AT = 0.03
 SOLVERS: dict[str, Any] = {
     "least_squares": "least_squares",
     "ls_svm": "ls_svm",
-    "nelder_mead": "nelder_mead",
     "cma_es": "cma_es",
     "differential_swarm": "differential_swarm",
     "particle_swarm": "particle_swarm",
@@ -52,7 +49,7 @@ def comparison(data: Path | None, *, quick: bool = False, seeds: int = SEEDS) ->
         budgets=[400 if quick else BUDGET],
         name="Standard comparison" + (" (quick)" if quick else ""),
         description="Published systems, simulated with their published or reconstructed values, and recorded runs of "
-        "two ship models; see experiments/standard_comparison.",
+        "two ship models; see experiments/standard_comparison.py.",
         seed=SEED,
     )
 

@@ -27,7 +27,7 @@ from seatruth.study import parse, read_text
 from seatruth.studyfile import build
 from seatruth.trials import Trial
 
-SHIPS = Path(__file__).resolve().parents[1] / "real_ships"
+SHIPS = Path(__file__).resolve().parent / "real_ships"
 USUAL = "../../../shared/data"
 """The folder of real trials as the ships' study files name it."""
 LOW, HIGH = 0.3, 2.5
@@ -143,8 +143,11 @@ def _turns(low: float, high: float, speeds: int) -> pd.DataFrame:
     return pd.DataFrame({"Fr": Fr, "rudder": rudder, "D": np.zeros(Fr.size)})
 
 
-def ship(name: str, data: Path, title: str, every: int = 1, budget: int = 2000) -> Problem:
-    """A recorded ship model: noise comes on top of what was measured, and the truth is not known."""
+def ship(name: str, data: Path, title: str, fit: int = 1, held: int = 1, budget: int = 2000) -> Problem:
+    """A recorded ship model: noise comes on top of what was measured, and the truth is not known.
+
+    [S] Of its runs only the first of every `fit` are fitted, of those held out the first of every `held`.
+    """
     source = SHIPS / f"{name}.toml"
     text = read_text(source)
     if data.resolve() != (SHIPS / USUAL).resolve():
@@ -153,7 +156,7 @@ def ship(name: str, data: Path, title: str, every: int = 1, budget: int = 2000) 
     study = build.study(file, source, name, problems)
     problems.stop()
     assert study is not None  # otherwise there was a problem
-    study = study.but(trials=study.trials[::every], holdout=study.holdout[::every])
+    study = study.but(trials=study.trials[::fit], holdout=study.holdout[::held])
     return Problem(title, study, budgets=(budget,))
 
 
@@ -173,5 +176,5 @@ def problems(data: Path | None, quick: bool) -> list[Problem]:
     found = [make() for make in SYNTHETIC.values()]
     if data is not None:
         found.append(ship("kvlcc2_marin", data, "KVLCC2, recorded"))
-        found.append(ship("esso_osaka", data, "Esso Osaka, recorded", every=4, budget=1000))
+        found.append(ship("esso_osaka", data, "Esso Osaka, recorded", fit=8, held=4, budget=1000))
     return found
