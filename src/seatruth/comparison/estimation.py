@@ -13,6 +13,10 @@ import numpy as np
 import pandas as pd
 
 _BY = ["problem", "cost", "solver", "noise", "level", "budget"]
+_COLUMNS = (
+    *("unit", "truth", "mean", "runs", "missing", "spread", "bias", "bias_se", "rmse", "rmse_percent", "crlb"),
+    *("efficiency", "coverage", "intervals"),
+)
 
 
 def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
@@ -22,40 +26,48 @@ def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
     Cramer-Rao bounds of the realisations), `efficiency` = rmse / crlb, `coverage` of the 95 % intervals, over the
     `intervals` that there are. Runs without an answer are left out here and counted in `missing`.
     """
-    wanted: dict[Any, int] = runs.groupby(_BY, sort=False).size().to_dict()
-    rows = []
-    for place, group in estimates.groupby([*_BY, "parameter"], sort=False, observed=True):
-        truth, value = group["truth"].to_numpy(dtype=float), group["value"].to_numpy(dtype=float)
-        error = value - truth
-        known = bool(np.isfinite(error).all())
-        row: dict[str, Any] = dict(zip([*_BY, "parameter"], place))
-        row |= {
-            "unit": group["unit"].iloc[0],
-            "truth": float(truth[0]),
-            "mean": float(value.mean()),
-            "runs": len(group),
-        }
-        row["missing"] = wanted[place[:-1]] - len(group)
-        row["spread"] = float(value.std(ddof=1)) if len(group) > 1 else math.nan
-        row["bias"] = float(error.mean()) if known else math.nan
-        row["bias_se"] = row["spread"] / math.sqrt(len(group)) if known else math.nan
-        row["rmse"] = _rms(error) if known else math.nan
-        row["rmse_percent"] = 100.0 * row["rmse"] / abs(truth[0]) if known and truth[0] != 0 else math.nan
-        row["crlb"] = _rms(group["crlb"].to_numpy(dtype=float))
-        row["efficiency"] = row["rmse"] / row["crlb"] if row["crlb"] > 0 else math.nan
-        row |= _coverage(group)
-        rows.append(row)
-    return pd.DataFrame(rows)
+    if not len(estimates):
+        return pd.DataFrame()
+    truth, noisy = estimates["truth"], estimates["level"] > 0  # intervals speak of noise
+    sized = np.isfinite(estimates["lower"]) & np.isfinite(estimates["upper"]) & np.isfinite(truth) & noisy
+    held = sized & (estimates["lower"] <= truth) & (truth <= estimates["upper"])
+    error = estimates["value"] - truth
+    parts = estimates[[*_BY, "parameter", "value", "truth", "unit"]].assign(
+        error=error, square=error**2, bound=estimates["crlb"] ** 2, sized=sized, held=held
+    )
+    groups = parts.groupby([*_BY, "parameter"], sort=False, observed=True)
+    found = groups.agg(
+        unit=("unit", "first"),
+        truth=("truth", "first"),
+        mean=("value", "mean"),
+        runs=("value", "size"),
+        spread=("value", "std"),
+        bias=("error", "mean"),
+        square=("square", "mean"),
+        bound=("bound", "mean"),
+        intervals=("sized", "sum"),
+        held=("held", "sum"),
+    ).reset_index()
+    wanted = runs.groupby(_BY, sort=False).size().rename("asked").reset_index()
+    found = found.merge(wanted, on=_BY)
+    found["missing"] = found["asked"] - found["runs"]
+    known = found["truth"].notna()
+    found["bias_se"] = (found["spread"] / np.sqrt(found["runs"])).where(known)
+    found["rmse"], found["crlb"] = np.sqrt(found["square"]), np.sqrt(found["bound"])
+    size = found["truth"].abs()
+    found["rmse_percent"] = (100.0 * found["rmse"] / size.where(size > 0)).where(known)
+    found["efficiency"] = found["rmse"] / found["crlb"].where(found["crlb"] > 0)
+    found["coverage"] = found["held"] / found["intervals"].where(found["intervals"] > 0)
+    return found[[*_BY, "parameter", *_COLUMNS]]
 
 
-def overall(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
-    """By place, solver and budget, over seeds and parameters.
+def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
+    """By place, solver and budget, over seeds and parameters; `table` is that of `by_parameter`.
 
     `error_percent`: median over the parameters of their rms errors in per cent of the truth; `efficiency`: median of
     their rms errors over the bounds; `coverage` of all intervals; `held_out`: median error of prediction, a part of
     the outputs' range.
     """
-    table = by_parameter(runs, estimates)
     parts = dict(list(table.groupby(_BY, sort=False))) if len(table) else {}
     rows = []
     for place, group in runs.groupby(_BY, sort=False):
@@ -77,20 +89,3 @@ def overall(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
         row["search_s"] = float(group["search_s"].median())
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _coverage(group: pd.DataFrame) -> dict[str, Any]:
-    """Share of the intervals that hold the truth, of those that are there."""
-    if float(group["level"].iloc[0]) == 0:
-        return {"coverage": math.nan, "intervals": 0}  # intervals speak of noise, and here is none
-    inside = group[np.isfinite(group["lower"]) & np.isfinite(group["upper"]) & np.isfinite(group["truth"])]
-    if not len(inside):
-        return {"coverage": math.nan, "intervals": 0}
-    held = (inside["lower"] <= inside["truth"]) & (inside["truth"] <= inside["upper"])
-    return {"coverage": float(held.mean()), "intervals": len(inside)}
-
-
-def _rms(values: Any) -> float:
-    values = np.asarray(values, dtype=float)
-    values = values[~np.isnan(values)]
-    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan

@@ -52,25 +52,29 @@ def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) 
     successes (Hansen and others 2010): what it costs on average if the solver is started again until it succeeds. A
     failed run costs its whole budget. Infinite without any success.
     """
-    rows = []
-    for place, group in runs.groupby([*PLACE, "solver", "budget"], sort=False):
-        for target in targets:
-            spent = seconds = 0.0
-            successes = 0
-            for run in records(group):
-                when = evaluations_to(run, histories, target)
-                reached = math.isfinite(when)
-                successes += reached
-                used = float(run.evaluations) if run.status == "done" else float(run.budget)
-                spent += when if reached else used
-                last = histories[run.key][2]
-                seconds += seconds_to(run, histories, target) if reached else float(last[-1]) if len(last) else 0.0
-            row = dict(zip([*PLACE, "solver", "budget"], place)) | {"target": target, "runs": len(group)}
-            row |= {"success_rate": successes / len(group)}
-            row |= {"ert": spent / successes if successes else math.inf}
-            row |= {"ert_s": seconds / successes if successes else math.inf}
-            rows.append(row)
-    return pd.DataFrame(rows)
+    if not len(runs):
+        return pd.DataFrame()
+    every = list(records(runs))
+    last = [histories[run.key][2] for run in every]
+    used = np.array([float(run.evaluations) if run.status == "done" else float(run.budget) for run in every])
+    whole = np.array([float(seconds[-1]) if len(seconds) else 0.0 for seconds in last])
+    parts = []
+    for target in targets:
+        when = np.array([evaluations_to(run, histories, target) for run in every], dtype=float)
+        clock = np.array([seconds_to(run, histories, target) for run in every], dtype=float)
+        reached = np.isfinite(when)
+        columns = {"reached": reached, "spent": np.where(reached, when, used)}
+        columns["seconds"] = np.where(reached, clock, whole)
+        parts.append(runs[[*PLACE, "solver", "budget"]].assign(target=target, **columns))
+    groups = pd.concat(parts).groupby([*PLACE, "solver", "budget", "target"], sort=False)
+    found = groups.agg(
+        runs=("reached", "size"), reached=("reached", "sum"), spent=("spent", "sum"), seconds=("seconds", "sum")
+    ).reset_index()
+    successes = found["reached"].where(found["reached"] > 0)
+    found["success_rate"] = found["reached"] / found["runs"]
+    found["ert"] = (found["spent"] / successes).fillna(math.inf)
+    found["ert_s"] = (found["seconds"] / successes).fillna(math.inf)
+    return found.drop(columns=["reached", "spent", "seconds"])
 
 
 def ecdf(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:

@@ -119,7 +119,7 @@ class Results:
     @cached_property
     def overall(self) -> pd.DataFrame:
         """The same over all parameters, with the error of prediction of the trials held out."""
-        return estimation.overall(self.runs, self.estimates)
+        return estimation.overall(self.runs, self.accuracy)
 
     @cached_property
     def scores(self) -> pd.DataFrame:
