@@ -33,6 +33,10 @@ class DifferentialSwarm(Optimizer):
     open too: independent draws (`distinct` off) often converge much faster, but with 40 to 50 particles one run in ten
     ends early in the wrong place (Rosenbrock in 11 dimensions, 600 steps of 40: median 6e-3, worst 2 to 30), while
     distinct ones do not (median 4e-5, worst 4e-3).
+
+    The swarm must be large enough, or it collapses before it arrives: on a trajectory with 11 parameters 24 of 24 runs
+    with 40 or with 50 particles reached the minimum and none with 30; Rosenbrock needs 3.5 particles a parameter in 11
+    dimensions and more than 5 in 18. With 40 particles and 11 parameters omega = 0.9 halved the evaluations.
     """
 
     name: ClassVar[str] = "differential_swarm"
