@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from seatruth.commands import diagnose, identify
 from seatruth.commands.common import JsonFile, Result, say
-from seatruth.commands.identify import run
 from seatruth.study import read_plan
 
 
@@ -25,4 +25,10 @@ def demo(
     with as_file(files("seatruth") / "sample") as folder:
         plan = read_plan(folder / "study.toml").but(folder=out)
         say(f"Identifying {plan.study.name}: {len(plan.study.trials)} synthetic trials that come with seatruth.\n")
-        return run(plan, threads=threads, fresh=True, quiet=quiet)
+        identified = identify.run(plan, threads=threads, fresh=True, quiet=quiet)
+        if identified.exit_code:
+            return identified
+        say("\nThe same trials, and a model that knows of no current: what is the gap, and what causes it?\n")
+        plan = read_plan(folder / "diagnose.toml").but(folder=out / "diagnosis")
+        diagnosed = diagnose.run(plan, threads=threads, suggest=False, quiet=quiet)
+    return Result({**identified.data, "diagnosis": diagnosed.data}, diagnosed.exit_code)

@@ -171,7 +171,7 @@ def show(diagnosis: Diagnosis) -> None:
     first = words.data_first(diagnosis)
     if first:
         say(f"! {first}", style="bold red")
-    say(str(diagnosis.verdict["sentence"]).replace("+-", "±"), style="bold")
+    say(words.verdict_in_words(diagnosis), style="bold")
     outcome = diagnosis.outcome
     say(f"{len(diagnosis.effects)} effects took part, {outcome['fits']} fits, {outcome['wall_s']:.0f} s\n")
     console().print(_gap(diagnosis))
@@ -201,14 +201,16 @@ def show(diagnosis: Diagnosis) -> None:
 def _gap(diagnosis: Diagnosis) -> Any:
     from seatruth.report.diagnosis.words import channels
 
-    effect = "with effects" if diagnosis.named else "best answer"
+    fits = ("before", "refit", "effect") if diagnosis.augmented["effects"] else ("before", "refit")
     rows = []
     for row in channels(diagnosis):
         scale = row["shown"]
-        sizes = [_number(row[key] * scale.factor) for key in ("noise", "rmse_before", "rmse_refit", "rmse_effect")]
-        multiples = [_number(row[f"multiple_{fit}"], 2) for fit in ("before", "refit", "effect")]
+        sizes = [_number(row[key] * scale.factor) for key in ("noise", *(f"rmse_{f}" for f in fits))]
+        multiples = [_number(row[f"multiple_{fit}"], 2) for fit in fits]
         rows.append([row["channel"], scale.unit, *sizes, *multiples])
-    columns = ["channel", "unit", "noise", "before", "refitted", effect, "× noise", "refitted ", f"{effect} "]
+    heads = ["before", "refitted", "with effects"][: len(fits)]
+    # A blank sets the second group of names apart from the first: each column has one of its own.
+    columns = ["channel", "unit", "noise", *heads, "× noise", *(f"{head} " for head in heads[1:])]
     return table(columns, rows, numbers=columns[2:])
 
 

@@ -15,6 +15,7 @@ from seatruth.gap.fit import Fit, fit
 from seatruth.gap.how_far import how_far
 from seatruth.gap.next_trial import menu, next_trial
 from seatruth.gap.probability import UNKNOWN, Candidate, Verdict, apart, inclusion, lambda_of, powerless
+from seatruth.gap.probes import equations
 from seatruth.gap.problem import Array, GapProblem
 from seatruth.gap.search import Say, Search
 from seatruth.gap.sentences import sentence
@@ -136,7 +137,7 @@ class Parts:
             "title": effect.title,
             "family": effect.family,
             "equation": effect.equation,
-            "acts_on": list(effect.places(self.study.model)),
+            "acts_on": self._acting(effect),
             "equivalent": list(effect.equivalent),
             "told_apart": effect.told_apart,
             "source": effect.source,
@@ -145,6 +146,12 @@ class Parts:
                 for q in effect.parameters
             ],
         }
+
+    def _acting(self, effect: Effect) -> list[str]:
+        """Where an effect acts on this model: under the model's names, without equations that it does not have."""
+        places = effect.places(self.study.model)
+        own = {"kinematics", *equations(self.study.model).values()}
+        return [place for place in places if ":" in place or place in own] or list(places)
 
     def _which(self) -> list[dict[str, Any]]:
         problem, found = self.problem, self.found
@@ -166,7 +173,7 @@ class Parts:
                     "name": name,
                     "number": effect.number,
                     "title": effect.title,
-                    "acts_on": list(effect.places(self.study.model)),
+                    "acts_on": self._acting(effect),
                     "probability": chances[name],
                     "log_evidence": found.evidence((name,)),
                     "lambda": own,

@@ -62,6 +62,8 @@ class Picture:
 
     svg: Markup
     caption: str = ""
+    wide: bool = False
+    """Too wide for a phone, which then scrolls it."""
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,13 @@ from typing import Any
 from seatruth.gap.diagnosis import Diagnosis
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import curves, words
-from seatruth.report.numbers import count, estimate, interval, listed, number, percent, shown
+from seatruth.report.numbers import count, estimate, interval, listed, number, shown
 from seatruth.report.sections.pictures import Album
 
+_ANY = 1e-3
+"""Lambda below which an effect has no signature to speak of."""
+_NEVER = 100.0
+"""Multiple of the typical magnitude from which an effect counts as one that would never show."""
 _SIZED = 8
 """Effects whose fitted parameters are listed."""
 _LEGEND = (
@@ -23,7 +27,7 @@ _LEGEND = (
 def which(diagnosis: Diagnosis, album: Album) -> Section | None:
     """The ranked answers and the leading effects' parameters."""
     best = diagnosis.candidates[0]
-    alt = f"Most probable answer: {words.in_titles(diagnosis, best['effects'])}, {percent(best['probability'], 3)}."
+    alt = f"Most probable answer: {words.in_titles(diagnosis, best['effects'])}, {words.chance(best['probability'])}."
     picture = album.picture(
         curves.answers(diagnosis),
         alt,
@@ -34,7 +38,7 @@ def which(diagnosis: Diagnosis, album: Album) -> Section | None:
     for candidate in diagnosis.candidates[:20]:
         effects = words.in_titles(diagnosis, candidate["effects"])
         p = float(candidate["probability"])
-        rows.append([effects, percent(p, 3) if p >= 5e-4 else "under 0.05 %", number(candidate["log_evidence"], 4)])
+        rows.append([effects, words.chance(p), number(candidate["log_evidence"], 4)])
     columns = [
         Column("answer", "long"),
         Column("probability", "number"),
@@ -69,14 +73,14 @@ def _sizes(diagnosis: Diagnosis) -> Block:
             rows.append(
                 [
                     str(row["title"]),
-                    percent(row["probability"], 3) if row["probability"] >= 5e-4 else "under 0.05 %",
+                    words.chance(row["probability"]),
                     str(q["name"]).replace("_", " "),
-                    estimate(value, error),
+                    estimate(value, error) if abs(value) >= 0.01 * error else "0",
                     number(error, 2),
                     interval(low, high, error),
                     scale.unit,
                     number(typical, 2),
-                    number(math.sqrt(row["lambda"]), 3) if k == 0 and row["lambda"] > 0 else "",
+                    number(math.sqrt(row["lambda"]), 3) if k == 0 and row["lambda"] > _ANY else "",
                 ]
             )
     columns = [
@@ -108,7 +112,7 @@ def signatures(diagnosis: Diagnosis, album: Album) -> Section | None:
         if effects
         else "No effect is in the model here: the trials and channels in which the refitted model misses most."
     )
-    legend = _LEGEND if effects else (_LEGEND[0], _LEGEND[2])
+    legend = _LEGEND if effects else (("residual", "residual after refitting; the band is twice the noise"),)
     return Section("signatures", "Signatures", [Text(text), Pictures(pictures, legend)])
 
 
@@ -190,7 +194,8 @@ def detectable(diagnosis: Diagnosis, album: Album) -> Section | None:
             q = about[row["name"]][name]
             scale = shown(name, str(q["unit"]))
             typical = float(q["typical"]) * scale.factor
-            sizes = [number(float(limit) * scale.factor, 2), number(typical, 2)]
+            least = float(limit) * scale.factor
+            sizes = [number(least, 2) if least < _NEVER * typical else "none", number(typical, 2)]
             could = "could show" if float(limit) <= float(q["typical"]) else "could not"
             rows.append([str(row["title"]), name.replace("_", " "), *sizes, scale.unit, could])
     if not rows:

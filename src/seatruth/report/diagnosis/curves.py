@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from seatruth.gap.diagnosis import Diagnosis
-from seatruth.report.diagnosis.words import in_titles, titles
+from seatruth.report.diagnosis.words import chance, in_titles, titles
 from seatruth.report.figures.style import (
     BLUE,
     CYCLE,
@@ -34,7 +34,7 @@ from seatruth.report.figures.style import (
     text,
     thinned,
 )
-from seatruth.report.numbers import number, percent, shown
+from seatruth.report.numbers import number, shown
 
 _WIDE = 4.8
 _CELL = (4.8, 2.6)
@@ -53,13 +53,11 @@ def answers(diagnosis: Diagnosis) -> Figure:
     left = min(0.2 + 0.064 * max(len(name) for name in names), 3.6)
     height = 0.27 * len(found)
     figure = Figure(figsize=(7.2, height + 0.6))
-    axes = placed(figure, left, 0.48, 7.2 - left - 0.6, height)
+    axes = placed(figure, left, 0.48, 7.2 - left - 0.9, height)
     for y, candidate in enumerate(found):
         p = float(candidate["probability"])
         axes.barh(y, p, color=BLUE if y == 0 else MEASURED, height=0.62)
-        axes.annotate(
-            percent(p, 3 if p >= 0.1 else 2), (p, y), (4, 0), textcoords="offset points", va="center", fontsize=8
-        )
+        axes.annotate(chance(p), (p, y), (4, 0), textcoords="offset points", va="center", fontsize=8)
     rows(axes, names)
     axes.set_yticks(range(len(found)), labels=names)
     axes.set_xlim(0.0, 1.0)
@@ -100,14 +98,24 @@ def signature(diagnosis: Diagnosis, trial: str, channel: str) -> Figure:
     remains = residual - explained
     noise = float(row["noise"]) * scale.factor
     figure = Figure(figsize=_CELL)
+    said = f"{text(trial)}: {number(row['multiple_refit'], 2)} × noise"
+    kept = thinned(t, residual)
+    if not diagnosis.augmented["effects"]:
+        axes = placed(figure, 0.72, 0.44, 3.93, 1.9)
+        axes.axhspan(-2 * noise, 2 * noise, color=FAINT, linewidth=0)
+        axes.axhline(0, color=GREY, linewidth=0.7)
+        axes.plot(t[kept], residual[kept], color=INK, linewidth=0.9)
+        few_ticks(axes, 6, 4)
+        axes.set_ylabel(text(scale.label, 24))
+        axes.set_xlabel("t (s)")
+        axes.set_title(said, loc="right", pad=3, color=INK)
+        return figure
     upper = placed(figure, 0.72, 1.06, 3.93, 1.28)
     lower = placed(figure, 0.72, 0.44, 3.93, 0.52, sharex=upper)
-    kept = thinned(t, residual)
     upper.axhline(0, color=GREY, linewidth=0.7)
     upper.plot(t[kept], residual[kept], color=MEASURED, linewidth=2.4)
-    if diagnosis.augmented["effects"]:
-        kept = thinned(t, explained)
-        upper.plot(t[kept], explained[kept], color=BLUE, linewidth=1.2)
+    kept = thinned(t, explained)
+    upper.plot(t[kept], explained[kept], color=BLUE, linewidth=1.2)
     lower.axhspan(-2 * noise, 2 * noise, color=FAINT, linewidth=0)
     lower.axhline(0, color=GREY, linewidth=0.7)
     kept = thinned(t, remains)
@@ -122,10 +130,8 @@ def signature(diagnosis: Diagnosis, trial: str, channel: str) -> Figure:
     lower.set_xlabel("t (s)")
     for axes in (upper, lower):
         axes.yaxis.set_label_coords(-0.148, 0.5)
-    said = f"{number(row['multiple_refit'], 2)} × noise"
-    if diagnosis.augmented["effects"]:
-        said += f", remains {number(row['multiple_effect'], 2)}"
-    upper.set_title(f"{text(trial)}: {said}", loc="right", pad=3, color=INK)
+    remaining = number(row["multiple_effect"], 2)
+    upper.set_title(f"{said}, remains {remaining}", loc="right", pad=3, color=INK)
     return figure
 
 

@@ -8,10 +8,13 @@ from typing import Any
 from seatruth.gap.diagnosis import Diagnosis
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import curves, maps, words
-from seatruth.report.numbers import number, percent, shown
+from seatruth.report.numbers import number, shown
 from seatruth.report.sections.pictures import Album
 
-_FITS = ("before", "refit", "effect")
+
+def _fits(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """The fits that are compared: the third only where it differs from the second."""
+    return ("before", "refit", "effect") if diagnosis.augmented["effects"] else ("before", "refit")
 
 
 def gap(diagnosis: Diagnosis, album: Album) -> Section | None:
@@ -19,22 +22,22 @@ def gap(diagnosis: Diagnosis, album: Album) -> Section | None:
     found = words.channels(diagnosis)
     if not found:
         return None
-    best = maps.best_label(diagnosis)
+    fits = _fits(diagnosis)
+    best = [maps.best_label(diagnosis)] * (len(fits) - 2)
     rows = []
     for row in found:
         scale = row["shown"]
-        sizes = [number(row[key] * scale.factor, 3) for key in ("noise", *(f"rmse_{fit}" for fit in _FITS))]
-        rows.append([scale.name, scale.unit, *sizes, *(number(row[f"multiple_{fit}"], 2) for fit in _FITS)])
+        sizes = [number(row[key] * scale.factor, 3) for key in ("noise", *(f"rmse_{fit}" for fit in fits))]
+        rows.append([scale.name, scale.unit, *sizes, *(number(row[f"multiple_{fit}"], 2) for fit in fits)])
     columns = [
         Column("channel"),
         Column("unit"),
         Column("noise", "number", "standard deviation"),
         Column("as believed", "number", "RMSE of the model before anything was fitted but the initial states"),
         Column("refitted", "number", "RMSE after its free coefficients were fitted under their priors"),
-        Column(best, "number", "RMSE with the effects of the verdict and everything refitted"),
+        *(Column(name, "number", "RMSE with the effects of the verdict and everything refitted") for name in best),
         Column("× noise, as believed", "number"),
-        Column("refitted", "number"),
-        Column(best, "number"),
+        *(Column(name, "number") for name in ("refitted", *best)),
     ]
     pictures = [
         album.picture(
@@ -60,20 +63,21 @@ def gap(diagnosis: Diagnosis, album: Album) -> Section | None:
 
 
 def _by_trial(diagnosis: Diagnosis) -> Block:
+    fits = _fits(diagnosis)
     rows = []
     for row in diagnosis.gap:
         scale = shown(str(row["channel"]), str(row["unit"]))
-        sizes = [number(row[f"rmse_{fit}"] * scale.factor, 3) for fit in _FITS]
-        multiples = [number(row[f"multiple_{fit}"], 2) for fit in _FITS]
+        sizes = [number(row[f"rmse_{fit}"] * scale.factor, 3) for fit in fits]
+        multiples = [number(row[f"multiple_{fit}"], 2) for fit in fits]
         rows.append([str(row["trial"]), scale.name, scale.unit, str(row["n"]), *sizes, *multiples])
-    best = maps.best_label(diagnosis)
+    heads = ("as believed", "refitted", maps.best_label(diagnosis))[: len(fits)]
     columns = [
         Column("trial"),
         Column("channel"),
         Column("unit"),
         Column("samples", "number"),
-        *(Column(name, "number") for name in ("as believed", "refitted", best)),
-        *(Column(name, "number") for name in ("× noise, as believed", "refitted", best)),
+        *(Column(name, "number") for name in heads),
+        *(Column(name, "number") for name in ("× noise, as believed", *heads[1:])),
     ]
     return table("The gap of each trial and channel", columns, rows, folded=True)
 
@@ -89,7 +93,7 @@ def where(diagnosis: Diagnosis, album: Album) -> Section | None:
             rows.append(
                 [
                     words.place_in_words(str(row["place"])),
-                    percent(row["probability"], 3) if row["probability"] >= 5e-4 else "under 0.05 %",
+                    words.chance(row["probability"]),
                     number(row["log_evidence"], 3),
                     number(left, 3) if diagnosis.augmented["effects"] else "",
                 ]

@@ -50,7 +50,7 @@ FITS = (("before", "as believed", VERMILLION, "d"), ("refit", "refitted", ORANGE
 def split(diagnosis: Diagnosis) -> Figure:
     """The misfit of the model as it was believed, split into noise, coefficients, effects and what is left."""
     figure = Figure(figsize=(7.2, 1.15))
-    axes = placed(figure, 0.1, 0.42, 7.0, 0.34)
+    axes = placed(figure, 0.1, 0.42, 6.8, 0.34)
     start = 0.0
     for key, _, colour, hatch in _PARTS:
         share = float(diagnosis.shares[key])

@@ -45,7 +45,7 @@ def _summary(diagnosis: Diagnosis) -> Section:
     first = words.data_first(diagnosis)
     if first:
         blocks.append(Statement("Wrong data", first, "wrong"))
-    sentence = str(said["sentence"]).replace("+-", "±")
+    sentence = words.verdict_in_words(diagnosis)
     blocks.append(Statement(words.HEADLINES[said["kind"]], sentence, "unsure" if first else _TONES[said["kind"]]))
     blocks.append(
         Answers(
@@ -73,7 +73,7 @@ def _summary(diagnosis: Diagnosis) -> Section:
     weak = words.weak_in_words(diagnosis)
     if weak:
         notes.append((weak, "detectable", said["kind"] == "underpowered"))
-    if diagnosis.next_trial is not None:
+    if diagnosis.next_trial is not None and said["kind"] != "no_gap":
         notes.append((f"Next trial: {words.next_in_words(diagnosis)}", "next-trial", False))
     wrong = len([f for f in diagnosis.findings if f.severity in ("error", "warning")])
     if wrong:

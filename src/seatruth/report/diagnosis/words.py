@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -30,6 +31,30 @@ PLACES = {
     "kinematics": "the kinematics (motion over ground against motion through the water)",
 }
 """Equations in words."""
+
+
+_HARDLY = 1.2
+"""RMSE over noise up to which nothing is missed; ratio of distances up to which a further trial brings nothing."""
+_CLOSES = 0.02
+"""Closure below which nothing closes."""
+_EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")
+
+
+def readable(sentence: str) -> str:
+    """A sentence of the diagnosis as it is printed: ± for +-, small numbers without exponents."""
+
+    def plain(match: re.Match[str]) -> str:
+        digits = len(match[1].partition("e")[0].partition(".")[2]) + int(match[1].partition("e-")[2])
+        return f"{float(match[1]):.{digits}f}"
+
+    return _EXPONENT.sub(plain, sentence.replace("+-", "±").replace("%", " %").replace("  %", " %"))
+
+
+def chance(probability: float) -> str:
+    """A probability: never "100 %" or "0 %", which nothing is."""
+    if probability >= 0.9995:
+        return "over 99.9 %"
+    return percent(probability, 3) if probability >= 5e-4 else "under 0.05 %"
 
 
 def place_in_words(place: str) -> str:
@@ -87,10 +112,17 @@ def gap_in_words(diagnosis: Diagnosis) -> str:
     if not rows:
         return ""
     worst = max(rows, key=lambda row: _or_zero(row["multiple_refit"]))
-    text = (
-        f"Refitted under its priors, the model misses {worst['channel']} most: by "
-        f"{number(worst['multiple_refit'], 2)} times the noise ({number(worst['multiple_before'], 2)} times before)."
-    )
+    if worst["multiple_refit"] < _HARDLY:
+        before = max(_or_zero(row["multiple_before"]) for row in rows)
+        text = (
+            f"Refitted under its priors, the model meets every channel to its noise ({number(before, 2)} times before)."
+        )
+    else:
+        sizes = [number(worst[key], 2) for key in ("multiple_refit", "multiple_before")]
+        text = (
+            f"Refitted under its priors, the model misses {worst['channel']} most: by {sizes[0]} times the noise "
+            f"({sizes[1]} times before)."
+        )
     split = diagnosis.shares
     parts = [
         f"{percent(split[key])} {words}"
@@ -116,7 +148,7 @@ def where_in_words(diagnosis: Diagnosis) -> str:
         sentences.append(f"It acts in {listed([place_in_words(place) for place in named])}.")
     elif places and places[0]["log_evidence"] > 0:
         likely = [row for row in places if row["probability"] >= 0.05][:3]
-        shares = [f"{place_in_words(row['place'])} ({percent(row['probability'])})" for row in likely]
+        shares = [f"{place_in_words(row['place'])} ({chance(row['probability'])})" for row in likely]
         sentences.append(f"An unnamed cause would act most likely in {listed(shares)}.")
     elif places:
         sentences.append("Nothing speaks for a further force, actuator or sensor error anywhere.")
@@ -161,7 +193,7 @@ def magnitude(q: Mapping[str, Any], key: str = "value") -> tuple[Shown, float]:
 def parameters_in_words(row: Mapping[str, Any]) -> str:
     """An effect's parameters with their errors in units that are read."""
     if row["in_words"]:
-        return str(row["in_words"]).replace("+-", "±")
+        return readable(str(row["in_words"]))
     parts = []
     for q in row["parameters"]:
         scale, value = magnitude(q)
@@ -171,24 +203,39 @@ def parameters_in_words(row: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
+def verdict_in_words(diagnosis: Diagnosis) -> str:
+    """The verdict in one to three sentences, in the units of the page."""
+    said = diagnosis.verdict
+    if said["kind"] != "effects":
+        return readable(str(said["sentence"]))
+    by_name, known = {row["name"]: row for row in diagnosis.which}, titles(diagnosis)
+    causes = [f"{known[name]} ({parameters_in_words(by_name[name])})" for name in said["effects"]]
+    text = f"The gap comes from {listed(causes)}, with probability {chance(said['probability'])}."
+    closure = (diagnosis.how_far or {}).get("closure")
+    if not closure or not closure["value"] > _CLOSES:
+        return text
+    ends = f"{percent(closure['lower'])} to {percent(closure['upper'])}"
+    return f"{text} On trials left out it closes {percent(closure['value'])} of what refitting leaves (95 %: {ends})."
+
+
 def which_in_words(diagnosis: Diagnosis) -> str:
     """The answer to "which", with how sure."""
     said = diagnosis.verdict
-    chance = percent(said["probability"], 3)
+    sure = chance(said["probability"])
     by_name = {row["name"]: row for row in diagnosis.which}
     known = titles(diagnosis)
     if said["kind"] == "effects":
         causes = [f"{known[name]}: {parameters_in_words(by_name[name])}" for name in said["effects"]]
-        return f"{'; '.join(causes)}. Probability {chance}."
+        return f"{'; '.join(causes)}. Probability {sure}."
     if said["kind"] == "inseparable":
-        return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {chance}."
+        return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {sure}."
     if said["kind"] == "unknown":
-        return f"None of the {len(diagnosis.effects)} effects that took part explains it. Probability {chance}."
+        return f"None of the {len(diagnosis.effects)} effects that took part explains it. Probability {sure}."
     if said["kind"] == "no_gap":
-        return f"No cause is needed. Probability {chance}."
+        return f"No cause is needed. Probability {sure}."
     if said["set"]:
         return f"No cause stands out; the likeliest are {listed([known[n] for n in said['set'] if n in known])}."
-    return f"No cause shows (probability {chance}), but too many could not have shown on these trials."
+    return f"No cause shows (probability {sure}), but too many could not have shown on these trials."
 
 
 def how_far_in_words(diagnosis: Diagnosis) -> str:
@@ -207,8 +254,14 @@ def how_far_in_words(diagnosis: Diagnosis) -> str:
     text += f", by {number(flexible, 3)} with flexible terms instead." if math.isfinite(flexible) else "."
     if closure is None or not math.isfinite(closure["value"]):
         return f"{text} Refitting leaves hardly any gap to close."
-    ends = f"{percent(closure['lower'])} to {percent(closure['upper'])}"
-    return f"{percent(closure['value'])} of the gap closes (95 %: {ends}). {text}"
+    if errors["refit"] < _HARDLY:
+        return f"There is hardly any gap to close. {text}"
+    if closure["value"] < _CLOSES:
+        return f"No effect closes the gap on trials left out. {text}"
+    ends = f"{percent(closure['value'])} of the gap (95 %: {percent(closure['lower'])} to {percent(closure['upper'])})"
+    if diagnosis.named:
+        return f"It closes {ends}. {text}"
+    return f"No effect is named; the likeliest one would close {ends}. {text}"
 
 
 def next_in_words(diagnosis: Diagnosis) -> str:
@@ -218,8 +271,8 @@ def next_in_words(diagnosis: Diagnosis) -> str:
         return "No two causes survive that a further trial would have to tell apart."
     pair = listed([titles(diagnosis).get(name, name) for name in new["menu"][0]["weakest"]])
     text = f"{new['manoeuvre']} ({new['text']})"
-    if not new["lambda_then"] > 0.01:
-        return f"None on the menu would tell apart {pair}; the best is {text}."
+    if not new["lambda_then"] > max(0.01, _HARDLY**2 * new["lambda_now"]):
+        return f"None on the menu would tell {pair} apart noticeably better than these trials; the best is {text}."
     now, then = number(math.sqrt(max(new["lambda_now"], 0.0)), 2), number(math.sqrt(new["lambda_then"]), 2)
     return (
         f"{text}. The least distance between two surviving causes ({pair}) would grow from {now} to {then} standard "

@@ -11,6 +11,9 @@ from matplotlib.figure import Figure
 from seatruth.report.blocks import Picture
 from seatruth.report.figures.svg import svg
 
+_WIDE = 6.0
+"""Inches from which a figure cannot be read at the width of a phone."""
+
 
 class Album:
     """Numbers the figures of one page, so that ids inside their SVG do not clash."""
@@ -20,4 +23,5 @@ class Album:
 
     def picture(self, figure: Figure, alt: str, caption: str = "") -> Picture:
         """The figure as it stands in the page."""
-        return Picture(Markup(svg(figure, alt, f"f{next(self._numbers)}")), caption)
+        wide = bool(figure.get_figwidth() > _WIDE)
+        return Picture(Markup(svg(figure, alt, f"f{next(self._numbers)}")), caption, wide)
