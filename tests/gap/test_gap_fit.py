@@ -1,4 +1,4 @@
-"""Fits and evidence on a problem that is linear, where everything is known in closed form; what follows from evidence."""
+"""Fits and evidence on a linear problem, where everything is known in closed form, and what follows from evidence."""
 
 from __future__ import annotations
 

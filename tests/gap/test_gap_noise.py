@@ -1,4 +1,4 @@
-"""The noise floor: whitening leaves independent samples of unit variance from the first on, and Burg finds the model."""
+"""The noise floor: whitening leaves independent samples of unit variance from the first on; Burg finds the model."""
 
 from __future__ import annotations
 
