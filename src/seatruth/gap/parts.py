@@ -104,8 +104,14 @@ class Parts:
             synthetic=self.study.synthetic,
             seed=self.seed,
             trials=[
-                {"name": t.name, "samples": len(t), "duration_s": t.duration, "conditions": dict(t.conditions)}
-                for t in self.study.trials
+                {
+                    "name": t.name,
+                    "samples": len(t),
+                    "duration_s": t.duration,
+                    "conditions": dict(t.conditions),
+                    "steps": [{"name": step.name, "effect": step.effect} for step in t.steps],
+                }
+                for t in problem.trials
             ],
             effects=[self._about(effect) for effect in problem.effects.values()],
             left_out=dict(reasons),

@@ -179,7 +179,10 @@ class MMGShipOrdered(MMGShip):
     name = "mmg_ordered"
     title = "Ship, MMG standard method, with the steering gear between order and rudder"
     states = (*MMGShip.states, RUDDER)
-    inputs: tuple[Channel, ...] = (Channel("delta_order", "rad", "rudder order, positive turns to starboard"), REVOLUTIONS)
+    inputs: tuple[Channel, ...] = (
+        Channel("delta_order", "rad", "rudder order, positive turns to starboard"),
+        REVOLUTIONS,
+    )
     parameters = (
         *KVLCC2,
         Parameter("rudder_rate", 0.2757620218, "rad/s", 0.02, 0.7, source="[L] 15.8 deg/s, KVLCC2 L-7 model tests"),

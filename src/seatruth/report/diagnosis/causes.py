@@ -236,6 +236,20 @@ def model(diagnosis: Diagnosis, album: Album) -> Section | None:
     )
 
 
+def steps(diagnosis: Diagnosis, album: Album) -> Section | None:
+    """Everything that was done to the data before."""
+    rows = [
+        [str(trial["name"]), str(step["name"]), str(step["effect"])]
+        for trial in diagnosis.trials
+        for step in trial.get("steps") or []
+    ]
+    if not rows:
+        return None
+    columns = [Column("trial"), Column("step"), Column("what it did", "long")]
+    text = "Everything that was done to the recorded data before the diagnosis, in this order."
+    return Section("steps", "Steps on the data", [Text(text), table("Steps on record", columns, rows, folded=True)])
+
+
 def not_asked(diagnosis: Diagnosis, album: Album) -> Section | None:
     """Effects that took part, and those that did not with the reason."""
     took = [

@@ -17,7 +17,15 @@ def diagnosis_sections(diagnosis: Diagnosis) -> list[Section]:
     album = Album()
     makers = (
         *(evidence.gap, evidence.where, causes.which, causes.signatures, causes.confusion, causes.unnamed),
-        *(evidence.how_far, evidence.next_trial, causes.detectable, evidence.noise, causes.model, causes.not_asked),
+        *(
+            evidence.how_far,
+            evidence.next_trial,
+            causes.detectable,
+            evidence.noise,
+            causes.model,
+            causes.not_asked,
+            causes.steps,
+        ),
     )
     found = [section for make in makers if (section := make(diagnosis, album)) is not None]
     last = (of_findings(diagnosis.findings), of_provenance(diagnosis.provenance))
