@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import logging.config
+import os
 import sys
 import tempfile
 import time
@@ -39,7 +40,7 @@ Array = NDArray[np.float64]
 SEED, LEVEL, BUDGET = 20260401, 0.01, 2000
 GOAL_OVERHEAD, GOAL_WORKERS, GOAL_NAIVE = 2.0, 3.5, 500.0
 SWARM = 50
-NAIVE_RTOL, NAIVE_ATOL = 1e-6, 1e-9
+NAIVE_RTOL, NAIVE_ATOL = 1e-7, 1e-10
 SYSTEMS = ("xu2012", "chen2011", "zhao2018", "sun2019")
 
 
@@ -67,7 +68,7 @@ def body(options: Options, results: Results) -> None:
     results.add_text(__doc__ or "")
     overhead: dict[str, Any] = {"seconds": 0.2 if quick else 1.0, "runs": 5 if quick else 40, "workers": 4}
     _report_overhead(results, results.stage("overhead", overhead, lambda: _overhead(**overhead)), overhead)
-    gain: dict[str, Any] = {"candidates": 10_000 if quick else 100_000, "runs": 8 if quick else 32, "workers": 4}
+    gain: dict[str, Any] = {"candidates": 10_000 if quick else 100_000, "runs": 8 if quick else 16, "workers": 4}
     _report_gain(results, results.stage("workers", gain, lambda: _gain(**gain)))
     naive: dict[str, Any] = {"names": SYSTEMS[:1] if quick else SYSTEMS, "budget": 200 if quick else BUDGET}
     naive |= {"generations": 1, "fit": not quick}
@@ -75,38 +76,49 @@ def body(options: Options, results: Results) -> None:
 
 
 def _timed(solver: Any, runs: int, workers: int, problem: Problem) -> dict[str, float]:
-    """Wall time of a comparison, its runs' own time, and when the first run was done."""
+    """Of a comparison: wall time, its runs' own time, and the processor time of the runner's process."""
     made = Comparison([problem], {"it": from_callable(solver)}, [Noise("white", LEVEL)], runs, (10**9,), seed=SEED)
     warm = Comparison([problem], {"it": from_callable(nap(0.3))}, [Noise("white", LEVEL)], 3 * workers, (10**9,))
     with tempfile.TemporaryDirectory() as folder:
         compare(warm, Path(folder) / "warm", workers=workers)  # workers start and load; joblib keeps them
         # References and kernels first, so that what is timed is nothing but runs.
         compare(Comparison([problem], {"it": from_callable(nap(0.0))}, made.noise, runs, (10**9,), seed=SEED), folder)
-        begun = time.perf_counter()
+        begun, processor = time.perf_counter(), time.process_time()
         done = compare(made, folder, workers=workers)
-        wall = time.perf_counter() - begun
-    return {"wall": wall, "own": float((done.runs["search_s"] + done.runs["scoring_s"]).sum())}
+        wall, processor = time.perf_counter() - begun, time.process_time() - processor
+    return {"wall": wall, "processor": processor, "own": float((done.runs["search_s"] + done.runs["scoring_s"]).sum())}
 
 
 def _overhead(*, seconds: float, runs: int, workers: int) -> dict[str, Any]:
     problem = systems.planing()
-    found = {"one": _timed(nap(seconds), runs, 1, problem)}
+    found = {"one": _timed(nap(seconds), runs, 1, problem), "load": os.getloadavg()[0]}
     return found | {"all": _timed(nap(seconds), runs * workers, workers, problem)}
 
 
-def _report_overhead(results: Results, found: Mapping[str, Mapping[str, float]], setting: Mapping[str, Any]) -> None:
-    workers = int(setting["workers"])
+def _report_overhead(results: Results, found: Mapping[str, Any], setting: Mapping[str, Any]) -> None:
+    workers, long = int(setting["workers"]), setting["seconds"] >= 1.0
+    busy = found["load"] > workers
     for name, used in (("one", 1), ("all", workers)):
-        per_worker = found[name]["own"] / used
-        beyond = 100.0 * (found[name]["wall"] / per_worker - 1.0)
-        judged = setting["seconds"] >= 1.0
+        runs = f"{setting['runs'] * used} runs of {setting['seconds']:g} s" + ("" if long else "; too short to judge")
+        # The runs sleep, so that nearly all the processor time is the runner's (and the scoring's) own.
+        share = 100.0 * found[name]["processor"] / found[name]["own"]
+        goal: dict[str, Any] = {"goal": f"at most {GOAL_OVERHEAD:g} at 1 s a run"}
         results.add_figure(
-            f"overhead, {used} worker{'s' if used > 1 else ''}",
+            f"overhead, {used} worker{'s' if used > 1 else ''}, processor time of the runner",
+            share,
+            "% of the runs' own time",
+            runs,
+            **goal,
+            met=bool(share <= GOAL_OVERHEAD) if long else None,
+        )
+        beyond = 100.0 * (found[name]["wall"] * used / found[name]["own"] - 1.0)
+        results.add_figure(
+            f"overhead, {used} worker{'s' if used > 1 else ''}, wall time",
             beyond,
             "% of the runs' own time",
-            f"{setting['runs'] * used} runs of {setting['seconds']:g} s" + ("" if judged else "; too short to judge"),
-            goal=f"at most {GOAL_OVERHEAD:g} at 1 s a run",
-            met=bool(beyond <= GOAL_OVERHEAD) if judged else None,
+            f"load of the machine {found['load']:.1f}" + (": the runner had to wait, so not judged" if busy else ""),
+            **goal,
+            met=bool(beyond <= GOAL_OVERHEAD) if long and not busy else None,
         )
     gain = workers * found["one"]["wall"] / found["all"]["wall"]
     results.add_figure(
@@ -120,8 +132,6 @@ def _report_overhead(results: Results, found: Mapping[str, Mapping[str, float]],
 
 
 def _gain(*, candidates: int, runs: int, workers: int) -> dict[str, Any]:
-    import os
-
     problem = systems.diving_plane()
     one = _timed(toil(candidates), runs, 1, problem)
     many = _timed(toil(candidates), runs, workers, problem)
@@ -204,7 +214,15 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
         row |= _theirs(naive, low, high, study, generations)
         row |= _ours(problem, budget)
         if fit and name == names[0]:
-            x = least_squares(naive.residuals, truth, x_scale=np.abs(truth), bounds=(low, high), max_nfev=6).x
+            # The usual step of finite differences (1e-8) is below the error of solve_ivp: the fit then ends anywhere.
+            x = least_squares(
+                naive.residuals,
+                truth,
+                x_scale=np.abs(truth),
+                bounds=(low, high),
+                diff_step=np.full(truth.size, 1e-3),
+                max_nfev=12,
+            ).x
             from seatruth.optimizers import minimise
 
             best = minimise(cost, "least_squares").x

@@ -194,3 +194,8 @@ def test_the_document_is_the_schema_and_its_examples_run(tmp_path: Path, monkeyp
     assert example is not None
     (tmp_path / "comparison.toml").write_text(example[1])
     assert len(read_comparison("comparison.toml")[0].runs) == 20 * 2 * 2 * 2 * 5
+    block = re.search(r"```python\n(.*?)```", text, re.DOTALL)
+    assert block is not None
+    code = block[1].replace("workers=2", "workers=1")
+    exec(compile(code, "docs/compare.md", "exec"), {"__name__": "document"})
+    assert (tmp_path / "tanker-result" / "report.html").stat().st_size > 100_000

@@ -170,3 +170,26 @@ def test_without_a_truth_errors_are_left_empty(tmp_path: Path) -> None:
     made = results.ranking("accuracy")
     assert made is not None
     assert made.order[-1] == "guess"
+
+
+def test_a_solver_that_fits_some_problems_only_leaves_the_ranking_to_the_others() -> None:
+    rng = np.random.default_rng(2)
+    both = pd.concat(
+        [scored(rng.standard_normal((12, 3))), scored(rng.standard_normal((12, 2))).assign(problem="q")],
+        ignore_index=True,
+    )
+    made = ranks.ranking(both, "fit", {}, ["s0", "s1", "s2"])
+    assert made is not None
+    assert made.partly == ("s2",)
+    assert (made.blocks, made.block_is) == (24, "realisation")
+    here = ranks.ranking(both, "fit", {"problem": "p"}, ["s0", "s1", "s2"])
+    assert here is not None
+    assert sorted(here.order) == ["s0", "s1", "s2"]
+
+
+def test_many_conditions_are_blocks_of_their_own() -> None:
+    rng = np.random.default_rng(3)
+    parts = [scored(rng.standard_normal((5, 3))).assign(problem=f"p{k}") for k in range(12)]
+    made = ranks.ranking(pd.concat(parts, ignore_index=True), "fit", {}, ["s0", "s1", "s2"])
+    assert made is not None
+    assert (made.blocks, made.block_is) == (12, "condition")

@@ -1,10 +1,10 @@
 """Who is better, and whether the data can tell: ranks, Friedman's and Wilcoxon's tests, effect sizes.
 
-Solvers are compared on the same realisations (blocks). Where there are several places (problem, cost, noise, level)
-enough, a block is a place with the median over its seeds, since runs of one place say little about others; otherwise
-a block is a realisation, and what is found holds for these places only (Demsar 2006). Pairs are tested by Wilcoxon's
-signed ranks on the ratios of scores, with Holm's correction; solvers that no test tells apart are joined in the
-critical-difference diagram (Benavoli and others 2016).
+Solvers are compared on the same realisations (blocks). Where there are places (problem, cost, noise, level) enough for
+the tests to tell anything, a block is a place with the median over its seeds, since runs of one place say little about
+others; otherwise a block is a realisation, and what is found holds for these places only (Demsar 2006). Pairs are
+tested by Wilcoxon's signed ranks on the ratios of scores, with Holm's correction; solvers that no test tells apart are
+joined in the critical-difference diagram (Benavoli and others 2016).
 """
 
 from __future__ import annotations
@@ -37,8 +37,6 @@ _DIGITS = 2
 _NEVER = 99.0
 """log10 of the score of a run that failed or never got there."""
 _EXACT = 50
-_PLACES = 6
-"""Places from which on these are the blocks."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,8 @@ class Ranking:
     table: pd.DataFrame
     pairs: pd.DataFrame
     groups: tuple[tuple[str, ...], ...]
+    partly: tuple[str, ...] = ()
+    """Solvers left out because they ran on some of the problems only."""
 
     @property
     def order(self) -> list[str]:
@@ -106,20 +106,27 @@ def ranking(frame: pd.DataFrame, by: str, where: Mapping[str, Any], solvers: Seq
     for name, value in where.items():
         frame = frame[frame[name] == value]
     frame = frame.dropna(subset=[by])
-    present = [label for label in solvers if (frame["solver"] == label).any()]
-    if len(present) < 2:
+    if not len(frame):
         return None
-    table = frame.pivot_table(index=[*PLACE, "seed"], columns="solver", values=by, aggfunc="first")[present].dropna()
+    table = frame.pivot_table(index=[*PLACE, "seed"], columns="solver", values=by, aggfunc="first")
+    present = [label for label in solvers if label in table]
+    # A solver that fits only some problems would take the others away from all.
+    problems = table.notna().groupby(level=["problem", "cost"]).any()
+    full = [label for label in present if bool(problems[label].all())]
+    partly = tuple(label for label in present if label not in full) if len(full) > 1 else ()
+    chosen = full if len(full) > 1 else present
+    table = table[chosen].dropna()
+    if len(chosen) < 2 or not len(table):
+        return None
     places = table.groupby(level=PLACE, sort=False)
     block_is = "realisation"
-    if places.ngroups >= _PLACES:
+    # Conditions are the blocks where they are enough that the clearest of differences would pass Holm's correction.
+    if places.ngroups > 1 and 2.0 ** (1 - places.ngroups) * math.comb(len(chosen), 2) < ALPHA / 2.0:
         table, block_is = places.median(), "condition"
-    if not len(table):
-        return None
-    return _ranked(table.to_numpy(dtype=float), present, by, block_is)
+    return _ranked(table.to_numpy(dtype=float), chosen, by, block_is, partly)
 
 
-def _ranked(values: Array, solvers: Sequence[str], by: str, block_is: str) -> Ranking:
+def _ranked(values: Array, solvers: Sequence[str], by: str, block_is: str, partly: tuple[str, ...]) -> Ranking:
     ranks = np.apply_along_axis(rankdata, 1, values)
     mean = ranks.mean(axis=0)
     best = values == values.min(axis=1, keepdims=True)
@@ -139,7 +146,7 @@ def _ranked(values: Array, solvers: Sequence[str], by: str, block_is: str) -> Ra
     pairs["p_holm"] = _holm(pairs["p"].to_numpy(dtype=float))
     p = float(pairs["p"].iloc[0]) if len(solvers) == 2 else _friedman(values)
     names = list(table["solver"])
-    return Ranking(by, len(values), block_is, p, table, pairs, _groups(names, pairs))
+    return Ranking(by, len(values), block_is, p, table, pairs, _groups(names, pairs), partly)
 
 
 def _pair(a: Array, b: Array) -> dict[str, Any]:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _FEW_SEEDS = 15
 _MOST_PLACES = 4
 _THING = {"fit": "excess cost", "effort": "evaluations", "accuracy": "error"}
+_FAILED = 1e30
+"""Ratios of scores beyond it mean that one of the two never got there."""
 _MISCOVERED = 3.0
 """Standard errors by which a coverage must miss 95 % to be worth a word."""
 
@@ -70,7 +72,7 @@ def _of_ranking(results: Results, made: Ranking | None, cost: str) -> Iterator[s
     head = f"{headline(results, made.by)} ({cost} cost, {made.blocks} {made.block_is}s)"
     if made.p_friedman >= ALPHA:
         what = "Wilcoxon" if len(order) == 2 else "Friedman"
-        yield f"{head}, the data cannot tell the solvers apart ({what}: p = {_p(made.p_friedman)})."
+        yield f"{head}, the data cannot tell the solvers apart ({what}: p {_p(made.p_friedman)})."
         return
     best = order[0]
     level = [name for name in order[1:] if not made.told(best, name)]
@@ -87,7 +89,12 @@ def _of_ranking(results: Results, made: Ranking | None, cost: str) -> Iterator[s
     text = f"{head}, {lead} (mean rank {rank:.2g} of {len(order)}); it beats {_listed(parts)}"
     if level:
         text += f"; the data cannot tell it from {_listed(level)}"
-    yield " ".join([text + ".", *_elsewhere(results, made, best, cost)])
+    yield " ".join([text + ".", *_elsewhere(results, made, best, cost), *_partly(made)])
+
+
+def _partly(made: Ranking) -> Iterator[str]:
+    if made.partly:
+        yield f"{_listed(list(made.partly))} fits only some of the problems and is not in this ranking."
 
 
 def _elsewhere(results: Results, made: Ranking, best: str, cost: str) -> Iterator[str]:
@@ -127,7 +134,7 @@ def _margin(made: Ranking, better: str, worse: str) -> str:
     size = 1.0 / ratio if ratio > 0 else math.inf
     if made.by == "fit" and 0.99 < size < 1.01:
         often = f"better in {pair['wins']} of {blocks}"
-    elif size > 1e6 or not math.isfinite(size):
+    elif size > _FAILED or not math.isfinite(size):
         often = "which in the median does not get there" if made.by == "effort" else "which in the median fails"
     elif 0.99 < size < 1.01:
         often = f"better in {pair['wins']} of {blocks}, the same in the median"
@@ -135,7 +142,7 @@ def _margin(made: Ranking, better: str, worse: str) -> str:
         often = f"{_times(size)} less {_THING[made.by]} in the median"
         if made.by == "effort":
             often = f"{_times(size)} fewer evaluations in the median"
-    return f"{often}, p = {_p(float(pair['p_holm']))}"
+    return f"{often}, p {_p(float(pair['p_holm']))}"
 
 
 def _of_costs(results: Results) -> Iterator[str]:
@@ -161,22 +168,23 @@ def _items(frame: pd.DataFrame) -> Any:
 
 
 def _of_coverage(results: Results) -> Iterator[tuple[str, bool]]:
-    """Whether intervals hold the truth as often as they say."""
+    """Whether intervals hold the truth as often as they say, where the search came near the best fit."""
     table = results.overall.dropna(subset=["coverage"])
-    table = table[table["level"] > 0]
-    for (cost, noise), group in table.groupby(["cost", "noise"], sort=False):
-        near = group[group["excess"] <= results.comparison.success]
-        if not len(near) or not near["intervals"].sum():
-            continue
-        total = int(near["intervals"].sum())
-        share = float((near["coverage"] * near["intervals"]).sum() / total)
-        # Intervals of one run hang together, so runs are counted, not intervals.
-        error = math.sqrt(0.95 * 0.05 / max(1, int(near["runs"].sum())))
-        off = abs(share - 0.95) > _MISCOVERED * error
-        text = (
-            f"Of the 95 % intervals ({cost} cost, {noise} noise, where the search got there) {100 * share:.3g} % hold"
+    table = table[table["excess"] <= results.comparison.success]
+    for cost, near in table.groupby("cost", sort=False):
+        parts, low = [], False
+        for noise, group in near.groupby("noise", sort=False):
+            total = int(group["intervals"].sum())
+            share = float((group["coverage"] * group["intervals"]).sum() / total)
+            # Intervals of one run hang together, so runs are counted, not intervals.
+            error = math.sqrt(0.95 * 0.05 / max(1, int(group["runs"].sum())))
+            low |= share < 0.95 - _MISCOVERED * error
+            parts.append(f"{100 * share:.3g} % under {noise} noise")
+        yield (
+            f"Of the 95 % intervals by {cost}, where the search came near the best fit, hold the truth: "
+            + (f"{'; '.join(parts)}."),
+            low,
         )
-        yield f"{text} the truth.", off and share < 0.95
 
 
 def _worries(results: Results) -> Iterator[str]:
@@ -214,11 +222,13 @@ def _level(noise: str, level: float) -> str:
 
 
 def _times(size: float) -> str:
+    if size > 1e6:
+        return "over a million times"
     return f"{size:.2g} times" if size < 100 else f"{float(f'{size:.2g}'):.0f} times"
 
 
 def _p(value: float) -> str:
-    return "below 0.0001" if value < 1e-4 else f"{value:.2g}"
+    return "< 0.0001" if value < 1e-4 else f"= {value:.2g}"
 
 
 def _listed(names: list[str], most: int = 6) -> str:

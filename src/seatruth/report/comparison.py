@@ -22,7 +22,7 @@ from seatruth.report.sections.run import provenance_rows
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
 
-_MOST_FAILURES = 30
+_MOST_FAILURES, _MOST_ROWS = 30, 300
 
 
 def write_comparison_report(results: Results, path: str | Path) -> None:
@@ -103,14 +103,22 @@ def _accuracy(results: Results, album: Album) -> Section | None:
             "Error against noise with the largest budget of each problem: the median over the parameters of their root "
             "mean square errors, in per cent of the truth (of the prediction of trials held out, in per cent of the "
             "range, where the truth is not known). The dotted line is the Cramer-Rao bound, which no unbiased method "
-            "can beat: it is that of white noise of this size, on whatever was recorded."
+            "can beat: it is that of white noise of this size, on whatever was recorded. (Bounds of the search "
+            "and priors are knowledge too: with them an error may lie below.)"
         )
     ]
-    for noise in dict.fromkeys(results.runs["noise"]):
+    levels = results.runs.groupby("noise", sort=False)["level"].nunique()
+    for noise in (str(name) for name, many in levels.items() if many > 1 or len(levels) == 1):
         picture = album.picture(
-            figures.accuracy(results, str(noise)), f"Error of each solver against the level of {noise} noise."
+            figures.accuracy(results, noise), f"Error of each solver against the level of {noise} noise."
         )
-        blocks += [Heading(f"{noise} noise", _kind_note(str(noise))), Pictures([picture])]
+        blocks += [Heading(f"{noise} noise", _kind_note(noise)), Pictures([picture])]
+    shared = results.runs.groupby("level")["noise"].nunique()
+    for level in (float(name) for name, many in shared.items() if many > 1):  # type: ignore[arg-type]
+        alt = f"Error of each solver under the kinds of noise of {100 * level:g} %."
+        note = "filled: the first kind of cost" if results.runs["cost"].nunique() > 1 else ""
+        blocks += [Heading(f"Kinds of noise at {100 * level:g} %", note)]
+        blocks.append(Pictures([album.picture(figures.kinds(results, level), alt)]))
     first = str(results.runs["noise"].iloc[0])
     for problem in results.comparison.problems:
         if problem.truth is None or not (results.accuracy["problem"] == problem.name).any():
@@ -183,8 +191,12 @@ def _estimation(results: Results, album: Album) -> Section | None:
     columns = [*columns[:5], Column("parameter"), Column("truth", "number"), Column("bias", "number")]
     columns += [Column("its std. error", "number"), Column("RMSE", "number"), Column("√CRLB", "number")]
     columns += [Column("RMSE / √CRLB", "number"), Column("coverage", "number")]
+    if len(rows) > _MOST_ROWS:
+        blocks.append(
+            Text(f"The {len(rows)} rows of the parameters are in tables/accuracy.csv; the first {_MOST_ROWS} are here.")
+        )
     if rows:
-        blocks.append(table("Estimation, parameter by parameter", columns, rows, folded=True))
+        blocks.append(table("Estimation, parameter by parameter", columns, rows[:_MOST_ROWS], folded=True))
     return Section("estimation", "Estimation", blocks)
 
 
@@ -210,6 +222,8 @@ def _ranks(results: Results, album: Album) -> Section | None:
 
 def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
     caption = f"{count(made.blocks, made.block_is)}; Friedman: p = {number(made.p_friedman, 2)}."
+    if made.partly:
+        caption += f" Not in it, as they fit only some of the problems: {listed(list(made.partly))}."
     order = ", ".join(f"{name} {rank:.2f}" for name, rank in zip(made.order, made.table["mean_rank"]))
     picture = album.picture(figures.ranks(made), f"Mean ranks: {order}.", caption)
     columns = [Column("pair"), Column("wins", "number"), Column("losses", "number"), Column("ties", "number")]

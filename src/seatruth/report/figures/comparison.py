@@ -13,13 +13,28 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from seatruth.comparison.ranks import Ranking
-from seatruth.report.figures.style import CYCLE, DASHES, GREY, INK, NAME, few_ticks, nothing, placed, styled, text
+from seatruth.report.figures.style import (
+    CYCLE,
+    DASHES,
+    GREY,
+    INK,
+    NAME,
+    few_ticks,
+    log_axis,
+    nothing,
+    placed,
+    styled,
+    text,
+)
 from seatruth.report.numbers import tick
 
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
 
+COLOURS = (*CYCLE, "#56B4E9", "#8C6D1F", "#7F7F7F")
+"""Those of Okabe and Ito and a few more; markers keep apart what is still alike."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
+_ASIDE = 0.035
 _COLUMNS = 3
 _MOST_PANELS = 24
 _ROOM = 0.62
@@ -30,7 +45,8 @@ _LEAST = 5.2
 def colours(results: Results) -> dict[str, tuple[str, str]]:
     """Colour and marker of each solver, the same in all figures."""
     return {
-        label: (CYCLE[k % len(CYCLE)], MARKERS[k % len(MARKERS)]) for k, label in enumerate(results.comparison.solver)
+        label: (COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)])
+        for k, label in enumerate(results.comparison.solver)
     }
 
 
@@ -62,6 +78,31 @@ def accuracy(results: Results, noise: str) -> Figure:
             axes.plot([levels.index(x) for x in bound.index], bound, ":", color=INK, linewidth=1.4, zorder=5)
         _noise_axis(axes, levels)
         axes.set_title(text(name, 40), loc="left")
+        axes.set_ylabel("error of parameters (%)" if known else "error of prediction (%)")
+    return figure
+
+
+@styled
+def kinds(results: Results, level: float) -> Figure:
+    """Error of the parameters under the kinds of noise of one level, one panel a problem."""
+    table = results.overall
+    table = table[(table["level"] == level) & (table["budget"] == table["problem"].map(_budgets(results)))]
+    problems = [name for name in dict.fromkeys(table["problem"]) if _shown(table[table["problem"] == name])]
+    names = list(dict.fromkeys(table["noise"]))
+    if not problems:
+        return nothing("No accuracy can be told.")
+    figure, panels = _panels(len(problems), results, costs=list(dict.fromkeys(table["cost"])))
+    for axes, name in zip(panels, problems):
+        own = table[table["problem"] == name]
+        known = own["error_percent"].notna().any()
+        for (cost, solver), line in own.groupby(["cost", "solver"], sort=False):
+            values = line["error_percent"] if known else 100.0 * line["held_out"]
+            _line(axes, results, str(cost), str(solver), names, line["noise"], values, joined=False)
+        axes.set_xticks(range(len(names)), labels=[text(str(kind), 9) for kind in names], fontsize=7)
+        axes.set_xlim(-0.5, len(names) - 0.5)
+        _error_axis(axes)
+        axes.set_title(text(name, 40), loc="left")
+        axes.set_xlabel(f"kind of noise, {100 * level:g} %")
         axes.set_ylabel("error of parameters (%)" if known else "error of prediction (%)")
     return figure
 
@@ -114,7 +155,7 @@ def ranks(made: Ranking) -> Figure:
     for place, group in enumerate(made.groups):
         found = [mean[names.index(name)] for name in group]
         y = top - 0.11 - 0.13 * place
-        axes.plot([min(found) - 0.03, max(found) + 0.03], [y, y], color=INK, linewidth=3.2, solid_capstyle="butt")
+        axes.plot([min(found) - 0.06, max(found) + 0.06], [y, y], color=INK, linewidth=3.2, solid_capstyle="butt")
     low = top - 0.14 - 0.13 * len(made.groups)
     for k, name in enumerate(names):
         left = k < half
@@ -154,7 +195,9 @@ def reached(results: Results, cost: str, what: str) -> Figure:
         x = [low, *own[column], high]
         y = [float(own["share"].iloc[0]) if own[column].iloc[0] <= low else 0.0, *own["share"], own["share"].iloc[-1]]
         place = list(results.comparison.solver).index(solver)
-        axes.step(x, y, where="post", color=colour, linestyle=DASHES[place // len(CYCLE) % len(DASHES)], linewidth=1.5)
+        axes.step(
+            x, y, where="post", color=colour, linestyle=DASHES[place // len(COLOURS) % len(DASHES)], linewidth=1.5
+        )
     axes.set_xscale("log")
     axes.set_xlim(low, max(high, low * 1.5))
     axes.set_ylim(0, 1.02)
@@ -186,13 +229,26 @@ def against_time(results: Results) -> Figure:
     return figure
 
 
-def _line(axes: Axes, results: Results, cost: str, solver: str, levels: Sequence[float], at: Any, values: Any) -> None:
+def _line(
+    axes: Axes,
+    results: Results,
+    cost: str,
+    solver: str,
+    levels: Sequence[Any],
+    at: Any,
+    values: Any,
+    *,
+    joined: bool = True,
+) -> None:
     colour, marker = colours(results)[solver]
     costs = list(dict.fromkeys(results.runs["cost"]))
-    x = [levels.index(level) for level in at]
+    # Solvers that end at the same fit lie on each other: each is moved a little to its own side.
+    place = list(results.comparison.solver).index(solver) - (len(results.comparison.solver) - 1) / 2.0
+    x = [levels.index(level) + _ASIDE * place for level in at]
     y = np.asarray(values, dtype=float)
     keep = np.isfinite(y) & (y > 0)
-    dash = DASHES[costs.index(cost) % len(DASHES)]
+    dash = DASHES[costs.index(cost) % len(DASHES)] if joined else "none"
+    face = "white" if not joined and costs.index(cost) else colour
     axes.plot(
         np.array(x)[keep],
         y[keep],
@@ -202,18 +258,27 @@ def _line(axes: Axes, results: Results, cost: str, solver: str, levels: Sequence
         markersize=3.6,
         linewidth=1.2,
         alpha=0.9,
+        markerfacecolor=face,
     )
 
 
 def _noise_axis(axes: Axes, levels: Sequence[float]) -> None:
     axes.set_xticks(range(len(levels)), labels=[f"{100 * level:g}" for level in levels])
-    axes.set_xlim(-0.25, len(levels) - 0.75)
+    axes.set_xlim(-0.3, len(levels) - 0.7)
     axes.set_xlabel("noise (% of each channel's range)")
-    axes.set_yscale("log")
-    low, high = axes.get_ylim()
+    _error_axis(axes)
+
+
+def _error_axis(axes: Axes) -> None:
+    shown = [line.get_ydata() for line in axes.get_lines()]
+    values = np.concatenate([np.asarray(y, dtype=float).ravel() for y in shown]) if shown else np.zeros(0)
+    values = values[np.isfinite(values) & (values > 0)]
+    if not values.size:
+        return
+    high = float(values.max()) * 1.5
     # An exact fit of noiseless records errs by rounding alone: decades of that would hide everything else.
-    axes.set_ylim(max(low, min(1e-3, high / 1e3)), high)
-    axes.yaxis.set_major_formatter(lambda value, _: tick(value))
+    low = max(float(values.min()) / 1.5, min(1e-3, high / 1e3))
+    log_axis(axes, "y", min(low, high / 12.0), high)
 
 
 def _shown(rows: pd.DataFrame) -> bool:
