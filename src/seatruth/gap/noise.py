@@ -106,8 +106,9 @@ class NoiseFloor:
     def whiten(self, columns: Array) -> Array:
         """(M, ...) -> (M, ...); rows that belong to no series stay as they are."""
         found = np.array(columns, dtype=np.float64)
-        for series, number in zip(self.series, self.of):
-            found[series.rows] = self.channels[number].whiten(columns[series.rows])
+        with np.errstate(invalid="ignore", over="ignore"):  # of a simulation that diverged nothing is left to whiten
+            for series, number in zip(self.series, self.of):
+                found[series.rows] = self.channels[number].whiten(columns[series.rows])
         return found
 
     def log_volume(self) -> float:

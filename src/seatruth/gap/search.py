@@ -75,8 +75,10 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
             names = []
             full = fit(problem, names, floor, problem.start)
         x = full.x
-        before = floor
-        floor = noise_floor(problem.series, problem.errors(x), taken=len(full.active), least=least)
+        before, errors = floor, problem.errors(x)
+        if not np.isfinite(errors).all():
+            break
+        floor = noise_floor(problem.series, errors, taken=len(full.active), least=least)
         changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
         if max(changes) < 0.02:
             break
@@ -91,6 +93,8 @@ def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Sea
     found = Search(problem, floor)
     say("The model without any effect")
     found.fits[()] = _best(problem, (), floor, [problem.start, near])
+    if not np.isfinite(found.base.cost):
+        return found
     _secants(found)
     found.screens[()] = effect_screen(found.base, problem, {k: v[1] for k, v in found.starts.items()})
     try:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.gap.diagnosis import Diagnosis, answer
-from seatruth.report.numbers import MINUS, Shown, count, listed, number, percent, shown
+from seatruth.report.numbers import MINUS, Shown, listed, number, percent, shown
 
 HEADLINES = {
     "effects": "A cause is named",
@@ -94,7 +94,7 @@ def channels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def errors_of_data(diagnosis: Diagnosis) -> list[str]:
     """What is wrong with the data so that nothing can be believed until it is put right."""
-    return [f.message for f in diagnosis.findings if f.severity == "error"]
+    return [f"{f.message} {f.do}".strip() for f in diagnosis.findings if f.severity == "error"]
 
 
 def data_first(diagnosis: Diagnosis) -> str:
@@ -102,8 +102,9 @@ def data_first(diagnosis: Diagnosis) -> str:
     wrong = list(dict.fromkeys(errors_of_data(diagnosis)))
     if not wrong:
         return ""
-    more = f" (and {count(len(wrong) - 1, 'more error')})" if len(wrong) > 1 else ""
-    return f"The data first: {wrong[0].rstrip('.')}{more}. Until this is put right, what follows is not to be believed."
+    more = " There is one more error." if len(wrong) == 2 else ""
+    more = f" There are {len(wrong) - 1} more errors." if len(wrong) > 2 else more
+    return f"The data first: {wrong[0]}{more} Until this is put right, what follows is not to be believed."
 
 
 def gap_in_words(diagnosis: Diagnosis) -> str:
