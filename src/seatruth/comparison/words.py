@@ -107,7 +107,7 @@ def _elsewhere(results: Results, made: Ranking, best: str, cost: str) -> Iterato
             continue
         better = [name for name in here.order if name != best and here.told(best, name) and _ahead(here, name, best)]
         if better:
-            lost.append(f"{_place(place)} ({better[0]}: {_margin(here, better[0], best)})")
+            lost.append(f"{_place(place)}, where {better[0]} is ahead ({_margin(here, better[0], best)})")
         elif here.order[0] != best or not here.told(best, here.order[1]):
             even.append(_place(place))
         else:
@@ -115,12 +115,16 @@ def _elsewhere(results: Results, made: Ranking, best: str, cost: str) -> Iterato
     if lost:
         yield f"That stops being true on {_listed(lost, _MOST_PLACES)}."
     if even and not told:
-        yield "On no single condition is it told from the next" + ("." if not lost else ", elsewhere.")
+        yield (
+            "On the others it is not told from the next."
+            if lost
+            else "On no single condition is it told from the next."
+        )
     elif even:
-        yield f"It is ahead of each other solver on {told} conditions, and not told from the next on "
-        yield f"{_listed(even, _MOST_PLACES)}."
+        where = _listed(even, _MOST_PLACES)
+        yield f"It is told from each other solver on {told} conditions, and not from the next on {where}."
     elif told:
-        yield f"It is ahead of each other solver on {'each' if not lost else f'{told}'} of the conditions."
+        yield f"It is ahead of each other solver on {f'{told}' if lost else 'each'} of the conditions."
 
 
 def _ahead(made: Ranking, first: str, second: str) -> bool:
@@ -214,7 +218,7 @@ def _unknown(results: Results) -> list[str]:
 
 def _place(place: Any) -> str:
     problem, _, noise, level = place
-    return f"{problem}, {_level(str(noise), float(level))}"
+    return f"{problem} ({_level(str(noise), float(level))})"
 
 
 def _level(noise: str, level: float) -> str:
