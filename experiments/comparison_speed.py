@@ -6,7 +6,8 @@
 * Naive: part of the standard comparison (four published systems [synthetic], 1 % noise, one realisation, 3 solvers)
   against what is written by hand: pyswarms, pymoo's GA and SciPy's least_squares on a cost that calls
   scipy.integrate.solve_ivp for each candidate, one process. Naive runs are made in part and scaled by evaluations;
-  times are processor times, so that the load of the machine does not count.
+  times are processor times, so that the load of the machine does not count. A step of solve_ivp is at most a sample, as
+  the inputs change from sample to sample.
 """
 
 from __future__ import annotations
@@ -284,7 +285,7 @@ def _report_naive(results: Results, rows: list[dict[str, Any]]) -> None:
         "times",
         f"{len(table)} systems, scaled by evaluations; references, scoring and the store are in seatruth's time",
         goal=f"{GOAL_NAIVE:g}, whole comparison",
-        met=bool(whole >= GOAL_NAIVE),
+        met=bool(whole >= GOAL_NAIVE) if len(table) == len(SYSTEMS) else None,
     )
     apart = float(table["largest difference of costs"].max())
     results.add_figure("costs apart, naive and seatruth", apart, "relative", "the same candidates near the truth")

@@ -68,11 +68,13 @@ class Picture:
 
 @dataclass(frozen=True)
 class Pictures:
-    """Figures beside each other where there is room. `legend`: (kind of line, text), said once for all."""
+    """Figures beside each other where there is room. `legend`: (kind of line, text), said once for all. `wide`: each
+    takes the whole width of a printed page."""
 
     kind: ClassVar[str] = "pictures"
     items: Sequence[Picture]
     legend: Sequence[tuple[str, str]] = ()
+    wide: bool = False
 
 
 @dataclass(frozen=True)

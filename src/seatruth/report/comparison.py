@@ -112,13 +112,13 @@ def _accuracy(results: Results, album: Album) -> Section | None:
         picture = album.picture(
             figures.accuracy(results, noise), f"Error of each solver against the level of {noise} noise."
         )
-        blocks += [Heading(f"{noise} noise", _kind_note(noise)), Pictures([picture])]
+        blocks += [Heading(f"{noise} noise", _kind_note(noise)), Pictures([picture], wide=True)]
     shared = results.runs.groupby("level")["noise"].nunique()
     for level in (float(name) for name, many in shared.items() if many > 1):  # type: ignore[arg-type]
         alt = f"Error of each solver under the kinds of noise of {100 * level:g} %."
         note = "filled: the first kind of cost" if results.runs["cost"].nunique() > 1 else ""
         blocks += [Heading(f"Kinds of noise at {100 * level:g} %", note)]
-        blocks.append(Pictures([album.picture(figures.kinds(results, level), alt)]))
+        blocks.append(Pictures([album.picture(figures.kinds(results, level), alt)], wide=True))
     first = str(results.runs["noise"].iloc[0])
     for problem in results.comparison.problems:
         if problem.truth is None or not (results.accuracy["problem"] == problem.name).any():
@@ -126,7 +126,7 @@ def _accuracy(results: Results, album: Album) -> Section | None:
         picture = album.picture(
             figures.by_parameter(results, problem.name, first), f"Error of each parameter of {problem.name}."
         )
-        blocks += [Heading(f"{problem.name}, parameter by parameter", f"{first} noise"), Pictures([picture])]
+        blocks += [Heading(f"{problem.name}, parameter by parameter", f"{first} noise"), Pictures([picture], wide=True)]
     return Section("accuracy", "Accuracy against noise", blocks)
 
 
@@ -297,7 +297,7 @@ def _time(results: Results, album: Album) -> Section | None:
         "Median over all realisations of the excess of the best so far, against the time of the search alone (scoring, "
         "loading and compiling are not in it), on one core a run. Dashed: the headline target."
     )
-    return Section("time", "Cost against time", [Text(text), Pictures([picture])])
+    return Section("time", "Cost against time", [Text(text), Pictures([picture], wide=True)])
 
 
 def _failures(results: Results, album: Album) -> Section | None:

@@ -98,7 +98,7 @@ def kinds(results: Results, level: float) -> Figure:
         for (cost, solver), line in own.groupby(["cost", "solver"], sort=False):
             values = line["error_percent"] if known else 100.0 * line["held_out"]
             _line(axes, results, str(cost), str(solver), names, line["noise"], values, joined=False)
-        axes.set_xticks(range(len(names)), labels=[text(str(kind), 9) for kind in names], fontsize=7)
+        axes.set_xticks(range(len(names)), labels=[text(str(kind), 9) for kind in names], fontsize=6.2)
         axes.set_xlim(-0.5, len(names) - 0.5)
         _error_axis(axes)
         axes.set_title(text(name, 40), loc="left")
