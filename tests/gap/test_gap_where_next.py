@@ -1,0 +1,169 @@
+"""Where, how far, next: false alarms under noise, closure against hand-made folds, and what a further trial adds."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.effects import load_effects
+from seatruth.gap.how_far import Fold, _closure, how_far
+from seatruth.gap.next_trial import menu, next_trial
+from seatruth.gap.parts import Parts
+from seatruth.gap.probability import candidates, detectable, powerless, verdict
+from seatruth.gap.problem import GapProblem
+from seatruth.gap.search import Search, floor_of, search
+from seatruth.gap.where import by_channel, in_region, in_time, shares
+
+
+def quiet(text: str) -> None:
+    """No progress."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return small.folder_with_model(tmp_path_factory.mktemp("where"))
+
+
+@pytest.fixture(scope="module")
+def problem(folder: Path) -> GapProblem:
+    runs = small.trials(folder, {"rudder_offset_angle": 0.02}, specs=["rudder_offset"])
+    return GapProblem(small.study(folder, runs), load_effects(small.EFFECTS), threads=1)
+
+
+@pytest.fixture(scope="module")
+def found(problem: GapProblem) -> Search:
+    floor, full = floor_of(problem, quiet)
+    return search(problem, floor, full.x, quiet)
+
+
+def noise(problem: GapProblem, rng: np.random.Generator) -> Any:
+    """A fit that left nothing but white noise."""
+    return SimpleNamespace(x=problem.start, linear=SimpleNamespace(errors=rng.normal(size=problem.rows)))
+
+
+def test_under_noise_alone_hardly_anything_stands_out_in_time(problem: GapProblem) -> None:
+    rng = np.random.default_rng(1)
+    alarms = [any(row["stands_out"] for row in in_time(problem, noise(problem, rng))) for _ in range(300)]
+    assert np.mean(alarms) < 0.09  # 5 % and what 300 draws leave open
+
+
+def test_under_noise_alone_hardly_anything_stands_out_in_the_region(problem: GapProblem) -> None:
+    rng = np.random.default_rng(2)
+    alarms = [any(r["stands_out"] for r in in_region(problem, noise(problem, rng), k)) for k in range(60)]
+    assert np.mean(alarms) < 0.15
+
+
+def test_a_gap_at_one_time_and_in_one_region_is_found_there(problem: GapProblem) -> None:
+    at = noise(problem, np.random.default_rng(3))
+    late = (problem.trial_of == 1) & (problem.time_of > 100.0)
+    at.linear.errors[late] *= 2.5
+    cells = [row for row in in_time(problem, at) if row["stands_out"]]
+    assert {row["trial"] for row in cells} == {"run_1"}
+    assert min(row["from_s"] for row in cells) > 85.0
+    at = noise(problem, np.random.default_rng(4))
+    deltas = np.concatenate([np.asarray(t.inputs["delta"]) for t in problem.trials])
+    first = np.cumsum([0, *(len(t) for t in problem.trials)])
+    starboard = deltas[first[problem.trial_of] + problem.sample_of] > math.radians(5.0)
+    at.linear.errors[starboard] *= 3.0
+    cells = [row for row in in_region(problem, at) if row["stands_out"]]
+    assert "delta" in {row["variable"] for row in cells}
+
+
+def test_the_same_seed_gives_the_same_cells(problem: GapProblem) -> None:
+    at = noise(problem, np.random.default_rng(5))
+    assert in_region(problem, at, 7) == in_region(problem, at, 7)
+
+
+def test_the_parts_of_the_misfit_add_up(problem: GapProblem, found: Search) -> None:
+    best = found.fits[("rudder_offset",)]
+    split = shares(found.base, found.base, best, problem.rows)
+    assert sum(split[key] for key in ("noise", "parameters", "effects", "left")) == pytest.approx(1.0)
+    assert split["parameters"] == pytest.approx(0.0)
+    assert split["effects"] > 0.9
+    rows = by_channel(problem, found.floor, {"refit": found.base, "effect": best})
+    assert all(row["multiple_effect"] < 1.4 for row in rows)
+    assert max(row["multiple_refit"] for row in rows) > 5.0
+
+
+def folds(refit: list[float], effect: list[float]) -> list[Fold]:
+    return [
+        Fold(f"run {k}", "turn" if k % 2 else "zigzag", ("a",), 9.0, r, e, 1.0)
+        for k, (r, e) in enumerate(zip(refit, effect))
+    ]
+
+
+def test_closure_is_the_part_of_the_gap_above_noise_that_is_gone() -> None:
+    got = _closure(folds([5.0, 3.0], [2.0, 2.0]), 0)
+    assert got["closure"]["value"] == pytest.approx((4.0 - 2.0) / (4.0 - 1.0))
+    assert got["errors"]["refit"] == pytest.approx(4.0)
+    assert {row["manoeuvre"]: row["effect"] for row in got["by_manoeuvre"]} == {"turn": 2.0, "zigzag": 2.0}
+    assert _closure(folds([5.0, 3.0], [1.0, 1.0]), 0)["closure"]["value"] == pytest.approx(1.0)
+    assert _closure(folds([5.0, 3.0], [5.0, 3.0]), 0)["closure"]["value"] == pytest.approx(0.0)
+    assert _closure(folds([5.0, 3.0], [9.0, 3.0]), 0)["closure"]["value"] < 0.0
+
+
+def test_closure_s_interval_holds_it_and_is_wider_for_trials_that_differ() -> None:
+    same = _closure(folds([5.0] * 6, [2.0] * 6), 1)["closure"]
+    assert same["lower"] == pytest.approx(same["value"]) == pytest.approx(same["upper"])
+    mixed = _closure(folds([5.0] * 6, [1.0, 4.0] * 3), 1)["closure"]
+    assert mixed["lower"] < mixed["value"] < mixed["upper"]
+    assert mixed["upper"] - mixed["lower"] > 0.2
+
+
+def test_where_refitting_leaves_only_noise_there_is_no_closure() -> None:
+    got = _closure(folds([1.0, 1.02], [1.0, 1.0]), 0)["closure"]
+    assert got is None or math.isnan(got["value"])
+
+
+def test_trials_left_out_are_predicted_by_the_effect_that_the_others_choose(found: Search) -> None:
+    got = how_far(found, None, [("rudder_offset",), ("gyro_bias",)], quiet, 0)
+    assert [fold["chosen"] for fold in got["folds"]] == [["rudder_offset"]] * 4
+    assert got["closure"]["value"] > 0.95
+    assert got["errors"]["effect"] < 1.5
+    assert math.isnan(got["errors"]["flexible"])
+
+
+def test_the_menu_stays_within_what_the_trials_did(problem: GapProblem) -> None:
+    widest = max(float(np.abs(t.inputs["delta"]).max()) for t in problem.trials)
+    options = menu(problem)
+    assert len({option.name for option in options}) == len(options)
+    for option in options:
+        assert float(np.abs(option.trial.inputs["delta"]).max()) <= 1.5 * widest
+        assert option.trial.duration == pytest.approx(max(t.duration for t in problem.trials), abs=1.0)
+    assert any("turn" in option.name for option in options)
+    assert any("reciprocal" in option.name for option in options)
+
+
+def test_a_further_trial_never_takes_information_away(found: Search) -> None:
+    got = next_trial(found, ["rudder_offset", "gyro_bias"], quiet)
+    assert got is not None
+    sizes = [row["lambda"] for row in got["menu"]]
+    assert sizes == sorted(sizes, reverse=True)
+    assert got["lambda_then"] == sizes[0]
+    assert min(sizes) >= got["lambda_now"] * (1.0 - 1e-9)
+    assert got["gain"] >= 1.0 - 1e-9
+    assert set(got["inputs"]) == {"delta"}
+    assert len(got["t"]) == len(got["inputs"]["delta"])
+
+
+def test_one_survivor_needs_no_further_trial(found: Search) -> None:
+    assert next_trial(found, ["rudder_offset"], quiet) is None
+
+
+def test_the_suggestion_comes_with_the_motion_that_is_expected(problem: GapProblem, found: Search) -> None:
+    answers = candidates(found, [])
+    least = detectable(found)
+    judged = dataclasses.replace(verdict(answers, powerless(found, least), 4), together=("rudder_offset", "gyro_bias"))
+    parts = Parts(problem.study, problem, found, [], answers, judged, least, [], quiet, 0)
+    got = parts.suggestion()
+    assert got is not None
+    assert set(got["motion"]) == {"r", "psi"}
+    assert len(got["motion"]["r"]) == len(got["t"])
+    assert got["units"]["r"] == "rad/s"
