@@ -22,7 +22,7 @@ TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item inde
 .DELETE_ON_ERROR:
 
 help:
-	@echo "make demo               the whole job on trials that come with seatruth, in a minute (results in seatruth-demo/)"
+	@echo "make demo               the whole job on trials that come with seatruth, in a minute (reports in seatruth-demo/)"
 	@echo "make test               the tests; ARGS='-k driver -x' goes to pytest"
 	@echo "make lint               style and format of the code (ruff)"
 	@echo "make types              static types (mypy)"

@@ -15,8 +15,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from seatruth import sample
+from seatruth import Diagnosis, load_study, sample
 from seatruth.cli import run
+from seatruth.commands import diagnose
+from seatruth.effects import load_effects
 from seatruth.estimate import Estimate
 
 SHORT = """
@@ -62,7 +64,10 @@ def answer(path: Path) -> dict[str, Any]:
     return found
 
 
-def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole demo; in the diagnosis fewer effects take part, which is quicker."""
+    few = load_effects(["current", "wind", "heading_bias"])
+    monkeypatch.setattr(diagnose, "_effects", lambda *given: (few, {}))
     out = tmp_path / "demo"
     assert run(["demo", "--out", str(out), "--threads", "2", "--quiet", "--json", str(tmp_path / "demo.json")]) == 0
     shown = capsys.readouterr().out
@@ -71,8 +76,13 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "<svg" in (out / "report.html").read_text()
     found = Estimate.load(out)
     assert found.outcome["code"] == "converged"
+    diagnosed = Diagnosis.load(out / "diagnosis")
+    assert diagnosed.named == ("current",)
+    assert load_study(out / "diagnosis" / "augmented.toml").model.name == "mmg"
+    assert "<svg" in (out / "diagnosis" / "report.html").read_text()
     data = answer(tmp_path / "demo.json")
     assert data["ok"] is True
+    assert data["result"]["diagnosis"]["verdict"]["effects"] == ["current"]
     names = [row["name"] for row in data["result"]["parameters"]]
     assert names == list(found.parameters.index)
 
