@@ -122,7 +122,7 @@ def confusion(diagnosis: Diagnosis, album: Album) -> Section | None:
     if len(names) < 2:
         return None
     known = words.titles(diagnosis)
-    close = sorted((value, pair) for pair, value in found.items() if value < 11.0)
+    close = sorted((value, pair) for pair, value in found.items() if value < words.NEAR)
     text = (
         "Pairwise lambda: what is left of the effect of the row, at its fitted size, when that of the column and all "
         "coefficients take up what they can. Below 11 (marked) the two count as not told apart on these trials."

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from seatruth.gap.diagnosis import Diagnosis
-from seatruth.report.diagnosis.words import chance, in_titles, titles
+from seatruth.report.diagnosis.words import NEAR, chance, in_titles, titles
 from seatruth.report.figures.style import (
     BLUE,
     CYCLE,
@@ -175,7 +175,7 @@ def apart(diagnosis: Diagnosis) -> Figure:
             axes.text(
                 x, y, number(value, 2), ha="center", va="center", fontsize=7.4, color="white" if shade > 0.62 else INK
             )
-            if value < 11.0:
+            if value < NEAR:
                 axes.add_patch(_patch(x, y, "none", VERMILLION))
     axes.set_xlim(-0.5, len(names) - 0.5)
     axes.set_ylim(len(ahead) - 0.5, -0.5)
@@ -295,7 +295,7 @@ def menu(diagnosis: Diagnosis, most: int = 12) -> Figure:
     rows(axes, names)
     axes.set_yticks(range(len(options)), labels=names)
     axes.axvline(now, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
-    axes.axvline(math.sqrt(11.0), color=VERMILLION, linewidth=1.0, linestyle=(0, (1, 1.5)))
+    axes.axvline(math.sqrt(NEAR), color=VERMILLION, linewidth=1.0, linestyle=(0, (1, 1.5)))
     axes.set_xlim(0.0, max([*sizes, now, 4.0]) * 1.08)
     axes.set_xlabel("least distance between surviving causes (standard deviations)")
     return figure

@@ -9,7 +9,8 @@ from seatruth.report.numbers import count, moment, seconds
 from seatruth.report.sections.pictures import Album
 from seatruth.report.sections.run import of_findings, of_provenance
 
-_TONES = {"effects": "sure", "no_gap": "sure", "underpowered": "unsure", "inseparable": "unsure", "unknown": "unsure"}
+_SURE = ("effects", "no_gap")
+"""Kinds of verdict that can be taken as they stand."""
 
 
 def diagnosis_sections(diagnosis: Diagnosis) -> list[Section]:
@@ -54,7 +55,8 @@ def _summary(diagnosis: Diagnosis) -> Section:
     if first:
         blocks.append(Statement("Wrong data", first, "wrong"))
     sentence = words.verdict_in_words(diagnosis)
-    blocks.append(Statement(words.HEADLINES[said["kind"]], sentence, "unsure" if first else _TONES[said["kind"]]))
+    sure = not first and said["kind"] in _SURE and said["probability"] >= (words.SURE if diagnosis.named else 0.0)
+    blocks.append(Statement(words.headline(diagnosis), sentence, "sure" if sure else "unsure"))
     blocks.append(
         Answers(
             [

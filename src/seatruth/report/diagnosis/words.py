@@ -12,6 +12,8 @@ import numpy as np
 from seatruth.gap.diagnosis import Diagnosis, answer
 from seatruth.report.numbers import MINUS, Shown, listed, number, percent, shown
 
+SURE = 0.9
+"""Probability from which a named cause counts as found rather than as likely."""
 HEADLINES = {
     "effects": "A cause is named",
     "no_gap": "No gap beyond the noise",
@@ -35,6 +37,10 @@ PLACES = {
 
 _HARDLY = 1.2
 """RMSE over noise up to which nothing is missed; ratio of distances up to which a further trial brings nothing."""
+NEAR = 11.0
+"""Pairwise lambda below which two effects count as not told apart."""
+_WORTH = 0.05
+"""Probability from which the next likeliest answer is mentioned."""
 _CLOSES = 0.02
 """Closure below which nothing closes."""
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")
@@ -97,6 +103,16 @@ def errors_of_data(diagnosis: Diagnosis) -> list[str]:
     return [f"{f.message} {f.do}".strip() for f in diagnosis.findings if f.severity == "error"]
 
 
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict in a few words."""
+    said = diagnosis.verdict
+    if errors_of_data(diagnosis):
+        return "What the data say as they are"
+    if said["kind"] == "effects" and said["probability"] < SURE:
+        return "A likely cause"
+    return HEADLINES[said["kind"]]
+
+
 def data_first(diagnosis: Diagnosis) -> str:
     """The warning that stands above any verdict on data that are wrong; empty where they are not."""
     wrong = list(dict.fromkeys(errors_of_data(diagnosis)))
@@ -118,6 +134,7 @@ def gap_in_words(diagnosis: Diagnosis) -> str:
         text = (
             f"Refitted under its priors, the model meets every channel to its noise ({number(before, 2)} times before)."
         )
+        text += " What it leaves is small, but of a shape that noise does not have." if diagnosis.named else ""
     else:
         sizes = [number(worst[key], 2) for key in ("multiple_refit", "multiple_before")]
         text = (
@@ -227,7 +244,7 @@ def which_in_words(diagnosis: Diagnosis) -> str:
     known = titles(diagnosis)
     if said["kind"] == "effects":
         causes = [f"{known[name]}: {parameters_in_words(by_name[name])}" for name in said["effects"]]
-        return f"{'; '.join(causes)}. Probability {sure}."
+        return f"{'; '.join(causes)}. Probability {sure}.{_runner_up(diagnosis)}"
     if said["kind"] == "inseparable":
         return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {sure}."
     if said["kind"] == "unknown":
@@ -237,6 +254,25 @@ def which_in_words(diagnosis: Diagnosis) -> str:
     if said["set"]:
         return f"No cause stands out; the likeliest are {listed([known[n] for n in said['set'] if n in known])}."
     return f"No cause shows (probability {sure}), but too many could not have shown on these trials."
+
+
+def _runner_up(diagnosis: Diagnosis) -> str:
+    """The next likeliest answer where it is worth a thought, and what the named effects are easily taken for."""
+    rest = [c for c in diagnosis.candidates if tuple(c["effects"]) != diagnosis.named]
+    text = ""
+    if rest and rest[0]["probability"] >= _WORTH:
+        text = f" Next likeliest: {in_titles(diagnosis, rest[0]['effects'])} ({chance(rest[0]['probability'])})."
+    known = titles(diagnosis)
+    near = [
+        known.get(other, other)
+        for row in diagnosis.which
+        if row["name"] in diagnosis.named
+        for other, value in row["apart"].items()
+        if value < NEAR and other not in diagnosis.named
+    ]
+    if near:
+        text += f" These trials hardly tell it from {listed(list(dict.fromkeys(near)), 4)}."
+    return text
 
 
 def how_far_in_words(diagnosis: Diagnosis) -> str:
