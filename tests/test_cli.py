@@ -87,7 +87,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("--version") == 0
     assert capsys.readouterr().out.startswith("seatruth ")
     assert call("--help") == call() == 0
-    for command in ("identify", "init", "check", "simulate", "list", "demo"):
+    for command in ("identify", "diagnose", "init", "check", "simulate", "list", "demo"):
         assert call(command, "--help") == 0
 
 

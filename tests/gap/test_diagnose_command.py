@@ -141,8 +141,9 @@ def test_a_user_s_own_effect_in_one_file_takes_part(folder: Path) -> None:
     """Beside a user's own model; the augmented study names the file where it lies."""
     (folder / "fade.py").write_text(FADE)
     runs = small.trials(folder, {"fade_k": 0.25}, specs=["fade.py:Fade"])
-    place = small.folder_with_model(folder / "faded") if (folder / "faded").mkdir() is None else folder
-    small.files(place, runs)
+    place = folder / "faded"
+    place.mkdir()
+    small.files(small.folder_with_model(place), runs)
     (place / "fade.py").write_text(FADE)
     shown = call(
         place, "diagnose", "study.toml", "--effects", f"{EFFECTS},fade.py:Fade", "--no-left-out", "--threads", "1"

@@ -155,7 +155,7 @@ def unnamed(diagnosis: Diagnosis, album: Album) -> Section | None:
             "unnamed", "What has no name", [Text(f"{text}{_beside(beside)}, and the trials speak against them.")]
         )
     text = (
-        f"If something unnamed acts{_beside(beside)}, it looks most like a force in "
+        f"If something unnamed acts{_beside(beside)}, it looks most like something in "
         f"{words.place_in_words(found['place'])}: log evidence {number(found['log_evidence'], 3)} as a function of "
         f"time, {number(found['formula_log_evidence'], 3)} as a formula of the motion."
     )
@@ -171,7 +171,7 @@ def unnamed(diagnosis: Diagnosis, album: Album) -> Section | None:
         columns = [
             Column("term"),
             Column("factor", "number", "in SI units: multiply the term by it and add it to the acceleration"),
-            Column(f"usual size ({found['unit']})", "number", "acceleration where motions have their usual size"),
+            Column("usual size", "number", "acceleration in SI units where motions have their usual size"),
             Column("std. error", "number"),
         ]
         caption = f"Terms of the equation of {found['equation']} that the trials ask for"
