@@ -10,12 +10,13 @@ that whitened noise has unit variance everywhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -23,6 +24,7 @@ Indices = NDArray[np.intp]
 HIGHEST_ORDER = 8
 _LARGEST_REFLECTION = 0.9995
 _FEWEST = 12
+_WINDOWS = (101, 51, 25, 13)
 _SAME_STEP = 0.2
 """Relative difference of sampling steps up to which series share one noise model."""
 
@@ -141,10 +143,16 @@ class NoiseFloor:
 
 
 def noise_floor(
-    series: Sequence[Series], residuals: Array, taken: float = 0.0, least: dict[str, float] | None = None
+    series: Sequence[Series],
+    residuals: Array,
+    taken: float = 0.0,
+    least: Mapping[str, float] | None = None,
+    most: Mapping[str, float] | None = None,
 ) -> NoiseFloor:
     """The noise of residuals (M,). `taken` is the number of parameters that were fitted to them; `least` gives by
-    channel a deviation below which no noise is believed (half a digit, say)."""
+    channel a deviation below which no noise is believed (half a digit, say), `most` one above which what is slow in the
+    residuals is no noise of that sensor: it is taken out before the noise is looked at.
+    """
     total = sum(len(s.rows) for s in series)
     share = max(0.0, min(0.5, taken / max(1, total)))
     kinds: list[tuple[str, float]] = []
@@ -161,8 +169,31 @@ def noise_floor(
     for number, (channel, step) in enumerate(kinds):
         parts = [residuals[s.rows] for s, n in zip(series, of) if n == number]
         floor = (least or {}).get(channel, 0.0)
+        parts = _quick(parts, (most or {}).get(channel, math.inf))
         channels.append(_pooled(channel, step, parts, share, floor))
     return NoiseFloor(tuple(series), tuple(channels), tuple(of))
+
+
+def _quick(parts: Sequence[Array], most: float) -> list[Array]:
+    """The series less a running mean, of the longest window that brings their deviation under `most`."""
+    found = list(parts)
+    for window in _WINDOWS:
+        count = sum(len(p) for p in found)
+        if math.sqrt(sum(float(p @ p) for p in found) / max(1, count)) <= most:
+            break
+        found = [p - uniform_filter1d(p, min(window, len(p)), mode="nearest") for p in parts]
+    return found
+
+
+def white_floor(series: Sequence[Series], sizes: Mapping[str, float]) -> NoiseFloor:
+    """White noise of stated deviations by channel: where every estimate begins."""
+    names = sorted({one.channel for one in series})
+    channels = []
+    for name in names:
+        own = [one for one in series if one.channel == name]
+        count, step = sum(len(one.rows) for one in own), own[0].step
+        channels.append(ChannelNoise(name, step, sizes[name], sizes[name], np.zeros(0), count))
+    return NoiseFloor(tuple(series), tuple(channels), tuple(names.index(one.channel) for one in series))
 
 
 def _pooled(channel: str, step: float, parts: Sequence[Array], share: float, floor: float) -> ChannelNoise:

@@ -7,8 +7,9 @@ known causes (`experiments/withheld`), because evidence from an approximate mode
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -25,6 +26,8 @@ PRIOR = {"none": 0.30, "one": 0.40, "two": 0.12, "three": 0.03, "unknown": 0.15}
 """Prior probability of each kind of answer."""
 TEMPERATURE = 2.0
 """By which log-evidence is divided."""
+FORM = 0.003
+"""Part of an effect's log-evidence that its form leaves to others."""
 SURE = 0.6
 """Probability from which a cause is named."""
 TOGETHER = 0.95
@@ -60,16 +63,18 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
     def prior(key: tuple[str, ...]) -> float:
         return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
 
+    tempered = _tempered(search)
     for key in sorted(keys):
         evidence = search.evidence(key)
         if math.isfinite(evidence):
-            rows.append((key, evidence, prior(key)))
+            rows.append((key, tempered(key, evidence), prior(key)))
     # Something unnamed may act alone or beside a named effect; each is its own answer, and all of them one.
     for one in probes:
         alone = not one.at.effects
         odds = math.log(PRIOR["unknown"] / (PRIOR["none"] if alone else 1.0 - PRIOR["unknown"]))
-        evidence = search.evidence(one.at.effects) + one.average("terms", "place")
-        rows.append(((UNKNOWN,), evidence, prior(one.at.effects) + odds))
+        gain = one.average("terms", "place")
+        named = search.evidence(one.at.effects)
+        rows.append(((UNKNOWN,), tempered(one.at.effects, named) + _worth(gain, named), prior(one.at.effects) + odds))
     weight = np.array([evidence / temperature + prior for _, evidence, prior in rows])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
@@ -80,6 +85,27 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
         evidences[key] = max(evidences.get(key, -math.inf), evidence)
     found = [Candidate(key, chances[key], evidences[key]) for key in chances]
     return sorted(found, key=lambda c: -c.probability)
+
+
+def _worth(gain: float, named: float) -> float:
+    """What a further cause's log-evidence is worth beside one that is named already.
+
+    The form of an effect is never exact: a strong one leaves a part of its own signature unexplained, and the next best
+    takes that up.
+    """
+    return gain / (1.0 + FORM * max(0.0, named)) if gain > 0.0 else gain
+
+
+def _tempered(search: Search) -> Callable[[tuple[str, ...], float], float]:
+    """Evidence of a set as that of its best part, and what the rest adds to it."""
+
+    def value(key: tuple[str, ...], evidence: float) -> float:
+        if len(key) < 2:
+            return evidence
+        inner = max((search.evidence(part), part) for part in itertools.combinations(key, len(key) - 1))
+        return value(inner[1], inner[0]) + _worth(evidence - inner[0], inner[0])
+
+    return value
 
 
 def visible(search: Search, name: str) -> bool:

@@ -6,13 +6,14 @@ the model's response, since signatures of a large gap are not linear, and each f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from seatruth.gap.fit import Fit, Screen, effect_screen, fit
-from seatruth.gap.noise import NoiseFloor, noise_floor
+from seatruth.gap.noise import NoiseFloor, noise_floor, white_floor
 from seatruth.gap.problem import Array, GapProblem
 
 Say = Callable[[str], None]
@@ -25,9 +26,12 @@ ADDITIONS = 4
 """Effects tried beside each of them."""
 MORE = 3.0
 """Rise of the log-evidence on the screen from which one effect more is worth a fit."""
-ROUNDS = 4
+ROUNDS = 3
 """Alternations between the fullest fit and the noise that it leaves."""
 _FULL_STEPS = 8
+_FIRST_STEPS = 25
+_STATED = 1.3
+"""Part of the noise that a study states up to which more is believed."""
 
 
 @dataclass
@@ -60,29 +64,54 @@ class Search:
 
 
 def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
-    """The noise floor and the fullest fit: coefficients, initial states, every effect at once, under their priors."""
-    first = problem.errors(problem.start)
-    if not np.isfinite(first).all():
-        first = _of_measured(problem)
+    """The noise floor and the fullest fit: coefficients, initial states, every effect at once, under their priors.
+
+    It begins with white noise of the size that the study states, or that neighbouring samples show. A floor begun with
+    the errors of the unfitted model would take the gap's slow drift for the noise's memory, and keep it.
+    """
     least = _half_digit(problem)
-    floor = noise_floor(problem.series, first, least=least)
-    x = problem.start
+    floor = white_floor(problem.series, _sizes(problem, least))
+    most = {n: _STATED * float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
     names = list(problem.effects)
+    x = problem.start
+    for stage in ((), names):
+        say("Noise floor: the model" if not stage else "Noise floor: with every effect")
+        full = fit(problem, stage, floor, x, steps=_FIRST_STEPS)
+        if np.isfinite(full.cost):
+            x = full.x
     for k in range(ROUNDS):
         say(f"Noise floor {k + 1} of {ROUNDS}")
-        full = fit(problem, names, floor, x, steps=_FULL_STEPS)
-        if not np.isfinite(full.cost):
-            names = []
-            full = fit(problem, names, floor, problem.start)
-        x = full.x
-        before, errors = floor, problem.errors(x)
-        if not np.isfinite(errors).all():
+        before = floor
+        floor = noise_floor(problem.series, problem.errors(x), taken=len(full.active), least=least, most=most)
+        if not all(np.isfinite(one.innovation) for one in floor.channels):
+            return before, full
+        again = fit(problem, full.effects, floor, x, steps=_FULL_STEPS)
+        if not np.isfinite(again.cost):
             break
-        floor = noise_floor(problem.series, errors, taken=len(full.active), least=least)
-        changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
-        if max(changes) < 0.02:
+        full, x = again, again.x
+        changes = (
+            [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)] if k else [1.0]
+        )
+        if k and max(changes) < 0.02:
             break
     return floor, full
+
+
+def _sizes(problem: GapProblem, least: Mapping[str, float]) -> dict[str, float]:
+    """Noise of each channel to begin with: stated by the study, or that of second differences of its samples."""
+    found = {}
+    for name in problem.outputs:
+        stated = problem.study.noise.get(name)
+        if isinstance(stated, (int, float)):
+            found[name] = float(stated)
+            continue
+        seconds = [np.diff(np.asarray(t.outputs[name]), n=2) for t in problem.trials if name in t.outputs]
+        values = np.concatenate(seconds) if seconds else np.zeros(0)
+        values = np.abs(values[np.isfinite(values)])
+        size = 1.4826 * float(np.median(values)) / math.sqrt(6.0) if values.size else 0.0
+        spread = max((float(np.nanstd(t.outputs[name])) for t in problem.trials if name in t.outputs), default=1.0)
+        found[name] = max(size, least.get(name, 0.0), 1e-4 * spread, 1e-12)
+    return found
 
 
 def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Search:
@@ -196,16 +225,6 @@ def _secants(found: Search) -> None:
             errors = problem.errors(x)
             if np.isfinite(errors).all():
                 found.starts[f"{name}@{k}"] = (values, found.floor.whiten(errors) - base.linear.errors)
-
-
-def _of_measured(problem: GapProblem) -> Array:
-    """Errors where the model diverges at its start: the measurements less their means."""
-    found = np.empty(problem.rows)
-    for group in problem.groups:
-        trial = problem.trials[group.trial]
-        values = np.asarray(trial.outputs[group.channel])[group.sample]
-        found[group.rows] = values - values.mean()
-    return found
 
 
 def _half_digit(problem: GapProblem) -> dict[str, float]:
