@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -240,15 +239,19 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
     assert "not whole" in (folder / "cut" / "report.html").read_text()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX")
-def test_an_interrupt_before_anything_is_known_ends_in_one_message(folder: Path) -> None:
-    command = [sys.executable, "-m", "seatruth", "diagnose", "study.toml", "--effects", "*", "--out", "early"]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(0.8)
-    process.send_signal(signal.SIGINT)
-    _, shown = process.communicate(timeout=120)
-    assert process.returncode in (130, 0)
+def test_an_interrupt_before_anything_is_known_ends_in_one_message(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(*given: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys.modules["seatruth.gap.diagnose"], "floor_of", stopped)
+    monkeypatch.chdir(folder)
+    assert run(["diagnose", "study.toml", "--effects", EFFECTS, "--quiet", "--out", "early"]) == 130
+    shown = capsys.readouterr().err
+    assert "interrupted" in shown
     assert "Traceback" not in shown
+    assert not (folder / "early" / NAME).exists()
 
 
 def test_the_report_answers_the_three_questions_and_stands_alone(folder: Path, diagnosis: Diagnosis) -> None:

@@ -81,8 +81,10 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
             x = full.x
     for k in range(ROUNDS):
         say(f"Noise floor {k + 1} of {ROUNDS}")
-        before = floor
-        floor = noise_floor(problem.series, problem.errors(x), taken=len(full.active), least=least, most=most)
+        before, errors = floor, problem.errors(x)
+        if not np.isfinite(errors).all():
+            break
+        floor = noise_floor(problem.series, errors, taken=len(full.active), least=least, most=most)
         if not all(np.isfinite(one.innovation) for one in floor.channels):
             return before, full
         again = fit(problem, full.effects, floor, x, steps=_FULL_STEPS)
