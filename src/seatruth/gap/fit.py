@@ -27,6 +27,7 @@ _HOPE = 10.0
 """if so many times its last fall would not bring it"""
 _BEHIND = 60.0
 """to within so much of the rival's cost."""
+_FIRST_DAMPING = 1e-3
 _SETTLED = 1e-2
 """Expected fall of the cost below which a fit has settled."""
 
@@ -67,11 +68,13 @@ def fit(
     free: Indices | None = None,
     without: int | None = None,
     rival: float = np.inf,
+    settled_at: float = _SETTLED,
 ) -> Fit:
     """Fits a hypothesis from x; what it does not free stands at the start of the problem.
 
     `free` names the columns instead of the hypothesis (the initial states alone, say). `without` leaves the data of
-    one trial out, by its number. A fit that cannot come near the cost of a `rival` any more is broken off.
+    one trial out, by its number. A fit that cannot come near the cost of a `rival` any more is broken off; one whose
+    cost falls by less than `settled_at` has settled.
     """
     active = problem.active(effects) if free is None else free
     base = problem.start
@@ -79,39 +82,47 @@ def fit(
     now[active] = np.clip(x[active], problem.low[active], problem.high[active])
     weight = 1.0 / problem.sd[active] ** 2
     mean = problem.mean[active]
-    linear = problem.linear(now, floor, without)
+    linear = problem.linear(now, floor, active, without)
     if not np.isfinite(linear.errors).all():
         now = base.copy()
-        linear = problem.linear(now, floor, without)
+        linear = problem.linear(now, floor, active, without)
     cost = _cost(linear.errors, now[active], mean, weight)
-    damping, settled = 1e-6, False
+    damping, settled = _FIRST_DAMPING, False
     for number in range(steps):
         if not np.isfinite(cost):
             break
-        A = linear.derivatives[:, active]
+        A = linear.slopes
         G = A.T @ A + np.diag(weight)
         slope = A.T @ linear.errors + weight * (now[active] - mean)
         moved = False
+        # What presses against a bound stays there; the others move as if it were fixed.
+        low, high = problem.low[active], problem.high[active]
+        free_now = ~(((now[active] <= low) & (slope > 0)) | ((now[active] >= high) & (slope < 0)))
+        at = np.ix_(free_now, free_now)
         while damping < 1e9:
-            step = _solved(G + damping * np.diag(np.diag(G)), -slope)
+            step = np.zeros(len(active))
+            step[free_now] = _solved(G[at] + damping * np.diag(np.diag(G)[free_now]), -slope[free_now])
             trial = now.copy()
             trial[active] = np.clip(now[active] + step, problem.low[active], problem.high[active])
-            errors = problem.whitened(trial, floor, without)
+            errors = problem.whitened(trial, floor, active, without)
             found = _cost(errors, trial[active], mean, weight)
             if found < cost:
                 moved = True
                 break
-            if -float(slope @ step) < _SETTLED:
+            if -float(slope @ step) < settled_at:
                 break
-            damping = max(10.0 * damping, 1e-4)
+            damping = max(6.0 * damping, 1e-4)
         if not moved:
             settled = True
             break
         hopeless = number >= _TRIED and found - _HOPE * (cost - found) > rival + _BEHIND
         fall, now, cost = cost - found, trial, found
-        damping = max(damping / 10.0, 1e-9)
-        linear = problem.linear(now, floor, without)
-        if fall < _SETTLED:
+        # How well the linear model foretold the fall says how far the next step may go (Nielsen 1999).
+        foretold = -float(slope @ step) - 0.5 * float(step @ G @ step)
+        ratio = fall / foretold if foretold > 0.0 else 0.0
+        damping = min(max(damping * max(1.0 / 5.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-9), 1e3)
+        linear = problem.linear(now, floor, active, without)
+        if fall < settled_at:
             settled = True
             break
         if hopeless:
@@ -127,7 +138,7 @@ def _fit(
     if not np.isfinite(cost):
         size = len(active)
         return Fit(effects, x, active, np.inf, -np.inf, linear, np.full((size, size), np.nan), False)
-    A = linear.derivatives[:, active]
+    A = linear.slopes
     scaled = np.eye(len(active)) + (A.T @ A) * np.outer(sd, sd)
     values, vectors = np.linalg.eigh(scaled)
     values = np.maximum(values, 1.0)
@@ -179,7 +190,7 @@ class Screen:
 
 def screen(found: Fit, problem: GapProblem, candidates: Mapping[str, Array], sds: Mapping[str, Array]) -> Screen:
     """Candidate columns by name, whitened (rows, n_c), at a fit; `sds` their priors' deviations (n_c,)."""
-    A = found.linear.derivatives[:, found.active]
+    A = found.linear.slopes
     H = A.T @ A + np.diag(1.0 / problem.sd[found.active] ** 2)
     C = np.concatenate([candidates[name] for name in candidates], axis=1) if candidates else np.zeros((len(A), 0))
     cross = A.T @ C
@@ -199,11 +210,14 @@ def screen(found: Fit, problem: GapProblem, candidates: Mapping[str, Array], sds
     return Screen(0.5 * (information + information.T), slope, sd, columns)
 
 
-def effect_screen(found: Fit, problem: GapProblem, starts: Mapping[str, Array] | None = None) -> Screen:
+def effect_screen(
+    found: Fit, problem: GapProblem, floor: NoiseFloor, starts: Mapping[str, Array] | None = None
+) -> Screen:
     """The effects that a fit does not free. `starts` adds pseudo-candidates "name@k": whitened changes (rows,) of the
     errors from the null to a finite starting point, for effects that have no slope at their null."""
     free = set(found.effects)
-    blocks = {n: found.linear.derivatives[:, c] for n, c in problem.columns.items() if n not in free}
+    slopes = problem.whole(found.x, floor)
+    blocks = {n: slopes[:, c] for n, c in problem.columns.items() if n not in free}
     sds = {n: problem.sd[c] for n, c in problem.columns.items() if n not in free}
     for name, change in (starts or {}).items():
         if name.partition("@")[0] not in free:

@@ -141,7 +141,7 @@ def _flexible(probes: Probes, base: Fit, number: int, predictor: _Predictor) -> 
     )
     active = base.active
     learnt = problem.trial_of != number
-    A = np.concatenate([probes.at.linear.derivatives[:, active], block], axis=1)[learnt]
+    A = np.concatenate([probes.at.linear.slopes, block], axis=1)[learnt]
     weight = np.concatenate([1.0 / problem.sd[active] ** 2, 1.0 / sizes**2])
     pull = np.concatenate(
         [(probes.at.x[active] - problem.mean[active]) / problem.sd[active] ** 2, np.zeros(len(names))]

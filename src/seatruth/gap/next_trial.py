@@ -155,7 +155,7 @@ def _information(search: Search, problem: GapProblem, x: Array, option: Manoeuvr
     """Information on coefficients and effects, initial states projected out, of the trials or of one more."""
     shared = _shared(problem)
     if option is None:
-        A = search.base.linear.derivatives
+        A = problem.whole(search.base.x, search.floor)
         own: Array = A[:, problem.initial]
         return _projected(A[:, shared], own, problem.sd[problem.initial])
     values = dict(zip(problem.names, x))

@@ -22,9 +22,11 @@ from seatruth.gap.unknown import Probes
 Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
 UNKNOWN = "unknown"
 
-PRIOR = {"none": 0.30, "one": 0.40, "two": 0.12, "three": 0.03, "unknown": 0.15}
+PRIOR = {"none": 0.42, "one": 0.45, "two": 0.08, "three": 0.02, "unknown": 0.03}
 """Prior probability of each kind of answer."""
-TEMPERATURE = 2.0
+UNNAMED = 6.0
+"""Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
+TEMPERATURE = 1.6
 """By which log-evidence is divided."""
 FORM = 0.003
 """Part of an effect's log-evidence that its form leaves to others."""
@@ -32,6 +34,8 @@ SURE = 0.6
 """Probability from which a cause is named."""
 TOGETHER = 0.95
 """Probability that the effects reported as a set hold together."""
+LEAST = 0.15
+"""Probability, as a part of the leader's, below which a rival is left out of such a set."""
 APART = 11.0
 """Pairwise lambda below which two causes count as not told apart."""
 _SEEN = 0.5
@@ -74,7 +78,9 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
         odds = math.log(PRIOR["unknown"] / (PRIOR["none"] if alone else 1.0 - PRIOR["unknown"]))
         gain = one.average("terms", "place")
         named = search.evidence(one.at.effects)
-        rows.append(((UNKNOWN,), tempered(one.at.effects, named) + _worth(gain, named), prior(one.at.effects) + odds))
+        rows.append(
+            ((UNKNOWN,), tempered(one.at.effects, named) + _worth(gain - UNNAMED, named), prior(one.at.effects) + odds)
+        )
     weight = np.array([evidence / temperature + prior for _, evidence, prior in rows])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
@@ -145,19 +151,22 @@ def verdict(found: Sequence[Candidate], powerless: Sequence[str], possible: int)
         return Verdict("unknown", (), (), best.probability)
     named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
     cause = sum(c.probability for c in named)
-    if named and best in named and best.probability >= SURE:
+    if best in named and best.probability >= SURE:
         return Verdict("effects", best.effects, (), best.probability)
-    if cause >= SURE:
+    if named and cause >= SURE:
+        # Rivals of the same number: what is said of a second effect is not that the first is another.
+        rivals = [c for c in named if len(c.effects) == len(named[0].effects)]
+        total = sum(c.probability for c in rivals)
         together: list[str] = []
-        total = 0.0
-        for candidate in named:
-            together += [name for name in candidate.effects if name not in together]
-            total += candidate.probability
-            if total >= TOGETHER * cause:
+        held = 0.0
+        for candidate in rivals:
+            if held >= TOGETHER * total or candidate.probability < LEAST * named[0].probability:
                 break
+            together += [name for name in candidate.effects if name not in together]
+            held += candidate.probability
         if len(together) == len(named[0].effects):
             return Verdict("effects", named[0].effects, (), cause)
-        return Verdict("inseparable", named[0].effects, tuple(together), total)
+        return Verdict("inseparable", named[0].effects, tuple(together), cause)
     if best.effects == (UNKNOWN,):
         return Verdict("unknown", (), (), best.probability)
     return Verdict("underpowered", (), tuple(dict.fromkeys(n for c in named[:4] for n in c.effects)), cause)

@@ -42,11 +42,19 @@ _WIDE = 10.0
 
 @dataclass(frozen=True)
 class Linear:
-    """Residuals (M,) and their derivatives (M, K) at x, whitened."""
+    """Residuals (rows,) at x and their derivatives (rows, n) by n active columns, whitened."""
 
     x: Array
     errors: Array
-    derivatives: Array
+    slopes: Array
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A cost with some of the effects, and where its parameters stand in x."""
+
+    cost: TrajectoryCost
+    columns: Indices
 
 
 class GapProblem:
@@ -77,6 +85,8 @@ class GapProblem:
         self.cost = self._cost(self.model, self.parameters)
         cost = self.cost
         self.names = cost.names
+        self._whole = _Part(cost, np.arange(len(cost.names), dtype=np.intp))
+        self._parts: dict[tuple[str, ...], _Part] = {tuple(self.effects): self._whole}
         self.start = cost.start
         self.size = len(self.names)
         self.low, self.high = cost.bounds
@@ -111,13 +121,32 @@ class GapProblem:
         """Columns of x that a hypothesis frees: the nuisances and the parameters of these effects."""
         return np.sort(np.concatenate([self.nuisance, *(self.columns[name] for name in effects)]))
 
-    def errors(self, x: Array) -> Array:
-        """Measured less simulated (rows,); inf where x diverges."""
-        return np.asarray(self.cost.residuals(x)[: self.rows])
+    def part(self, active: Indices) -> _Part:
+        """The problem with the effects that these columns touch, and no others: the same errors, sooner."""
+        touched = set(active.tolist())
+        names = tuple(name for name, columns in self.columns.items() if touched & set(columns.tolist()))
+        if names not in self._parts:
+            if names == tuple(self.effects):
+                cost = self.cost
+            else:
+                model = with_effects(self.study.model, [self.effects[name] for name in names])
+                known = {p.name: p for p in self.parameters}
+                cost = self._cost(model, [known[p.name] for p in model.parameters])
+            place = {name: k for k, name in enumerate(self.names)}
+            self._parts[names] = _Part(cost, np.array([place[name] for name in cost.names], dtype=np.intp))
+        return self._parts[names]
 
-    def derivatives(self, x: Array) -> Array:
-        """Of `errors`, (rows, K)."""
-        return np.asarray(self.cost.jacobian(x)[: self.rows])
+    def errors(self, x: Array, active: Indices | None = None) -> Array:
+        """Measured less simulated (rows,); inf where x diverges. `active` says which columns may be off their null."""
+        part = self._whole if active is None else self.part(active)
+        return np.asarray(part.cost.residuals(x[part.columns])[: self.rows])
+
+    def derivatives(self, x: Array, active: Indices) -> Array:
+        """Of `errors` by these columns, (rows, len(active)); the others stand at their null."""
+        part = self.part(active)
+        place = {int(column): k for k, column in enumerate(part.columns)}
+        found = part.cost.jacobian(x[part.columns])[: self.rows]
+        return np.asarray(found[:, [place[int(column)] for column in active]])
 
     def states(self, x: Array) -> list[Array]:
         """States (n, S) of the model with all effects along each trial, simulated from x."""
@@ -129,14 +158,18 @@ class GapProblem:
         found = sim.states(theta, x0)
         return [found[rows] for rows in sim.rows]
 
-    def whitened(self, x: Array, floor: NoiseFloor, without: int | None = None) -> Array:
+    def whitened(self, x: Array, floor: NoiseFloor, active: Indices, without: int | None = None) -> Array:
         """Whitened errors (rows,); those of the trial left out are zero."""
-        return self._masked(floor.whiten(self.errors(x)), without)
+        return self._masked(floor.whiten(self.errors(x, active)), without)
 
-    def linear(self, x: Array, floor: NoiseFloor, without: int | None = None) -> Linear:
-        """Whitened errors and derivatives at x."""
-        derivatives = self._masked(floor.whiten(self.derivatives(x)), without)
-        return Linear(x, self.whitened(x, floor, without), derivatives)
+    def linear(self, x: Array, floor: NoiseFloor, active: Indices, without: int | None = None) -> Linear:
+        """Whitened errors at x and their derivatives by these columns."""
+        slopes = self._masked(floor.whiten(self.derivatives(x, active)), without)
+        return Linear(x, self.whitened(x, floor, active, without), slopes)
+
+    def whole(self, x: Array, floor: NoiseFloor) -> Array:
+        """Whitened derivatives by every entry of x, (rows, K)."""
+        return floor.whiten(self.derivatives(x, np.arange(self.size, dtype=np.intp)))
 
     def _masked(self, rows: Array, without: int | None) -> Array:
         if without is not None:

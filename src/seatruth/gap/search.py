@@ -29,6 +29,7 @@ MORE = 3.0
 ROUNDS = 3
 """Alternations between the fullest fit and the noise that it leaves."""
 _FULL_STEPS = 8
+_ROUGH = 2.0
 _FIRST_STEPS = 25
 _STATED = 1.3
 """Part of the noise that a study states up to which more is believed."""
@@ -76,7 +77,7 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
     x = problem.start
     for stage in ((), names):
         say("Noise floor: the model" if not stage else "Noise floor: with every effect")
-        full = fit(problem, stage, floor, x, steps=_FIRST_STEPS)
+        full = fit(problem, stage, floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
         if np.isfinite(full.cost):
             x = full.x
     for k in range(ROUNDS):
@@ -87,7 +88,7 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
         floor = noise_floor(problem.series, errors, taken=len(full.active), least=least, most=most)
         if not all(np.isfinite(one.innovation) for one in floor.channels):
             return before, full
-        again = fit(problem, full.effects, floor, x, steps=_FULL_STEPS)
+        again = fit(problem, full.effects, floor, x, steps=_FULL_STEPS, settled_at=_ROUGH)
         if not np.isfinite(again.cost):
             break
         full, x = again, again.x
@@ -127,7 +128,7 @@ def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Sea
     if not np.isfinite(found.base.cost):
         return found
     _secants(found)
-    found.screens[()] = effect_screen(found.base, problem, {k: v[1] for k, v in found.starts.items()})
+    found.screens[()] = effect_screen(found.base, problem, floor, {k: v[1] for k, v in found.starts.items()})
     try:
         _widened(found, near, say)
     except KeyboardInterrupt:
@@ -195,7 +196,7 @@ def _best(problem: GapProblem, effects: Sequence[str], floor: NoiseFloor, starts
 def _screened(found: Search, at: Fit) -> Screen:
     key = at.effects
     if key not in found.screens:
-        found.screens[key] = effect_screen(at, found.problem, {k: v[1] for k, v in found.starts.items()})
+        found.screens[key] = effect_screen(at, found.problem, found.floor, {k: v[1] for k, v in found.starts.items()})
     return found.screens[key]
 
 
