@@ -15,6 +15,7 @@ from seatruth.errors import BadInput, SeatruthError
 from seatruth.gap.diagnosis import Diagnosis
 from seatruth.gap.parts import Parts
 from seatruth.gap.probability import (
+    apart,
     candidates,
     detectable,
     powerless,
@@ -65,7 +66,7 @@ def diagnose(
         probed = _probed(problem, found, findings)
         answers = candidates(found, probed)
         least = detectable(found)
-        judged = verdict(answers, powerless(found, least), len(problem.effects))
+        judged = verdict(answers, powerless(found, least), len(problem.effects), lambda a, b: apart(found, a, b))
         parts = Parts(study, problem, found, probed, answers, judged, least, findings, say, seed)
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"

@@ -26,6 +26,8 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trials
 
 _RIVALS = 6
+_RIVAL = 2.0
+"""Lambda of its own from which an effect takes part in the search for the next trial."""
 _SEEN = 9.0
 """Lambda of its own from which it makes sense to ask what an effect is taken for."""
 _CONFUSED = 25.0
@@ -68,6 +70,8 @@ class Parts:
     def suggestion(self) -> dict[str, Any] | None:
         ranked = inclusion(self.answers, list(self.problem.effects))
         names = sorted(ranked, key=lambda name: -ranked[name])
+        # One that was fitted at next to nothing is no rival: there is nothing of it to be told from.
+        names = [n for n in names if (n,) in self.found.fits and lambda_of(self.found, self.problem, n) > _RIVAL]
         survivors = list(dict.fromkeys([*self.judged.together, *self.judged.effects, *names]))
         found = next_trial(self.found, survivors, self.say)
         return None if found is None else {**found, **self._expected(str(found["manoeuvre"]))}

@@ -141,8 +141,15 @@ class Verdict:
     probability: float
 
 
-def verdict(found: Sequence[Candidate], powerless: Sequence[str], possible: int) -> Verdict:
-    """`powerless` are the effects whose typical magnitude the trials could not have shown, of `possible` in all."""
+def verdict(
+    found: Sequence[Candidate],
+    powerless: Sequence[str],
+    possible: int,
+    near: Callable[[str, str], float] | None = None,
+) -> Verdict:
+    """`powerless` are the effects whose typical magnitude the trials could not have shown, of `possible` in all; `near`
+    gives the pairwise lambda of two effects.
+    """
     best = found[0]
     if best.effects == () and best.probability >= 0.5:
         kind: Kind = "no_gap" if len(powerless) <= possible // 2 else "underpowered"
@@ -151,7 +158,7 @@ def verdict(found: Sequence[Candidate], powerless: Sequence[str], possible: int)
         return Verdict("unknown", (), (), best.probability)
     named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
     cause = sum(c.probability for c in named)
-    if best in named and best.probability >= SURE:
+    if best in named and best.probability >= SURE and not _doubles(best, named, near):
         return Verdict("effects", best.effects, (), best.probability)
     if named and cause >= SURE:
         # Rivals of the same number: what is said of a second effect is not that the first is another.
@@ -170,6 +177,14 @@ def verdict(found: Sequence[Candidate], powerless: Sequence[str], possible: int)
     if best.effects == (UNKNOWN,):
         return Verdict("unknown", (), (), best.probability)
     return Verdict("underpowered", (), tuple(dict.fromkeys(n for c in named[:4] for n in c.effects)), cause)
+
+
+def _doubles(best: Candidate, named: Sequence[Candidate], near: Callable[[str, str], float] | None) -> bool:
+    """Whether a rival that is not improbable leaves the same trace as the best answer."""
+    if near is None or len(best.effects) != 1:
+        return False
+    rivals = [c for c in named if len(c.effects) == 1 and c is not best and c.probability >= LEAST * best.probability]
+    return any(near(best.effects[0], rival.effects[0]) < APART for rival in rivals)
 
 
 def detectable(search: Search) -> dict[str, dict[str, float]]:
