@@ -18,7 +18,7 @@ from withheld.score import score
 from withheld.seal import ROOT
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
-QUICK_PROGRAMS = ("seatruth", "white", "prior")
+QUICK_PROGRAMS = ("seatruth", "prior")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -26,7 +26,7 @@ PRIOR = {"none": 0.42, "one": 0.45, "two": 0.08, "three": 0.02, "unknown": 0.03}
 """Prior probability of each kind of answer."""
 UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
-TEMPERATURE = 1.6
+TEMPERATURE = 2.0
 """By which log-evidence is divided."""
 FORM = 0.003
 """Part of an effect's log-evidence that its form leaves to others."""
