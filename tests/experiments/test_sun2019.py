@@ -19,6 +19,8 @@ import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import sun2019  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import sun2019_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 
+from seatruth.manoeuvres import Trim  # noqa: E402
+
 LATERAL = ("K_beta", "K_MR", "K_p", "K_MY", "K_r", "Y_delta")
 
 
@@ -27,7 +29,7 @@ LATERAL = ("K_beta", "K_MR", "K_p", "K_MY", "K_r", "Y_delta")
 def test_closed_form_finds_the_trim_of_its_glide(alpha: float, sign: float) -> None:
     """The sliding mass that the closed form asks for holds the six-degree-of-freedom model at that incidence."""
     closed = system.closed_glide(sign * math.radians(alpha), sign * 0.4)
-    found = system.steady(system.Trim(sign * 0.4, closed["x_p"]))
+    found = system.steady(Trim(sign * 0.4, closed["x_p"]))
     assert found["alpha"] == pytest.approx(sign * math.radians(alpha), rel=1e-6)
     assert found["glide"] == pytest.approx(closed["glide"], rel=1e-6)
     assert found["V"] == pytest.approx(closed["V"], rel=1e-6)

@@ -168,7 +168,9 @@ def _probed(problem: GapProblem, found: Search, findings: list[Finding]) -> list
         return []
     at = [found.base, *found.leaders(1)]
     try:
-        return [probes(problem, found.floor, one) for one in at]
+        made = [probes(problem, found.floor, one) for one in at]
+        # Where every push makes the run diverge, nothing unnamed can be asked after.
+        return [one for one in made if {"place", "terms"} <= {probe.kind for probe in one.found}]
     except SeatruthError as trouble:
         findings.append(
             Finding("warning", "no-probes", f"Unnamed causes were not looked for: {trouble.message}", "model")

@@ -30,6 +30,8 @@ _BEHIND = 60.0
 _FIRST_DAMPING = 1e-3
 _SETTLED = 1e-2
 """Expected fall of the cost below which a fit has settled."""
+_LARGEST = 1e12
+"""Whitened derivative from which a run is about to diverge: nothing can be built on such a fit."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,8 @@ def fit(
         if not np.isfinite(cost):
             break
         A = linear.slopes
+        if not np.abs(A).max(initial=0.0) < _LARGEST:
+            break
         G = A.T @ A + np.diag(weight)
         slope = A.T @ linear.errors + weight * (now[active] - mean)
         moved = False
@@ -135,7 +139,7 @@ def _fit(
 ) -> Fit:
     sd, mean = problem.sd[active], problem.mean[active]
     cost = _cost(linear.errors, x[active], mean, 1.0 / sd**2)
-    if not np.isfinite(cost):
+    if not np.isfinite(cost) or not np.abs(linear.slopes).max(initial=0.0) < _LARGEST:
         size = len(active)
         return Fit(effects, x, active, np.inf, -np.inf, linear, np.full((size, size), np.nan), False)
     A = linear.slopes
@@ -193,6 +197,8 @@ def screen(found: Fit, problem: GapProblem, candidates: Mapping[str, Array], sds
     A = found.linear.slopes
     H = A.T @ A + np.diag(1.0 / problem.sd[found.active] ** 2)
     C = np.concatenate([candidates[name] for name in candidates], axis=1) if candidates else np.zeros((len(A), 0))
+    # Beyond this a column's square overflows; such a candidate makes the run diverge and is worth nothing here.
+    C[:, ~(np.abs(C).max(axis=0, initial=0.0) < _LARGEST)] = 0.0
     cross = A.T @ C
     solved = cho_solve(cho_factor(H), cross)
     information = C.T @ C - cross.T @ solved

@@ -109,6 +109,8 @@ def _tempered(search: Search) -> Callable[[tuple[str, ...], float], float]:
         if len(key) < 2:
             return evidence
         inner = max((search.evidence(part), part) for part in itertools.combinations(key, len(key) - 1))
+        if not math.isfinite(inner[0]):
+            return evidence
         return value(inner[1], inner[0]) + _worth(evidence - inner[0], inner[0])
 
     return value

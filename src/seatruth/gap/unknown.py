@@ -21,6 +21,7 @@ from seatruth.gap.problem import Array, GapProblem, Indices
 from seatruth.models.parameter import Prior
 
 KNOTS = 12
+_LARGEST = 1e12
 LADDER = (0.01, 0.03, 0.1, 0.3)
 """Sizes of an unnamed cause, as parts of what is usual in its place."""
 
@@ -121,7 +122,8 @@ def _add(found: Probes, label: str, kind: str) -> None:
     block, scale = found.blocks[label], found.scales[label]
     kept = np.flatnonzero(np.abs(block).max(axis=0) > 0)
     found.blocks[label], found.scales[label], found.kept[label] = block[:, kept], scale[kept], kept
-    if not kept.size or not np.isfinite(block).all():
+    # A run that is about to diverge feels a push so strongly that no number holds its square.
+    if not kept.size or not np.isfinite(block).all() or np.abs(block).max() > _LARGEST:
         return
     one = screen(found.at, found.problem, {label: block[:, kept]}, {label: scale[kept]})
     found.screens[label] = one
@@ -141,7 +143,9 @@ def _add(found: Probes, label: str, kind: str) -> None:
 
 
 def _log_mean(gains: Array) -> float:
-    top = float(gains.max())
+    top = float(gains.max(initial=-math.inf))
+    if not math.isfinite(top):
+        return -math.inf
     return top + math.log(float(np.exp(gains - top).mean()))
 
 
