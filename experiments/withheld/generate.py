@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
 from withheld.cases import KINDS, LOOKALIKES, STRATA, Case, Plan, draw
@@ -130,7 +131,9 @@ def _trial(record: Record) -> dict[str, Any]:
 def one_case(plan: Plan, name: str, out: str) -> float:
     """Draws one case and writes it; the public part first, so that a sealed file says that all is there."""
     begin = time.perf_counter()
-    case = draw(plan)
+    # Its matrices are small: threads of the linear algebra in every worker only stand in each other's way.
+    with threadpool_limits(limits=1, user_api="blas"):
+        case = draw(plan)
     folder = Path(out) / "public" / name
     folder.mkdir(parents=True, exist_ok=True)
     for k, record in enumerate(case.records):
