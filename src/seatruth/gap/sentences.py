@@ -23,7 +23,7 @@ def sentence(
         titles = ", ".join(by_name[name]["title"] for name in verdict["set"])
         return f"One of these causes the gap, and these trials cannot tell which: {titles} (together {chance})."
     if kind == "unknown":
-        where = f" It acts most like a force in {unnamed['equation']}." if unnamed else ""
+        where = f" It acts most like {_acting(str(unnamed['equation']))}." if unnamed else ""
         return f"Something acts that is not in the library ({chance}).{where}"
     weak = verdict["powerless"]
     if kind == "no_gap":
@@ -38,6 +38,11 @@ def sentence(
         f"No gap is seen ({chance}), but these trials could not have shown {_listing(weak, by_name)} "
         "at a typical magnitude."
     )
+
+
+def _acting(equation: str) -> str:
+    motion = equation in ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    return f"a force in {equation}" if motion else f"a term in the equation of {equation}"
 
 
 def _cause(row: Mapping[str, Any]) -> str:
