@@ -24,6 +24,8 @@ LEADERS = 4
 """Fitted hypotheses from which more effects are tried."""
 ADDITIONS = 4
 """Effects tried beside each of them."""
+_MUCH = 10.0
+"""Cost by which a set must be ahead of its part for the part to be fitted again."""
 MORE = 3.0
 """Rise of the log-evidence on the screen from which one effect more is worth a fit."""
 ROUNDS = 3
@@ -150,9 +152,23 @@ def _widened(found: Search, near: Array, say: Say) -> None:
             for name in wanted[:ADDITIONS]:
                 say(f"Effects {'in pairs' if size == 2 else 'by threes'}: {' and '.join(leader.effects)} with {name}")
                 _fitted(found, (*leader.effects, name), leader.x, near)
+        _without_one(found)
         if size == 2:
             for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
                 _fitted(found, pair, near)
+
+
+def _without_one(found: Search) -> None:
+    """Fits the parts of the leading sets again from where the sets ended: a part may have stopped on its way."""
+    for leader in found.leaders(2):
+        for name in leader.effects if len(leader.effects) > 1 else ():
+            key = tuple(other for other in leader.effects if other != name)
+            known = found.fits.get(key)
+            if known is None or known.cost > leader.cost + _MUCH:
+                got = fit(found.problem, key, found.floor, leader.x)
+                if known is None or got.cost < known.cost:
+                    found.fits[key] = got
+                    found.screens.pop(key, None)
 
 
 def _fitted(found: Search, effects: Sequence[str], *near: Array) -> Fit:

@@ -96,7 +96,9 @@ def _null(A: Array) -> Array:
     seen = np.flatnonzero(size > 0)
     if not np.isfinite(A).all() or not len(seen):
         return np.zeros((0, A.shape[1]))
-    _, values, vectors = np.linalg.svd(A[:, seen] / size[seen], full_matrices=True)
+    # Of the triangle alone: all right singular vectors are wanted, and none of the left ones (samples squared).
+    triangle = np.linalg.qr(A[:, seen] / size[seen], mode="r")
+    _, values, vectors = np.linalg.svd(triangle, full_matrices=True)
     values = np.concatenate([values, np.zeros(len(seen) - len(values))])
     basis = vectors[values < _NULL * values.max()]
     found = np.zeros((len(basis), A.shape[1]))

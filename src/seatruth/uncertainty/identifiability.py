@@ -61,7 +61,7 @@ def identifiability(
     _, values, vectors = np.linalg.svd(scaled, full_matrices=False)
     if len(values) < len(parameters):
         values = np.concatenate([values, np.zeros(len(parameters) - len(values))])
-        vectors = np.linalg.svd(scaled, full_matrices=True)[2]
+        vectors = np.linalg.svd(np.linalg.qr(scaled, mode="r"), full_matrices=True)[2]
     lengths = np.linalg.norm(scaled, axis=0)
     largest = float(values.max())
     condition = largest / float(values.min()) if values.min() > 0 else math.inf
