@@ -64,7 +64,7 @@ def unreachable(folder: Path) -> bool:
 def program(name: str) -> Callable[[Path], dict[str, Any]]:
     """A diagnosing program by name: study file -> verdict."""
     if name == "seatruth":
-        from withheld.programs.library import diagnosed
+        from withheld.programs.own import diagnosed
 
         return diagnosed
     from withheld.programs import BASELINES
