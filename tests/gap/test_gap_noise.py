@@ -54,7 +54,7 @@ def test_whitened_noise_has_unit_variance_from_the_first_sample(kind: str) -> No
 
 
 def test_whitening_is_the_inverse_root_of_the_covariance() -> None:
-    """|whitened|^2 is the quadratic form of the exact covariance, and log_volume its log-determinant."""
+    """|whitened|^2 is the quadratic form of the exact covariance."""
     a = [1.1, -0.4]
     series, residuals = cut(draws(a, 30, 2000))
     floor = noise_floor(series, residuals)

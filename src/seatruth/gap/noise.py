@@ -126,10 +126,6 @@ class NoiseFloor:
                 found[series.rows] = self.channels[number].whiten(columns[series.rows])
         return found
 
-    def log_volume(self) -> float:
-        """Sum of the logarithms of the innovations' deviations: what whitening takes from a log-likelihood."""
-        return float(sum(len(s.rows) * math.log(self.channels[n].innovation) for s, n in zip(self.series, self.of)))
-
     @property
     def sd(self) -> dict[str, float]:
         """Standard deviation of each channel's noise, over its sampling steps."""

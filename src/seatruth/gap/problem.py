@@ -176,11 +176,6 @@ class GapProblem:
             rows[self.trial_of == without] = 0.0
         return rows
 
-    def effect_values(self, name: str, x: Array) -> dict[str, float]:
-        """Parameters of an effect in x."""
-        effect = self.effects[name]
-        return {q.name: float(x[k]) for q, k in zip(effect.parameters, self.columns[name])}
-
     def cost_of(
         self, model: Model, extra: Sequence[Parameter], values: Mapping[str, float], trials: Trials | None = None
     ) -> TrajectoryCost:
