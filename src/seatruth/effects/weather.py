@@ -109,7 +109,7 @@ class WaveDriftVertical(Effect):
     title = "mean drift and suction of waves near the surface"
     family = "environment"
     number = 29
-    equation = "rho g B / 16 (along x of the earth, up) exp(-z / 3 m)"
+    equation = "rho g B / 16 (along x of the earth, up) exp(-z / reach)"
     source = WaveDrift.source
     kinds = ("auv", "glider")
     acts_on = ("surge", "heave")
@@ -120,8 +120,9 @@ class WaveDriftVertical(Effect):
     parameters = (
         Parameter("along", 0.1, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, along x"),
         Parameter("up", 0.05, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, towards the surface"),
+        Parameter("reach", 1.5, "m", 0.3, 60.0, source="[L] exp(-2 k z)", description="depth in which it falls to 1/e"),
     )
-    null: ClassVar[Mapping[str, float]] = {"along": 0.0, "up": 0.0}
+    null: ClassVar[Mapping[str, float]] = {"along": 0.0, "up": 0.0, "reach": REACH}
     magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"glider": {"along": 0.02, "up": 0.01}}
 
     @staticmethod
@@ -129,7 +130,7 @@ class WaveDriftVertical(Effect):
         along, across, down = into_body(d.breadth * q.along, 0.0, s)
         phi, c, t = getattr(s, "phi", 0.0), math.cos(s.theta), math.sin(s.theta)
         lift = d.breadth * q.up
-        pressure = d.rho * G / 16.0 * math.exp(-max(s.z, 0.0) / REACH)
+        pressure = d.rho * G / 16.0 * math.exp(-max(s.z, 0.0) / q.reach)
         return e._replace(
             X=e.X + pressure * (along + lift * t),
             Y=e.Y + pressure * (across - lift * c * math.sin(phi)),

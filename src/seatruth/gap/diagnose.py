@@ -167,6 +167,8 @@ def _probed(problem: GapProblem, found: Search, findings: list[Finding]) -> list
     if isinstance(problem.study.model, BlackBox):
         return []
     at = [found.base, *found.leaders(1)]
+    at += [one for one in found.leaders(20) if len(one.effects) == 1][:1]
+    at = list({one.effects: one for one in at}.values())
     try:
         made = [probes(problem, found.floor, one) for one in at]
         # Where every push makes the run diverge, nothing unnamed can be asked after.

@@ -11,7 +11,7 @@ counts against it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,9 +27,15 @@ _HOPE = 10.0
 """if so many times its last fall would not bring it"""
 _BEHIND = 60.0
 """to within so much of the rival's cost."""
-_FIRST_DAMPING = 1e-3
-_SETTLED = 1e-2
+_FIRST_DAMPING = 1.0
+_SETTLED = 0.03
 """Expected fall of the cost below which a fit has settled."""
+_AHEAD = 0.1
+"""Part of a step at which its bend is looked at."""
+_BEND = 1.5
+"""Second-order part of a step, in multiples of the first, up to which it is taken."""
+_STUCK = 1e3
+"""Damping from which a fit that finds no better point has not settled but is stuck."""
 _LARGEST = 1e12
 """Whitened derivative from which a run is about to diverge: nothing can be built on such a fit."""
 
@@ -104,8 +110,17 @@ def fit(
         free_now = ~(((now[active] <= low) & (slope > 0)) | ((now[active] >= high) & (slope < 0)))
         at = np.ix_(free_now, free_now)
         while damping < 1e9:
+            solve = _solver(G[at] + damping * np.diag(weight[free_now]))
             step = np.zeros(len(active))
-            step[free_now] = _solved(G[at] + damping * np.diag(np.diag(G)[free_now]), -slope[free_now])
+            step[free_now] = solve(-slope[free_now])
+            if -float(slope @ step) < settled_at:
+                break
+            # Along a valley that bends the step is bent with it; where it bends too much, nothing is foretold by that.
+            bend = _bend(problem, floor, now, active, linear, step, without)
+            bent = np.zeros(len(active))
+            bent[free_now] = solve(-bend[free_now])
+            if float(bent @ (weight * bent)) <= _BEND**2 * float(step @ (weight * step)):
+                step = step + 0.5 * bent
             trial = now.copy()
             trial[active] = np.clip(now[active] + step, problem.low[active], problem.high[active])
             errors = problem.whitened(trial, floor, active, without)
@@ -113,11 +128,9 @@ def fit(
             if found < cost:
                 moved = True
                 break
-            if -float(slope @ step) < settled_at:
-                break
             damping = max(6.0 * damping, 1e-4)
         if not moved:
-            settled = True
+            settled = damping < _STUCK
             break
         hopeless = number >= _TRIED and found - _HOPE * (cost - found) > rival + _BEHIND
         fall, now, cost = cost - found, trial, found
@@ -157,11 +170,26 @@ def _cost(errors: Array, x: Array, mean: Array, weight: Array) -> float:
     return 0.5 * float(errors @ errors) + 0.5 * float(((x - mean) ** 2 * weight).sum())
 
 
-def _solved(matrix: Array, right: Array) -> Array:
+def _bend(
+    problem: GapProblem, floor: NoiseFloor, x: Array, active: Indices, linear: Linear, step: Array, without: int | None
+) -> Array:
+    """What the second derivative of the errors along a step adds to the slope (n,), by one more simulation; zero where
+    that diverges."""
+    ahead = x.copy()
+    ahead[active] += _AHEAD * step
+    errors = problem.whitened(ahead, floor, active, without)
+    with np.errstate(invalid="ignore", over="ignore"):
+        second = (errors - linear.errors - _AHEAD * (linear.slopes @ step)) * (2.0 / _AHEAD**2)
+        found = linear.slopes.T @ second
+    return np.asarray(found if np.isfinite(found).all() else np.zeros(len(active)))
+
+
+def _solver(matrix: Array) -> Callable[[Array], Array]:
     try:
-        return np.asarray(cho_solve(cho_factor(matrix), right))
+        factor = cho_factor(matrix)
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
+        return lambda right: np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
+    return lambda right: np.asarray(cho_solve(factor, right))
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from seatruth.gap.problem import WIDER, Array, GapProblem
 from seatruth.gap.search import Search
 from seatruth.gap.unknown import Probes
 
+_Value = Callable[[tuple[str, ...], float], float]
 Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
 UNKNOWN = "unknown"
 
@@ -28,8 +29,10 @@ UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
 TEMPERATURE = 2.0
 """By which log-evidence is divided."""
-FORM = 0.003
-"""Part of an effect's log-evidence that its form leaves to others."""
+FORM = 0.01
+"""Part of an effect's log-evidence that its form, never exact, leaves to others: a tenth of its amplitude."""
+APART_FROM_UNNAMED = 0.15
+"""Part of the log-evidence of something unnamed alone by which a named effect beside it must be ahead."""
 SURE = 0.6
 """Probability from which a cause is named."""
 TOGETHER = 0.95
@@ -52,6 +55,16 @@ class Candidate:
     probability: float
     evidence: float
     """Log-evidence over the model without effects."""
+    beside: float = 0.0
+    """Part of the probability that has something unnamed act beside these effects."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    effects: tuple[str, ...]
+    evidence: float
+    prior: float
+    beside: bool = False
 
 
 def candidates(search: Search, probes: Sequence[Probes], temperature: float = TEMPERATURE) -> list[Candidate]:
@@ -61,36 +74,45 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
     count[2] = count[1] * (count[1] - 1) // 2
     count[3] = count[2] * max(1, count[1] - 2) // 3
     share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
-    rows: list[tuple[tuple[str, ...], float, float]] = []
     keys = {(name,) for name in shown} | {key for key in search.fits if all(name in shown for name in key)}
 
     def prior(key: tuple[str, ...]) -> float:
         return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
 
     tempered = _tempered(search)
-    for key in sorted(keys):
-        evidence = search.evidence(key)
-        if math.isfinite(evidence):
-            rows.append((key, tempered(key, evidence), prior(key)))
-    # Something unnamed may act alone or beside a named effect; each is its own answer, and all of them one.
+    evidences = {key: search.evidence(key) for key in sorted(keys)}
+    rows = [_Row(key, tempered(key, found), prior(key)) for key, found in evidences.items() if math.isfinite(found)]
+    alone = max((one.average("terms", "place") for one in probes if not one.at.effects), default=0.0)
     for one in probes:
-        alone = not one.at.effects
-        odds = math.log(PRIOR["unknown"] / (PRIOR["none"] if alone else 1.0 - PRIOR["unknown"]))
-        gain = one.average("terms", "place")
-        named = search.evidence(one.at.effects)
-        rows.append(
-            ((UNKNOWN,), tempered(one.at.effects, named) + _worth(gain - UNNAMED, named), prior(one.at.effects) + odds)
-        )
-    weight = np.array([evidence / temperature + prior for _, evidence, prior in rows])
+        rows += _unnamed_rows(one, search, tempered, prior, max(0.0, alone))
+    weight = np.array([row.evidence / temperature + row.prior for row in rows])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
-    chances: dict[tuple[str, ...], float] = {}
-    evidences: dict[tuple[str, ...], float] = {}
-    for (key, evidence, _), p in zip(rows, weight):
-        chances[key] = chances.get(key, 0.0) + float(p)
-        evidences[key] = max(evidences.get(key, -math.inf), evidence)
-    found = [Candidate(key, chances[key], evidences[key]) for key in chances]
+    chances: dict[tuple[str, ...], list[float]] = {}
+    for row, p in zip(rows, weight):
+        entry = chances.setdefault(row.effects, [0.0, 0.0, -math.inf])
+        entry[0] += float(p)
+        entry[1] += float(p) if row.beside else 0.0
+        entry[2] = max(entry[2], evidences.get(row.effects, row.evidence))
+    found = [Candidate(key, entry[0], entry[2], entry[1]) for key, entry in chances.items()]
     return sorted(found, key=lambda c: -c.probability)
+
+
+def _unnamed_rows(
+    one: Probes, search: Search, tempered: _Value, prior: Callable[[tuple[str, ...]], float], alone: float
+) -> list[_Row]:
+    """Something unnamed acts, alone or beside the effects that the probes stand beside; or a sensor drifts, which is
+    noise that the floor does not know, and speaks for no cause.
+    """
+    key = one.at.effects
+    named = search.evidence(key)
+    odds = math.log(PRIOR["unknown"] / (PRIOR["none"] if not key else 1.0 - PRIOR["unknown"]))
+    begin, force = tempered(key, named), _worth(one.average("terms", "place") - UNNAMED, named)
+    drift = one.average("sensor") - UNNAMED
+    rows = [_Row(key, begin + drift, prior(key) + odds)] if math.isfinite(drift) else []
+    if key:
+        return [*rows, _Row(key, begin + force - APART_FROM_UNNAMED * alone, prior(key) + odds, beside=True)]
+    return [*rows, _Row((UNKNOWN,), force, prior(()) + odds)]
 
 
 def _worth(gain: float, named: float) -> float:
@@ -99,10 +121,10 @@ def _worth(gain: float, named: float) -> float:
     The form of an effect is never exact: a strong one leaves a part of its own signature unexplained, and the next best
     takes that up.
     """
-    return gain / (1.0 + FORM * max(0.0, named)) if gain > 0.0 else gain
+    return max(min(gain, 0.0), gain - FORM * max(0.0, named))
 
 
-def _tempered(search: Search) -> Callable[[tuple[str, ...], float], float]:
+def _tempered(search: Search) -> _Value:
     """Evidence of a set as that of its best part, and what the rest adds to it."""
 
     def value(key: tuple[str, ...], evidence: float) -> float:
@@ -141,6 +163,8 @@ class Verdict:
     together: tuple[str, ...]
     """Effects that cannot be told apart on these trials, the most probable first; empty where the cause is named."""
     probability: float
+    beside: bool = False
+    """Whether something unnamed acts beside the effects."""
 
 
 def verdict(
@@ -161,11 +185,12 @@ def verdict(
     named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
     cause = sum(c.probability for c in named)
     if best in named and best.probability >= SURE and not _doubles(best, named, near):
-        return Verdict("effects", best.effects, (), best.probability)
+        return Verdict("effects", best.effects, (), best.probability, best.beside > 0.5 * best.probability)
     if named and cause >= SURE:
         # Rivals of the same number: what is said of a second effect is not that the first is another.
         rivals = [c for c in named if len(c.effects) == len(named[0].effects)]
         total = sum(c.probability for c in rivals)
+        beside = sum(c.beside for c in named) > 0.5 * cause
         together: list[str] = []
         held = 0.0
         for candidate in rivals:
@@ -174,8 +199,8 @@ def verdict(
             together += [name for name in candidate.effects if name not in together]
             held += candidate.probability
         if len(together) == len(named[0].effects):
-            return Verdict("effects", named[0].effects, (), cause)
-        return Verdict("inseparable", named[0].effects, tuple(together), cause)
+            return Verdict("effects", named[0].effects, (), cause, beside)
+        return Verdict("inseparable", named[0].effects, tuple(together), cause, beside)
     if best.effects == (UNKNOWN,):
         return Verdict("unknown", (), (), best.probability)
     return Verdict("underpowered", (), tuple(dict.fromkeys(n for c in named[:4] for n in c.effects)), cause)

@@ -6,6 +6,7 @@ the model's response, since signatures of a large gap are not linear, and each f
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,8 @@ LEADERS = 4
 """Fitted hypotheses from which more effects are tried."""
 ADDITIONS = 4
 """Effects tried beside each of them."""
+_LARGE = 20.0
+"""Log-evidence on the screen from which all effects are fitted."""
 _MUCH = 10.0
 """Cost by which a set must be ahead of its part for the part to be fitted again."""
 MORE = 3.0
@@ -33,7 +36,7 @@ ROUNDS = 3
 _FULL_STEPS = 8
 _ROUGH = 2.0
 _FIRST_STEPS = 25
-_STATED = 1.3
+_STATED = 1.5
 """Part of the noise that a study states up to which more is believed."""
 
 
@@ -77,29 +80,39 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
     most = {n: _STATED * float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
     names = list(problem.effects)
     x = problem.start
-    for stage in ((), names):
-        say("Noise floor: the model" if not stage else "Noise floor: with every effect")
-        full = fit(problem, stage, floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
-        if np.isfinite(full.cost):
-            x = full.x
+    plain = full = fit(problem, (), floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
     for k in range(ROUNDS):
         say(f"Noise floor {k + 1} of {ROUNDS}")
-        before, errors = floor, problem.errors(x)
-        if not np.isfinite(errors).all():
-            break
-        floor = noise_floor(problem.series, errors, taken=len(full.active), least=least, most=most)
-        if not all(np.isfinite(one.innovation) for one in floor.channels):
-            return before, full
-        again = fit(problem, full.effects, floor, x, steps=_FULL_STEPS, settled_at=_ROUGH)
+        if np.isfinite(full.cost):
+            x = full.x
+        again = fit(problem, names, floor, x, steps=_FULL_STEPS if k else _FIRST_STEPS, settled_at=_ROUGH)
         if not np.isfinite(again.cost):
             break
-        full, x = again, again.x
-        changes = (
-            [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)] if k else [1.0]
-        )
+        full, before = again, floor
+        floor = _quieter(problem, (full, plain), least, most)
+        if not all(np.isfinite(one.innovation) for one in floor.channels):
+            return before, full
+        plain = fit(problem, (), floor, plain.x, steps=_FULL_STEPS, settled_at=_ROUGH)
+        changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
         if k and max(changes) < 0.02:
             break
     return floor, full
+
+
+def _quieter(
+    problem: GapProblem, fits: Sequence[Fit], least: Mapping[str, float], most: Mapping[str, float]
+) -> NoiseFloor:
+    """The noise that these fits leave: of each channel that of the fit which foretells it best.
+
+    The fullest fit leaves least where it has settled; a fit of so many effects does not always.
+    """
+    found = [
+        noise_floor(problem.series, problem.errors(one.x, one.active), taken=len(one.active), least=least, most=most)
+        for one in fits
+        if np.isfinite(one.cost)
+    ]
+    best = [min(channels, key=lambda one: one.innovation) for channels in zip(*(one.channels for one in found))]
+    return dataclasses.replace(found[0], channels=tuple(best))
 
 
 def _sizes(problem: GapProblem, least: Mapping[str, float]) -> dict[str, float]:
@@ -142,8 +155,10 @@ def _widened(found: Search, near: Array, say: Say) -> None:
     """Fits effects alone, in pairs and by threes."""
     problem = found.problem
     singles = _ranked(found.screens[()], problem)
-    for k, name in enumerate(singles[:SINGLES]):
-        say(f"Effects one by one: {name} ({k + 1} of {min(SINGLES, len(singles))})")
+    # What a large gap does is far from linear: there the screen's order is not to be trusted.
+    many = len(singles) if _gain(found.screens[()], singles[0]) > _LARGE else SINGLES
+    for k, name in enumerate(singles[:many]):
+        say(f"Effects one by one: {name} ({k + 1} of {min(many, len(singles))})")
         _fitted(found, (name,), near)
     for size in (2, 3):
         for _number, leader in enumerate(f for f in found.leaders(LEADERS) if len(f.effects) == size - 1):
