@@ -243,10 +243,12 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, starts: Seque
         judged(family, case.records, case.coefficients, case.noise, case.causes, k, starts[k]) for k in range(count)
     ]
     each = [one.fit.left for one in seen]
+    if plan.kind == "confounded" and each[0] < 25.0 and attempt < TRIES - 1:
+        return None
     others = [one for one in named if one.key not in keys]
     apart = [pairs(one, others) for one in seen]
     lookalikes = sorted({name for of in apart for name, value in of.items() if value < TELLS_APART})
-    if plan.kind == "confounded" and (not lookalikes or each[0] < 25.0) and attempt < TRIES - 1:
+    if plan.kind == "confounded" and not lookalikes and attempt < TRIES - 1:
         return None
     case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
     offset = _offset(case)
