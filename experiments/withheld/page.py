@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from seatruth.report.blocks import Block, Column, Notes, Picture, Pictures, Section, Statement, Text, table
 from seatruth.report.figures.svg import svg
 from seatruth.report.page import page
+from withheld.commits import commits
 from withheld.intervals import wilson
 from withheld.markdown import answer
 from withheld.measures import Measure, Pair, closures, confusion, groups, measures, stated, top
@@ -119,13 +120,13 @@ def _why(content: Mapping[str, Any], missing: Sequence[str]) -> str:
 
 
 def _main(found: Sequence[Measure]) -> Block:
-    columns = [Column("measure", "long"), Column("goal"), Column("value (95 % interval)"), Column("cases", "number"),
-               Column("answer"), Column("in words", "long")]  # fmt: skip
+    columns = [Column("measure", "long"), Column("answer"), Column("value (95 % interval)"), Column("goal"),
+               Column("cases", "number"), Column("in words", "long")]  # fmt: skip
     rows = []
     for one, row in zip(found, encoded(found), strict=True):
         said = answer(row)
         sign = "● " if said.startswith("met") else "✖ " if said.startswith("missed") else ""
-        rows.append([one.name, one.goal, _value(one), str(one.n) if one.n else "0", sign + said, one.says])
+        rows.append([one.name, sign + said, _value(one), one.goal, str(one.n), one.says])
     return table("Every measure", columns, rows)
 
 
@@ -292,9 +293,8 @@ def protocol(content: Mapping[str, Any]) -> Section:
 
 
 def commit_of(log: Sequence[Mapping[str, Any]], first: str) -> str:
-    """The last commit with which a program diagnosed."""
-    own = [line["commit"] for line in log if line["step"] == "diagnose" and line.get("program") == first]
-    return own[-1] if own else ""
+    """The commits with which a program diagnosed."""
+    return ", ".join(commits(log, "diagnose", first))
 
 
 def picture(figure: Figure, alt: str, key: str, caption: str, *, wide: bool = False) -> Pictures:

@@ -70,7 +70,7 @@ def test_measures_of_verdicts_made_by_hand() -> None:
 def test_a_suggested_trial_is_judged_among_the_survivors_only() -> None:
     truth = _truth("a", "single", ["wind"], 100, pairs={"wind": {"bank": 2.0, "tether": 1.0}})
     truth["next"] = {"bank": 6.0, "tether": 1.0}
-    said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)])
+    said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)], next_trial={"manoeuvre": "a zigzag"})
     assert doubled((truth, said)) == pytest.approx(3.0)
     assert doubled((truth, verdict("a", [(["bank"], 1.0)]))) is None
 
