@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
 from withheld.cases import KINDS, LOOKALIKES, STRATA, Case, Plan, draw
+from withheld.commits import told
 from withheld.names import NAMES, UNKNOWN
 from withheld.reality.families import Family, families
 from withheld.reality.simulate import Record
@@ -161,9 +162,9 @@ def generate(which: str, out: Path, count: int | None, seed: int | None, quick: 
     names = [f"c{k + 1:03d}" for k in range(many)]
     missing = [k for k in range(many) if not (out / "sealed" / f"{names[k]}.json").exists()]
     print(f"{many - len(missing)} of {many} cases are there; {len(missing)} to make, about "
-          f"{10 * len(missing) / max(1, workers) / 60:.0f} min", flush=True)  # fmt: skip
+          f"{25 * len(missing) / max(1, workers) / 60:.0f} min", flush=True)  # fmt: skip
     if missing:
-        note(out, "generate", "begin", {"set": which, "cases": many})
+        note(out, "generate", "begin", {"set": which, "cases": many, **told(out, "generate")})
     with ProcessPoolExecutor(max_workers=max(1, workers)) as pool:
         jobs = {pool.submit(one_case, todo[k], names[k], str(out)): k for k in missing}
         for done, job in enumerate(as_completed(jobs), 1):

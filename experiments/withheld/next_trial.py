@@ -20,7 +20,7 @@ from withheld.reality.manoeuvres import Fixed, Trial
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
-from withheld.referee import marginal, pairwise, signatures, spans
+from withheld.refit import judged, pairs
 from withheld.studies import UNITS
 
 COURSES = {"beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
@@ -41,10 +41,8 @@ def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[
     names = NAMES[family.name]
     others = [one for one in family.mechanisms if one.key in names and one.key != cause["key"]]
     others = [one for one in others if truth["ordered"] or not one.orders]
-    variants = [(f"{cause['key']}!", acting), *spans(others)]
-    found = signatures(family, [*records, *added], truth["coefficients"], noise, variants)
-    gram = marginal(found.grams.sum(axis=0), found.coefficients)
-    after = pairwise(found, gram, 0, [one.key for one in others])
+    found = judged(family, [*records, *added], truth["coefficients"], noise, acting, 0)
+    after = pairs(found, others)
     return {names[key]: value for key, value in after.items()}
 
 
