@@ -50,7 +50,7 @@ def test_turning_circle_is_the_published_one(name: str, advance: float, tactical
 
 def test_straight_runs_are_steady() -> None:
     """Published self-propulsion, service speed and terminal speed balance; Mariner's neutral rudder is not zero."""
-    for name, near in (("ship", 0.01), ("auv", 0.01), ("mariner", 0.02)):
+    for name, near in (("ship", 0.01), ("auv", 0.01), ("mariner", 0.02), ("tanker", 0.01), ("torpedo", 0.005)):
         family = FAMILIES[name]
         run = Trial("run", lambda: Fixed([]), 0.0, 30 * family.time)
         assert _made(name, run).clean["u"][-1] == pytest.approx(family.speed, rel=near)
