@@ -46,6 +46,8 @@ class Family:
     """m at the start of a trial, of a vehicle under water."""
     trimmed: bool = False
     """Whether it needs an angle and a rudder to go level; then pilots count both from there."""
+    measured: Mapping[str, float] = field(default_factory=dict)
+    """What was measured on this vehicle and is not the library's default: the library's name, its value there."""
 
     def mechanism(self, key: str) -> Mechanism:
         """One mechanism by key; KeyError if it does not act on this family."""
@@ -73,7 +75,7 @@ VERTICAL = {
     ),
     "torpedo": (
         ["pitch_steps", "level_run", "depth_steps", "level_run_slow", "dive"],
-        ["pitch_zigzag_10_down", "pitch_zigzag_5_up", "plane_doublets", "plane_pulses_up"],
+        ["pitch_zigzag_15_down", "pitch_zigzag_5_up", "plane_doublets", "plane_pulses_up"],
     ),
 }
 """Manoeuvres under water: steered ones, free ones. The first of each is in every case but a poor one."""
@@ -150,6 +152,7 @@ def _torpedo() -> Family:
         ("u", "w", "q", "x", "z", "theta"), "delta_s", noise, 0.1,
         Craft("theta", "q", 1.5, 1.5, -1.0, deg(12), time),
         catalogue.vertical(speed, time, sizes["m"], catalogue.SMALL), 30.0, True,
+        {"dG": sizes["net"], "y_G": sizes["y_G"]},
     )  # fmt: skip
 
 

@@ -198,27 +198,26 @@ def auv_trial(name: str, time: float, speed: float = 1.0) -> Trial:
 
 
 def torpedo_trial(name: str, time: float, speed: float = 1.0) -> Trial:
-    """A manoeuvre of the torpedo-like vehicle; angles and orders count from its trim.
-
-    Left to itself it leaves a level path within some twenty of its own times, so that free manoeuvres turn back early.
-    """
+    """A manoeuvre of the torpedo-like vehicle; angles and orders count from its trim."""
     deg, a = math.radians, 5 * time
     first = -1.0 if name.endswith("_down") else 1.0
     level, reach = deg(10), 20.0
-    doublets = (3, -3, 0, 5, -5, 0, -3, 3, 0, -6, 6, 0)
+    doublets = (4, -4, 0, 8, -8, 0, -4, 4, 0, -10, 10, 0)
     # Each pulse is taken back by one twice as long at half the angle, and by its mirror later.
-    pulses = ((0, 4), (1.5, -2), (4.5, 0), (10, -4), (11.5, 2), (14.5, 0), (20, -6), (21.5, 3), (24.5, 0), (30, 6),
-              (31.5, -3), (34.5, 0))  # fmt: skip
+    pulses = (
+        (0, 6), (1.5, -3), (4.5, 0), (10, -6), (11.5, 3), (14.5, 0), (20, -10), (21.5, 5), (24.5, 0), (30, 10),
+        (31.5, -5), (34.5, 0),
+    )  # fmt: skip
     plans: dict[str, tuple[Callable[[], Manoeuvre], float]] = {
-        "pitch_zigzag_5": (lambda: Zigzag(deg(4), deg(5), first, a, 0.0), 44 * time),
-        "pitch_zigzag_10": (lambda: Zigzag(deg(7), deg(10), first, a, 0.0), 44 * time),
+        "pitch_zigzag_5": (lambda: Zigzag(deg(5), deg(5), first, a, 0.0), 44 * time),
+        "pitch_zigzag_15": (lambda: Zigzag(deg(10), deg(15), first, a, 0.0), 44 * time),
         "level_run": (lambda: DepthSteered([(0.0, 0.0)], level, reach), 34 * time),
         "depth_steps": (lambda: DepthSteered([(0.0, 0.0), (a, 5.0), (26 * time, 2.0)], level, reach), 50 * time),
         "pitch_steps": (
-            lambda: Steered([(0.0, 0.0, 1.0), (a, deg(10), 1.0), (18 * time, deg(-10), 1.0), (32 * time, 0.0, 1.0)]),
+            lambda: Steered([(0.0, 0.0, 1.0), (a, deg(15), 1.0), (18 * time, deg(-15), 1.0), (32 * time, 0.0, 1.0)]),
             44 * time,
         ),
-        "dive": (lambda: Steered([(0.0, 0.0, 1.0), (a, deg(-10), 1.0), (25 * time, 0.0, 1.0)]), 34 * time),
+        "dive": (lambda: Steered([(0.0, 0.0, 1.0), (a, deg(-15), 1.0), (25 * time, 0.0, 1.0)]), 34 * time),
         "plane_doublets": (
             lambda: Fixed([(a + 2.5 * k * time, deg(x), 1.0) for k, x in enumerate(doublets)]), 38 * time,
         ),
