@@ -1,4 +1,4 @@
-"""Torpedo-like vehicle of 324 mm in the vertical plane at constant thrust, a little lighter than the water it displaces.
+"""Torpedo-like vehicle of 324 mm in the vertical plane at constant thrust, a little lighter than its water.
 
 Equations after Chen, Yan and Wang 2011 [R], values [S] of a body of the class of Zhao, Xie and Qiao 2018; written here
 in axes with z down, where the paper's y is up. Forces are linear in incidence, pitch rate and elevator over the
@@ -26,8 +26,8 @@ SIZES: dict[str, float] = {
 }  # fmt: skip
 """m, kg, kg m2, N; `net` is weight less buoyancy, `y_G` the height of the weight above the buoyancy (m), `T` thrust.
 
-Ballasted for trials [S]: 1 % buoyant, the weight 3 cm low. With the 5 % and 12 mm of the published benchmark it noses up
-or down by itself within twenty lengths, so that no free manoeuvre lasts.
+Ballasted for trials [S]: 1 % buoyant, the weight 3 cm low. With the 5 % and 12 mm of the identification benchmark it
+noses up or down by itself within some twenty lengths, so that no free manoeuvre lasts.
 """
 SPEED = 4.227
 """m/s on a level path."""
