@@ -175,7 +175,9 @@ def design(family: Family, rng: np.random.Generator, poor: bool = False) -> list
             steered, free = ["level_run"], ["pitch_zigzag_5_up"]
     else:
         steered = ["reciprocal_run", "course_changes", "speed_steps", "beam_heading_run", "straight_run"]
-        free = ["zigzag_20_20_port", "zigzag_10_10", "turn_35_starboard", "turn_20_port", "zigzag_20_10"]
+        # The tanker would spin about itself: twice its speed over its length is as far as its series goes.
+        turn = "turn_25_starboard" if family.name == "tanker" else "turn_35_starboard"
+        free = ["zigzag_20_20_port", "zigzag_10_10", turn, "turn_20_port", "zigzag_20_10"]
         if poor:
             steered, free = ["straight_run"], ["zigzag_10_10"]
     usable = [name for name in steered if family.revolutions or name not in NEEDS_SCREW]

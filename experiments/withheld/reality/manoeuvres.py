@@ -148,6 +148,7 @@ def ship_trial(name: str, heading: float, time: float) -> Trial:
         "zigzag_20_20": (lambda: Zigzag(deg(20), deg(20), starboard, a, heading), 27 * time),
         "zigzag_20_10": (lambda: Zigzag(deg(20), deg(10), starboard, a, heading), 27 * time),
         "turn_35": (lambda: Fixed([(a, starboard * deg(35), 1.0)]), long),
+        "turn_25": (lambda: Fixed([(a, starboard * deg(25), 1.0)]), long),
         "turn_20": (lambda: Fixed([(a, starboard * deg(20), 1.0)]), long),
         "straight_run": (lambda: Steered([(0.0, heading, 1.0)]), short),
         "reciprocal_run": (lambda: Steered([(0.0, heading, 1.0)]), short),
