@@ -17,6 +17,7 @@ from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array, View
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
+from withheld.reality.trim import level
 from withheld.referee import PRIOR, TELLS_APART, Point, left_over, signatures
 from withheld.refit import judged, pairs, refit
 
@@ -36,6 +37,7 @@ LOOKALIKES = {
     "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset", "trim"),
 }  # fmt: skip
 """Causes that few trials on one heading confound with others."""
+LOOKALIKES |= {"tanker": LOOKALIKES["ship"], "torpedo": LOOKALIKES["auv"]}
 
 
 @dataclass(frozen=True)
@@ -192,10 +194,11 @@ def drawn_coefficients(family: Family, rng: np.random.Generator) -> dict[str, fl
 
 
 def growth(family: Family, coefficients: Mapping[str, float]) -> float:
-    """Largest real part of the eigenvalues of straight motion (1/s), positions left out."""
+    """Largest real part of the eigenvalues of straight, level motion (1/s), positions left out."""
     p = {name: np.full(7, value) for name, value in {**family.sizes, **coefficients}.items()}
+    steady = level(family, coefficients)
     s = np.zeros((6, 7))
-    s[0] = family.speed
+    s[0], s[1], s[5] = steady.u, steady.w, steady.angle
     rows = [0, 1, 2] if family.vehicle.earth_current else [0, 1, 2, 5]
     step = np.zeros((6, 7))
     for k, row in enumerate(rows):
@@ -203,8 +206,8 @@ def growth(family: Family, coefficients: Mapping[str, float]) -> float:
     s = s + step
     none = np.zeros(7)
     view = View(
-        0.0, s[0], s[1], s[2], s[3], s[4], s[5], np.zeros((4, 7)), none, none, none, none, none,
-        np.full(7, family.revolutions),
+        0.0, s[0], s[1], s[2], s[3], s[4], s[5], np.zeros((4, 7)), none, none, none, none,
+        none + steady.delta, np.full(7, family.revolutions),
     )  # fmt: skip
     rates = np.stack(family.vehicle.rates(view, p, none, none, none))
     jacobian = np.stack([(rates[rows, k + 1] - rates[rows, 0]) / 1e-5 for k in range(len(rows))], axis=1)

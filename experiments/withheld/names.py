@@ -84,6 +84,8 @@ NAMES: dict[str, dict[str, str]] = {
     "ship": _SHIP,
     "auv": _AUV,
     "mariner": {key: name for key, name in _SHIP.items() if key not in _SCREW},
+    "tanker": _SHIP,
+    "torpedo": _AUV,
 }
 """Family -> key of the mechanism -> name of the effect."""
 

@@ -54,7 +54,9 @@ def suggested(family: Family, records: list[Record], words: str) -> Trial | None
             words, turned = words.removeprefix(course), angle
     longest = max(records, key=lambda record: record.t[-1])
     seconds = float(longest.t[-1])
-    full = max(float(np.abs(record.delta).max()) for record in records) * family.craft.sense
+    # Orders count from the trim, and so does the largest one.
+    usual = float(np.median(np.concatenate([record.delta for record in records]))) if family.trimmed else 0.0
+    full = max(float(np.abs(record.delta - usual).max()) for record in records) * family.craft.sense
     name, period = family.input, seconds / 4
     half = period / 2
     over = [(k * half, full * (-1.0) ** k, 1.0) for k in range(8)]
