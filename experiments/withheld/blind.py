@@ -97,7 +97,7 @@ def main(argv: Sequence[str]) -> int:
             raise
         except Exception as problem:  # a case that cannot be diagnosed is a verdict too, and scored as one
             traceback.print_exc()
-            found = verdict(case, [([], 0.0)], declared=False, failed=f"{type(problem).__name__}: {problem}")
+            found = verdict(case, [], declared=False, failed=f"{type(problem).__name__}: {problem}")
         write(out / "verdicts" / name / f"{case}.json", json.dumps(found, indent=1) + "\n")
         print(f"{case}: {found['verdict']} {', '.join(found['effects'])}", flush=True)
     return 0

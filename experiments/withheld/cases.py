@@ -4,33 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from withheld.names import NAMES
+from withheld.oracle import oracle_closure
 from withheld.reality.families import Family, design, families
 from withheld.reality.manoeuvres import Trial
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array, View
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
-from withheld.referee import (
-    PRIOR,
-    TELLS_APART,
-    left_over,
-    oracle_closure,
-    pairwise,
-    signatures,
-    spans,
-)
+from withheld.reality.trim import level
+from withheld.referee import PRIOR, TELLS_APART, Point, left_over, signatures
+from withheld.refit import judged, pairs, refit
 
 STRATA = ((9.0, 25.0), (25.0, 100.0), (100.0, 400.0), (400.0, 10000.0))
 KINDS = ("single", "double", "none", "outside", "confounded")
 LEAST_STABLE = 0.06
 """Largest growth rate of a straight run, over U / L, that a drawn vehicle may have."""
 TRIES = 12
+ROUNDS, GROWTHS = 3, 5
+"""How often trials are made anew with causes of another size, and sizes looked at under the same inputs."""
+CLOSE = 0.07
+"""Of the logarithm of lambda to the wanted one."""
 LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
              "propeller_walk", "compass_deviation", "tether"),
@@ -38,6 +37,7 @@ LOOKALIKES = {
     "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset", "trim"),
 }  # fmt: skip
 """Causes that few trials on one heading confound with others."""
+LOOKALIKES |= {"tanker": LOOKALIKES["ship"], "torpedo": LOOKALIKES["auv"]}
 
 
 @dataclass(frozen=True)
@@ -105,21 +105,58 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     ]
     count = len(causes)
     main, others = present[:count], present[count:]
-    records = recorded([*main, *others])
     for _ in range(4):
-        if not main:
-            break
-        found = signatures(family, records, coefficients, noise, [(p.mechanism.key + "!", [p]) for p in main])
-        gram = found.projected()
-        each = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
-        main = [_grown(p, _factor(aim, own)) for p, aim, own in zip(main, wanted, each, strict=True)]
+        # lambda goes with the square of a size only where nothing bends, with its fourth power where a force does.
+        gram = signatures(
+            family, plain, coefficients, noise, [(p.mechanism.key + "?", [p]) for p in others]
+        ).projected()
+        others = [
+            _grown(p, (aim / max(float(gram[k, k]), 1e-9)) ** (1 / 3))
+            for k, (p, aim) in enumerate(zip(others, aims[count:], strict=True))
+        ]
+    starts: list[Point | None] = [None] * count
+    for _ in range(ROUNDS):
+        # Pilots steer otherwise when a cause grows, so that its size has to be looked at again.
         records = recorded([*main, *others])
-        if all(abs(math.log(aim / max(own, 1e-9))) < 0.05 for aim, own in zip(wanted, each, strict=True)):
+        grown, starts = _sized(family, records, coefficients, noise, main, wanted, starts)
+        if grown == main:
             break
+        main = grown
+    else:
+        records = recorded([*main, *others])
     if any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs):
         return None
     case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records)
-    return _judged(case, usable, attempt)
+    return _judged(case, usable, attempt, starts)
+
+
+def _sized(
+    family: Family,
+    records: Sequence[Record],
+    coefficients: Mapping[str, float],
+    noise: Mapping[str, Noise],
+    main: list[Present],
+    wanted: Sequence[float],
+    starts: list[Point | None],
+) -> tuple[list[Present], list[Point | None]]:
+    """Causes grown until their lambdas under the inputs of these records are the wanted ones; refits to them."""
+    powers, before, steps = [2.0] * len(main), [0.0] * len(main), [0.0] * len(main)
+    for _ in range(GROWTHS if main else 0):
+        fits = [judged(family, records, coefficients, noise, main, k, starts[k]).fit for k in range(len(main))]
+        starts, now = [fit.point for fit in fits], [max(fit.left, 1e-9) for fit in fits]
+        if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
+            break
+        grown = []
+        for k, p in enumerate(main):
+            if before[k]:
+                powers[k] = min(6.0, max(1.0, math.log(now[k] / before[k]) / steps[k]))
+            grown.append(_grown(p, min(5.0, max(0.2, (wanted[k] / now[k]) ** (1 / powers[k])))))
+        if grown == main:
+            break
+        steps = [_growth(p, then) for p, then in zip(main, grown, strict=True)]
+        before = [own if abs(step) > 0.01 else 0.0 for own, step in zip(now, steps, strict=True)]
+        main = grown
+    return main, starts
 
 
 def _grown(present: Present, factor: float) -> Present:
@@ -129,12 +166,15 @@ def _grown(present: Present, factor: float) -> Present:
     typical = max(abs(float(values.get(name, 0.0))) for values in one.spans) or abs(present.values[name])
     size = abs(present.values[name])
     limit = one.most * typical / max(size, 1e-300)
-    return Present(one, one.scaled(present.values, min(factor, limit)))
+    limit = 1.0 if abs(limit - 1.0) < 1e-9 else limit
+    # At its limit it stays as it is, to the last digit.
+    return Present(one, one.scaled(present.values, min(factor, limit))) if min(factor, limit) != 1.0 else present
 
 
-def _factor(aim: float, now: float) -> float:
-    """How much larger to take a cause next: lambda goes with its square, or nearly."""
-    return min(2.5, max(0.4, math.sqrt(aim / max(now, 1e-9))))
+def _growth(before: Present, after: Present) -> float:
+    """Logarithm of the factor between two sizes of a mechanism."""
+    name = max(before.mechanism.grows, key=lambda name: abs(before.values[name]))
+    return math.log(abs(after.values[name]) / abs(before.values[name]))
 
 
 def _targets(plan: Plan, rng: np.random.Generator) -> list[float]:
@@ -154,10 +194,11 @@ def drawn_coefficients(family: Family, rng: np.random.Generator) -> dict[str, fl
 
 
 def growth(family: Family, coefficients: Mapping[str, float]) -> float:
-    """Largest real part of the eigenvalues of straight motion (1/s), positions left out."""
+    """Largest real part of the eigenvalues of straight, level motion (1/s), positions left out."""
     p = {name: np.full(7, value) for name, value in {**family.sizes, **coefficients}.items()}
+    steady = level(family, coefficients)
     s = np.zeros((6, 7))
-    s[0] = family.speed
+    s[0], s[1], s[5] = steady.u, steady.w, steady.angle
     rows = [0, 1, 2] if family.vehicle.earth_current else [0, 1, 2, 5]
     step = np.zeros((6, 7))
     for k, row in enumerate(rows):
@@ -165,8 +206,8 @@ def growth(family: Family, coefficients: Mapping[str, float]) -> float:
     s = s + step
     none = np.zeros(7)
     view = View(
-        0.0, s[0], s[1], s[2], s[3], s[4], s[5], np.zeros((4, 7)), none, none, none, none, none,
-        np.full(7, family.revolutions),
+        0.0, s[0], s[1], s[2], s[3], s[4], s[5], np.zeros((4, 7)), none, none, none, none,
+        none + steady.delta, np.full(7, family.revolutions),
     )  # fmt: skip
     rates = np.stack(family.vehicle.rates(view, p, none, none, none))
     jacobian = np.stack([(rates[rows, k + 1] - rates[rows, 0]) / 1e-5 for k in range(len(rows))], axis=1)
@@ -185,32 +226,45 @@ def drawn_noise(family: Family, rng: np.random.Generator) -> dict[str, Noise]:
     return found
 
 
-def _judged(case: Case, usable: Sequence[Mechanism], attempt: int) -> Case | None:
-    """The case with the referee's findings; None where it is not of the kind that was wanted."""
+def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, starts: Sequence[Point | None]) -> Case | None:
+    """The case with the referee's findings; None where it is not of the kind that was wanted.
+
+    `starts` are refits to the same causes at other sizes.
+    """
     family, plan = case.family, case.plan
     names = NAMES[family.name]
     named = [one for one in usable if one.key in names]
-    variants: list[tuple[str, Sequence[Present]]] = [(p.mechanism.key + "!", [p]) for p in case.causes]
+    variants = [(p.mechanism.key + "!", [p]) for p in case.causes]
     variants += [(p.mechanism.key + "?", [p]) for p, _ in case.distractors]
-    variants += spans(named)
     found = signatures(family, case.records, case.coefficients, case.noise, variants)
     count = len(case.causes)
     gram = found.projected()
     keys = [p.mechanism.key for p in case.causes]
-    each = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
+    linear = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
     raw = found.grams.sum(axis=0)[found.coefficients :, found.coefficients :]
-    others = [one.key for one in named if one.key not in keys]
-    pairs = [pairwise(found, gram, k, others) for k in range(count)]
-    lookalikes = sorted({name for of in pairs for name, value in of.items() if value < TELLS_APART})
-    if plan.kind == "confounded" and (not lookalikes or each[0] < 25.0) and attempt < TRIES - 1:
+    seen = [
+        judged(family, case.records, case.coefficients, case.noise, case.causes, k, starts[k]) for k in range(count)
+    ]
+    each = [one.fit.left for one in seen]
+    if plan.kind == "confounded" and each[0] < 25.0 and attempt < TRIES - 1:
+        return None
+    others = [one for one in named if one.key not in keys]
+    apart = [pairs(one, others) for one in seen]
+    lookalikes = sorted({name for of in apart for name, value in of.items() if value < TELLS_APART})
+    if plan.kind == "confounded" and not lookalikes and attempt < TRIES - 1:
         return None
     case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
     offset = _offset(case)
-    oracle = oracle_closure(found, family, case.records, case.noise, range(count), offset) if count else None
+    oracle = None
+    if count:
+        # With two causes the baseline has to be refitted to both at once.
+        alone = seen[0].fit if count == 1 else refit(replace(seen[0].rig, free=()), seen[0].aim)
+        oracle = oracle_closure(found, alone, family, case.records, case.noise, range(count), offset)
     case.truth = {
         "lambda": dict(zip(keys, each, strict=True)),
+        "lambda_linear": dict(zip(keys, linear, strict=True)),
         "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys)},
-        "pairs": {key: {names[name]: value for name, value in of.items()} for key, of in zip(keys, pairs, strict=True)},
+        "pairs": {key: {names[name]: value for name, value in of.items()} for key, of in zip(keys, apart, strict=True)},
         "lookalikes": [names[name] for name in lookalikes],
         "oracle": oracle,
     }

@@ -13,9 +13,10 @@ from pathlib import Path
 from seatruth.errors import SeatruthError
 from withheld.diagnose import diagnose
 from withheld.generate import SETS, generate
+from withheld.markdown import markdown
 from withheld.page import write_page
 from withheld.score import score
-from withheld.seal import ROOT
+from withheld.seal import ROOT, note
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
 QUICK_PROGRAMS = ("seatruth", "prior")
@@ -41,6 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     blind.add_argument("--limit", type=int, help="only the first so many cases")
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
+    shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
+    shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
+    shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
     whole = steps.add_parser("all", help="all three steps in turn, with every program; what is finished is kept")
     whole.add_argument("--set", choices=sorted(SETS), default="dev")
     whole.add_argument("--out", type=Path, help="default: results/withheld-SET, with -quick for --quick")
@@ -60,6 +64,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             diagnose(given.out, given.program, given.workers, limit=given.limit)
         elif given.step == "score":
             write_page(given.out, score(given.out))
+        elif given.step == "table":
+            print(markdown(given.out, draft=given.draft), end="")
         else:
             everything(given)
     except SeatruthError as problem:
@@ -80,6 +86,7 @@ def everything(given: argparse.Namespace) -> None:
     for name in QUICK_PROGRAMS if given.quick else PROGRAMS:
         if name == "sindy" and importlib.util.find_spec("pysindy") is None:
             print('sindy: left out, pysindy is not installed (pip install ".[benchmark]")', flush=True)
+            note(out, "diagnose", "left out", {"program": "sindy", "why": "pysindy is not installed"})
             continue
         diagnose(out, name, given.workers)
     write_page(out, score(out))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import shutil
@@ -13,6 +14,7 @@ from pathlib import Path
 from threading import Thread
 
 from seatruth.errors import BadInput, SeatruthError
+from withheld.commits import told
 from withheld.seal import digest_file, note, write
 
 BLIND = Path(__file__).resolve().parent / "blind.py"
@@ -36,6 +38,8 @@ def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = 
     seal_file = out / "public" / "seal.json"
     if not seal_file.exists():
         raise BadInput("there are no cases", where=str(out), do="Generate them first.")
+    if program == "sindy" and importlib.util.find_spec("pysindy") is None:
+        raise BadInput("sindy needs pysindy, which is not installed", do='pip install ".[benchmark]"')
     names = sorted(json.loads(seal_file.read_text(encoding="utf-8"))["sealed"])[:limit]
     place = out / "verdicts" / program
     place.mkdir(parents=True, exist_ok=True)
@@ -47,7 +51,8 @@ def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = 
     prefix = walls(shut)
     how = "in a mount namespace of its own" if prefix else "behind an audit hook alone"
     print(f"{program}: {len(missing)} of {len(names)} cases to diagnose, {how}", flush=True)
-    note(out, "diagnose", "begin", {"program": program, "cases": len(missing), "shut_off": how})
+    told_of = told(out, "diagnose", program)
+    note(out, "diagnose", "begin", {"program": program, "cases": len(missing), "shut_off": how, **told_of})
     begin = time.perf_counter()
     parts = [part for part in (missing[k::workers] for k in range(workers)) if part]
     words = [*prefix, sys.executable, str(BLIND), program, str(out.resolve())]

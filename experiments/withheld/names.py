@@ -84,5 +84,14 @@ NAMES: dict[str, dict[str, str]] = {
     "ship": _SHIP,
     "auv": _AUV,
     "mariner": {key: name for key, name in _SHIP.items() if key not in _SCREW},
+    "tanker": _SHIP,
+    "torpedo": _AUV,
 }
 """Family -> key of the mechanism -> name of the effect."""
+
+TITLES = {
+    "seatruth": "seatruth diagnose", "rmse": "worst channel", "bic": "refit per effect, BIC",
+    "white": "white, unprojected", "sindy": "SINDy discrepancy", "prior": "prior alone", "oracle": "oracle",
+    "kinematics": "sensors' agreement alone",
+}  # fmt: skip
+"""What the diagnosing programs are called in words."""

@@ -20,7 +20,7 @@ from withheld.reality.manoeuvres import Fixed, Trial
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
-from withheld.referee import marginal, pairwise, signatures, spans
+from withheld.refit import judged, pairs
 from withheld.studies import UNITS
 
 COURSES = {"beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
@@ -41,10 +41,8 @@ def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[
     names = NAMES[family.name]
     others = [one for one in family.mechanisms if one.key in names and one.key != cause["key"]]
     others = [one for one in others if truth["ordered"] or not one.orders]
-    variants = [(f"{cause['key']}!", acting), *spans(others)]
-    found = signatures(family, [*records, *added], truth["coefficients"], noise, variants)
-    gram = marginal(found.grams.sum(axis=0), found.coefficients)
-    after = pairwise(found, gram, 0, [one.key for one in others])
+    found = judged(family, [*records, *added], truth["coefficients"], noise, acting, 0)
+    after = pairs(found, others)
     return {names[key]: value for key, value in after.items()}
 
 
@@ -56,7 +54,9 @@ def suggested(family: Family, records: list[Record], words: str) -> Trial | None
             words, turned = words.removeprefix(course), angle
     longest = max(records, key=lambda record: record.t[-1])
     seconds = float(longest.t[-1])
-    full = max(float(np.abs(record.delta).max()) for record in records) * family.craft.sense
+    # Orders count from the trim, and so does the largest one.
+    usual = float(np.median(np.concatenate([record.delta for record in records]))) if family.trimmed else 0.0
+    full = max(float(np.abs(record.delta - usual).max()) for record in records) * family.craft.sense
     name, period = family.input, seconds / 4
     half = period / 2
     over = [(k * half, full * (-1.0) ** k, 1.0) for k in range(8)]

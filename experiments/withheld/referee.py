@@ -1,9 +1,8 @@
 """The independent referee: how much of a cause these trials show, beyond noise and what a refit can absorb.
 
 All signatures are differences of this benchmark's own simulations under the recorded inputs. They are whitened by
-the true noise (white and coloured, channel by channel), freed of what the first state of each trial can explain, and
-marginalised over the coefficients under their priors. lambda is the squared norm of what is left: the non-centrality
-of the best test of that cause.
+the true noise (white and coloured, channel by channel) and freed of what the first state of each trial can explain.
+To first order, what the coefficients can take up under their priors is marginalised here; `refit.py` does it in full.
 """
 
 from __future__ import annotations
@@ -25,8 +24,31 @@ PRIOR = 0.15
 """Standard deviation of the priors that the study hands out, relative to the nominal value."""
 STEP = 1e-3
 """Of the differences by a coefficient, in standard deviations of its prior; small against the motion's curvature."""
+NUDGE = 0.01
+"""Of the differences by a first state, in standard deviations of the channel's noise."""
+FAR = 1e9
+"""What stands for outputs of a motion that ran away."""
 TELLS_APART = 9.0
 """Pairwise lambda below which two causes count as not to be told apart (three standard deviations)."""
+Variant = tuple[str, Sequence[Present]]
+"""A label, and what acts."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where reality's baseline is looked at: how far coefficients, sizes and first states are from the true ones."""
+
+    moved: Array
+    """(K,) coefficients, in standard deviations of their priors."""
+    sizes: Array
+    """(F,) values of the free mechanisms, in typical magnitudes."""
+    firsts: Array
+    """(trials, 6) first states, in standard deviations of the channels' noise."""
+
+    def at(self, step: Array, firsts: Array) -> Point:
+        """The point after a step of coefficients and sizes, and one of the first states."""
+        size = len(self.moved)
+        return Point(self.moved + step[:size], self.sizes + step[size:], self.firsts + firsts)
 
 
 @dataclass(frozen=True)
@@ -45,6 +67,10 @@ class Signatures:
     """(rows, 6): changes by the first state, over the noise's true deviation."""
     noise: list[Array]
     """The whitened noise of the records, first states projected out; empty where a record has no clean outputs."""
+    whole: list[Array]
+    """`whitened` before the first states are projected out."""
+    whole_starts: list[Array]
+    """(rows, 6): whitened changes by the first state."""
 
     @functools.cached_property
     def grams(self) -> Array:
@@ -84,103 +110,124 @@ def whitener(noise: Noise, n: int, dt: float) -> Array:
     return np.asarray(np.linalg.cholesky(noise.covariance(n, dt)))
 
 
+@dataclass(frozen=True)
+class Rig:
+    """A vehicle and its trials, to be run again under the recorded inputs.
+
+    `free` are mechanisms that act at every point looked at, and whose magnitudes a refit may choose.
+    """
+
+    family: Family
+    records: Sequence[Record]
+    coefficients: Mapping[str, float]
+    noise: Mapping[str, Noise]
+    free: Sequence[Present] = ()
+
+    @functools.cached_property
+    def sd(self) -> dict[str, float]:
+        """Standard deviation of each coefficient's prior."""
+        return {name: PRIOR * abs(value) for name, value in self.family.coefficients.items()}
+
+    @functools.cached_property
+    def units(self) -> list[tuple[int, str, float]]:
+        """Free mechanism, value of it that grows, typical magnitude of that value."""
+        return [
+            (k, name, max(abs(float(values.get(name, 0.0))) for values in one.mechanism.spans) or 1.0)
+            for k, one in enumerate(self.free)
+            for name in one.mechanism.grows
+        ]
+
+    def truth(self) -> Point:
+        """The true coefficients and first states, and the free mechanisms as they are."""
+        sizes = [self.free[k].values[name] / unit for k, name, unit in self.units]
+        return Point(np.zeros(len(self.sd)), np.array(sizes), np.zeros((len(self.records), 6)))
+
+    def acting(self, sizes: Array) -> list[Present]:
+        """The free mechanisms at these sizes."""
+        values = [dict(one.values) for one in self.free]
+        for (k, name, unit), size in zip(self.units, sizes.tolist(), strict=True):
+            values[k][name] = size * unit
+        return [Present(one.mechanism, own) for one, own in zip(self.free, values, strict=True)]
+
+    def look(self, point: Point, variants: Sequence[Variant] = (), aim: Array | None = None) -> Signatures:
+        """What changes about a point: by coefficients, by free sizes (labelled ""), by variants (label, what acts too).
+
+        With `aim` (samples, 6, trials), as of `outputs`, a last column labelled "aim" is aim less outputs there.
+        """
+        sd, family = self.sd, self.family
+        here = {name: self.coefficients[name] + move * sd[name] for name, move in zip(sd, point.moved, strict=True)}
+        acting = self.acting(point.sizes)
+        still = (0.0,) * 6
+        kinds: list[tuple[Mapping[str, float], Sequence[Present], tuple[float, ...]]] = [(here, acting, still)]
+        kinds += [({**here, name: here[name] + STEP * sd[name]}, acting, still) for name in sd]
+        deviations = np.array([family.noise[name] for name in family.outputs])
+        kinds += [(here, acting, tuple(row)) for row in np.diag(NUDGE * deviations).tolist()]
+        for k in range(len(point.sizes)):
+            kinds.append((here, self.acting(point.sizes + STEP * np.eye(len(point.sizes))[k]), still))
+        kinds += [(here, [*acting, *more], still) for _, more in variants]
+        firsts = point.firsts * deviations
+        lanes = [
+            Lane(k, kind[0], kind[1], tuple((firsts[k] + kind[2]).tolist()))
+            for kind in kinds
+            for k in range(len(self.records))
+        ]
+        # Motions that a far point makes run away are told by their size, not by a warning.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            y = replay(family, self.records, lanes).reshape(-1, 6, len(kinds), len(self.records))
+            y = np.clip(np.nan_to_num(y, nan=FAR), -FAR, FAR)
+        labels = [""] * len(point.sizes) + [label for label, _ in variants] + ([] if aim is None else ["aim"])
+        size, sizes = len(sd), len(point.sizes)
+        found = Signatures(size, labels, [], [], [], [], [], [])
+        for k, record in enumerate(self.records):
+            n = len(record.t)
+            change = y[:n, :, 1:, k] - y[:n, :, :1, k]
+            change[:, :, :size] /= STEP
+            change[:, :, size + 6 : size + 6 + sizes] /= STEP
+            change[:, :, size : size + 6] /= NUDGE
+            if aim is not None:
+                change = np.concatenate([change, aim[:n, :, k, None] - y[:n, :, :1, k]], axis=2)
+            self._add(found, record, change)
+        return found
+
+    def outputs(self, acting: Sequence[Present]) -> Array:
+        """(samples, 6, trials) at the true coefficients, with these acting."""
+        lanes = [Lane(k, self.coefficients, acting) for k in range(len(self.records))]
+        return replay(self.family, self.records, lanes)
+
+    def _add(self, found: Signatures, record: Record, change: Array) -> None:
+        n, names, noise, size = len(record.t), self.family.outputs, self.noise, found.coefficients
+        noisy = np.stack([record.outputs[o] - record.clean.get(o, record.outputs[o]) for o in names], axis=1)
+        both = np.concatenate([change, noisy[:, :, None]], axis=2)
+        stack = np.concatenate(
+            [
+                solve_triangular(whitener(noise[o], n, self.family.dt), both[:, j], lower=True)
+                for j, o in enumerate(names)
+            ]
+        )
+        start, whole = stack[:, size : size + 6], np.delete(stack, np.s_[size : size + 6], axis=1)
+        q, _ = np.linalg.qr(start / np.maximum(np.linalg.norm(start, axis=0), 1e-300))
+        rest = whole - q @ (q.T @ whole)
+        plain = np.concatenate([change[:, j] / noise[name].sd for j, name in enumerate(names)])
+        found.whitened.append(rest[:, :-1])
+        found.noise.append(rest[:, -1])
+        found.raw.append(np.delete(plain, np.s_[size : size + 6], axis=1))
+        found.starts.append(plain[:, size : size + 6])
+        found.whole.append(whole[:, :-1])
+        found.whole_starts.append(start)
+
+
 def signatures(
     family: Family,
     records: Sequence[Record],
     coefficients: Mapping[str, float],
     noise: Mapping[str, Noise],
-    variants: Sequence[tuple[str, Sequence[Present]]],
+    variants: Sequence[Variant],
 ) -> Signatures:
-    """Signatures of the coefficients and of `variants` (label, what acts) on these trials."""
-    sd = {name: PRIOR * abs(value) for name, value in family.coefficients.items()}
-    still = (0.0,) * 6
-    kinds: list[tuple[Mapping[str, float], Sequence[Present], tuple[float, ...]]] = [(coefficients, (), still)]
-    kinds += [({**coefficients, name: coefficients[name] + STEP * sd[name]}, (), still) for name in sd]
-    firsts = np.diag([0.01 * family.noise[name] for name in family.outputs])
-    kinds += [(coefficients, (), tuple(row)) for row in firsts.tolist()]
-    kinds += [(coefficients, acting, still) for _, acting in variants]
-    lanes = [Lane(k, kind[0], kind[1], kind[2]) for kind in kinds for k in range(len(records))]
-    y = replay(family, records, lanes).reshape(-1, 6, len(kinds), len(records))
-    size, whitened, raw, firsts_of, drawn = len(sd), [], [], [], []
-    for k, record in enumerate(records):
-        n = len(record.t)
-        change = y[:n, :, 1:, k] - y[:n, :, :1, k]
-        change[:, :, :size] /= STEP
-        noisy = np.stack([record.outputs[o] - record.clean.get(o, record.outputs[o]) for o in family.outputs], axis=1)
-        parts = [
-            solve_triangular(
-                whitener(noise[name], n, family.dt), np.column_stack([change[:, j], noisy[:, j]]), lower=True
-            )
-            for j, name in enumerate(family.outputs)
-        ]
-        stack = np.concatenate(parts)
-        start, rest = stack[:, size : size + 6], np.delete(stack, np.s_[size : size + 6], axis=1)
-        q, _ = np.linalg.qr(start / np.linalg.norm(start, axis=0))
-        rest = rest - q @ (q.T @ rest)
-        plain = np.concatenate([change[:, j] / noise[name].sd for j, name in enumerate(family.outputs)])
-        whitened.append(rest[:, :-1])
-        drawn.append(rest[:, -1])
-        raw.append(np.delete(plain, np.s_[size : size + 6], axis=1))
-        firsts_of.append(plain[:, size : size + 6])
-    return Signatures(size, [label for label, _ in variants], whitened, raw, firsts_of, drawn)
+    """Signatures of the coefficients and of `variants` on these trials, about the truth without a cause."""
+    rig = Rig(family, records, coefficients, noise)
+    return rig.look(rig.truth(), variants)
 
 
-def spans(mechanisms: Sequence[Mechanism]) -> list[tuple[str, list[Present]]]:
-    """The variants that stand for every mechanism of a catalogue."""
-    return [(one.key, [Present(one, dict(values))]) for one in mechanisms for values in one.spans]
-
-
-def pairwise(found: Signatures, gram: Array, column: int, names: Sequence[str]) -> dict[str, float]:
-    """lambda that is left of a column after each of some mechanisms has taken what it can."""
-    return {name: left_over(gram, column, found.columns(name)) for name in names}
-
-
-def oracle_closure(
-    found: Signatures,
-    family: Family,
-    records: Sequence[Record],
-    noise: Mapping[str, Noise],
-    causes: Sequence[int],
-    offset: Array,
-) -> dict[str, float]:
-    """Closure that one who knows the cause reaches on trials left out, one after the other.
-
-    E is the root mean square error of a left-out trial over all channels, in multiples of the noise, its first state
-    fitted to its first fifth. Refit: the coefficients alone are fitted to the other trials. With effect: the causes'
-    signatures too, the size of each free. Floor: 1. All on the linearised model, with the noise that was recorded.
-    `offset` is the truth less the prior's mean in units of the prior's standard deviation.
-    """
-    size = found.coefficients
-    columns = {"refit": list(range(size)), "effect": [*range(size), *(size + k for k in causes)]}
-    total = found.grams.sum(axis=0)
-    held: dict[str, list[float]] = {"refit": [], "effect": []}
-    pull = [w.T @ z for w, z in zip(found.whitened, found.noise, strict=True)]
-    truth = np.zeros(found.grams.shape[1])
-    truth[[size + k for k in causes]] = 1.0
-    for k, record in enumerate(records):
-        gram, right = total - found.grams[k], sum(p for j, p in enumerate(pull) if j != k)
-        for use, own in columns.items():
-            a = gram[np.ix_(own, own)].copy()
-            a[range(size), range(size)] += 1.0
-            # About the true coefficients: the data hold the causes and the noise, the prior sits at minus the offset.
-            b = gram[own] @ truth + np.asarray(right)[own]
-            b[:size] -= offset
-            step = np.zeros(len(truth))
-            step[own] = np.linalg.lstsq(a, b, rcond=1e-12)[0]
-            error = found.raw[k] @ (truth - step) + _noise_of(record, noise)
-            held[use].append(float(np.sqrt(np.mean(_without_start(error, found.starts[k], record, family) ** 2))))
-    refit, effect = float(np.mean(held["refit"])), float(np.mean(held["effect"]))
-    closure = (refit - effect) / (refit - 1.0) if refit > 1.0 else 0.0
-    return {"floor": 1.0, "refit": refit, "with_effect": effect, "closure": closure}
-
-
-def _noise_of(record: Record, noise: Mapping[str, Noise]) -> Array:
-    """The noise of a record over its true deviation, channel after channel."""
-    return np.concatenate([(record.outputs[name] - record.clean[name]) / noise[name].sd for name in record.outputs])
-
-
-def _without_start(error: Array, starts: Array, record: Record, family: Family) -> Array:
-    """An error (rows,) less what the first state explains of its first fifth."""
-    n = len(record.t)
-    early = np.tile(np.arange(n) < max(12, n // 5), len(family.outputs))
-    return np.asarray(error - starts @ np.linalg.lstsq(starts[early], error[early], rcond=None)[0])
+def spans(mechanisms: Sequence[Mechanism], share: float = 1.0) -> list[tuple[str, list[Present]]]:
+    """The variants that stand for every mechanism of a catalogue, at a share of their typical magnitudes."""
+    return [(one.key, [Present(one, one.scaled(values, share))]) for one in mechanisms for values in one.spans]

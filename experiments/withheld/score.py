@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from seatruth.errors import BadInput
+from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
-from withheld.measures import Pair, measures
+from withheld.measures import Measure, Pair, groups, measures, top
 from withheld.next_trial import pairs_after
+from withheld.same import plain_truth, plain_verdict, twins
 from withheld.seal import digest_file, log, note, write
 from withheld.verdicts import problems, verdict
 
 ORACLE = "oracle"
+LIBRARY = "seatruth"
+BY = ("stratum", "family", "kind")
+"""Fields of the truth by which all measures are given, too."""
 
 
 def opened(out: Path) -> dict[str, dict[str, Any]]:
@@ -77,14 +83,14 @@ def pairs_of(out: Path, program: str, truths: Mapping[str, dict[str, Any]], refe
                 kept.parent.mkdir(exist_ok=True)
                 write(kept, json.dumps(after) + "\n")
             truth = {**truth, "next": after}
-        found.append((truth, own))
+        found.append((plain_truth(truth, twins()), plain_verdict(own, twins())))
     return found
 
 
 def programs_of(out: Path) -> list[str]:
     """Programs whose verdicts are complete and hashed, the library's first; and the oracle."""
     ready = sorted(folder.parent.name for folder in (out / "verdicts").glob(f"*/{MANIFEST}"))
-    return [*sorted(ready, key=lambda name: name != "seatruth"), ORACLE]
+    return [*sorted(ready, key=lambda name: name != LIBRARY), ORACLE]
 
 
 def score(out: Path) -> dict[str, list[Pair]]:
@@ -98,20 +104,37 @@ def score(out: Path) -> dict[str, list[Pair]]:
     truths = opened(out)
     pairs = {name: pairs_of(out, name, truths, referee=True) for name in names}
     prior = {truth["case"]: own for truth, own in pairs.get("prior", [])}
-    table = {name: [asdict(one) for one in measures(of, prior)] for name, of in pairs.items()}
+    table = {name: encoded(measures(of, prior)) for name, of in pairs.items()}
+    first = names[0]
+    parts = {key: {name: encoded(measures(of, prior)) for name, of in groups(pairs[first], key).items()} for key in BY}
+    truths = {truth["case"]: dict(truth) for truth, _ in pairs[ORACLE]}
     cases = [
         {
             "case": name, "family": truth["family"], "kind": truth["kind"], "stratum": truth["stratum"],
-            "effects": truth["effects"], "lambda": truth["lambda"],
+            "effects": truth["effects"], "set": truth["set"], "lambda": truth["lambda"],
+            "right": {program: "●" if top(pair, 1) else "✖" for program, of in pairs.items() for pair in of
+                      if pair[0]["case"] == name},
             **{program: _short(of[name]) for program, of in _by_case(pairs).items() if name in of},
         }
         for name, truth in truths.items()
     ]  # fmt: skip
     settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
-    content = {"synthetic": True, **settings, "programs": table, "cases": cases, "log": log(out)}
+    content = {
+        "synthetic": True, **settings, "first": first, "programs": table, "parts": parts, "cases": cases,
+        "doubts": doubts(log(out), [name for name in names if name != ORACLE]), "log": log(out),
+    }  # fmt: skip
     write(out / "score.json", json.dumps(content, indent=1) + "\n")
     note(out, "score", "end", {"score": digest_file(out / "score.json")})
     return pairs
+
+
+def encoded(found: Sequence[Measure]) -> list[dict[str, Any]]:
+    """Measures for a file: what is no number is null."""
+    rows = [asdict(one) for one in found]
+    return [
+        {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+        for row in rows
+    ]
 
 
 def _by_case(pairs: Mapping[str, list[Pair]]) -> dict[str, dict[str, Mapping[str, Any]]]:
@@ -119,6 +142,10 @@ def _by_case(pairs: Mapping[str, list[Pair]]) -> dict[str, dict[str, Mapping[str
 
 
 def _short(own: Mapping[str, Any]) -> str:
+    if own.get("failed"):
+        return f"no verdict: {own['failed']}"
     best = own["candidates"][:1]
     chance = f" ({float(best[0]['probability']):.2f})" if best else ""
-    return f"{own['verdict']}: {' + '.join(best[0]['effects']) if best and best[0]['effects'] else '-'}{chance}"
+    named = (" + ".join(best[0]["effects"]) or "nothing") if best else "-"
+    among = f"; set {', '.join(own['set'])}" if own["set"] else ""
+    return f"{own['verdict']}: {named}{chance}{among}"

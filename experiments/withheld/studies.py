@@ -59,6 +59,7 @@ def study_text(case: Case, name: str) -> str:
     for key, value in family.coefficients.items():
         prior = f"{{ mean = {value:.8g}, sd = {PRIOR * abs(value):.6g} }}"
         lines.append(f"{key} = {{ vary = true, prior = {prior} }}")
+    lines += [f"{key} = {{ value = {value:.8g} }}  # weighed" for key, value in family.measured.items()]
     lines += ["", "[channels]"]
     lines += [f'{key} = {{ column = "{key} [{UNITS[key]}]", unit = "{UNITS[key]}" }}' for key in channels(family)]
     lines += ["", "[time]", 'column = "t [s]"', 'unit = "s"', ""]

@@ -50,7 +50,7 @@ def test_turning_circle_is_the_published_one(name: str, advance: float, tactical
 
 def test_straight_runs_are_steady() -> None:
     """Published self-propulsion, service speed and terminal speed balance; Mariner's neutral rudder is not zero."""
-    for name, near in (("ship", 0.01), ("auv", 0.01), ("mariner", 0.02)):
+    for name, near in (("ship", 0.01), ("auv", 0.01), ("mariner", 0.02), ("tanker", 0.01), ("torpedo", 0.005)):
         family = FAMILIES[name]
         run = Trial("run", lambda: Fixed([]), 0.0, 30 * family.time)
         assert _made(name, run).clean["u"][-1] == pytest.approx(family.speed, rel=near)
@@ -84,7 +84,7 @@ def test_the_library_runs_the_same_ship_alike(name: str) -> None:
     model = load_model(family.model, parameter_set=family.set or None)
     inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
     trial = LibraryTrial(name="s", t=record.t, inputs=inputs, outputs=dict(record.clean))
-    engine = simulator(model, [trial], (), model.nominal(), "linear", None, 1)
+    engine = simulator(model, [trial], (), {**model.nominal(), **family.measured}, "linear", None, 1)
     y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
     for k, channel in enumerate(model.outputs):
         worst = np.abs(y[:, k] - record.clean[channel.name]).max()

@@ -12,8 +12,8 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
-from withheld.cases import Plan, draw, drawn_coefficients, drawn_noise
-from withheld.generate import plans, sealed
+from withheld.cases import KINDS, Plan, draw, drawn_coefficients, drawn_noise
+from withheld.generate import ASIDE, plans, sealed
 from withheld.next_trial import pairs_after
 from withheld.reality.families import families
 from withheld.reality.manoeuvres import auv_trial
@@ -78,10 +78,13 @@ def test_a_case_is_what_its_plan_wants_and_its_public_part_names_no_cause(tmp_pa
     assert pairs_after(truth, tmp_path, "a manoeuvre of no menu") == {}
 
 
-def test_plans_cover_kinds_and_keep_a_family_aside() -> None:
+def test_plans_cover_kinds_and_keep_two_families_aside() -> None:
     dev, test = plans("dev", 60, 1), plans("test", 150, 2)
-    assert {plan.family for plan in dev} == {"ship", "auv"}
-    assert {plan.family for plan in test} == {"ship", "auv", "mariner"}
+    assert {plan.family for plan in dev} == {"ship", "auv", "mariner"}
+    assert {plan.family for plan in test} == {"ship", "auv", "mariner", "tanker", "torpedo"}
+    for many in (test, plans("test", 45, 3)):
+        assert sum(plan.family in ASIDE for plan in many) >= 0.35 * len(many)
+        assert {(plan.family, plan.kind) for plan in many} >= {(name, kind) for name in ASIDE for kind in KINDS}
     assert {plan.kind for plan in dev} == {"single", "double", "none", "outside", "confounded"}
     assert plans("dev", 60, 1) == dev
     singles = [plan for plan in test if plan.kind == "single"]

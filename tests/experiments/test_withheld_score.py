@@ -49,7 +49,7 @@ def test_measures_of_verdicts_made_by_hand() -> None:
     assert _value(found, "top-1, one effect, lambda >= 100") == 0.5
     assert _value(found, "top-1, one effect, lambda 25-100") == 0.0
     assert _value(found, "top-3, one effect, lambda >= 25") == 1.0
-    assert _value(found, "place named rightly, lambda >= 25") == pytest.approx(1 / 3)
+    assert _value(found, "equation or place named, lambda >= 25") == pytest.approx(1 / 3)
     assert _value(found, "exact set of two, lambda >= 100 each") == 1.0
     assert _value(found, "false cause where there is none") == 0.5
     assert _value(found, "unknown flagged, lambda >= 400") == 1.0
@@ -57,8 +57,10 @@ def test_measures_of_verdicts_made_by_hand() -> None:
     assert _value(found, "confidently wrong") == pytest.approx(1 / 8)
     assert _value(found, "confounded: truth inside the set") == 1.0
     assert _value(found, "confounded: mean set") == 3.0
-    assert _value(found, "closure over the oracle's, median") == pytest.approx(0.95)
-    assert _value(found, "closure interval holds the oracle's") == 1.0
+    # Of four cases one states what closes: 0.76 of the oracle's 0.8.
+    assert _value(found, "closure over the oracle's, median") == 0.0
+    assert _value(found, "the same where the cause comes first") == pytest.approx(0.95 / 2)
+    assert _value(found, "closure's 95 % interval holds the oracle's") == 0.5
     assert confusion(pairs)[("wind", "bank")] == 2
     assert top(pairs[1], 2)
     assert not top(pairs[1], 1)
@@ -68,7 +70,7 @@ def test_measures_of_verdicts_made_by_hand() -> None:
 def test_a_suggested_trial_is_judged_among_the_survivors_only() -> None:
     truth = _truth("a", "single", ["wind"], 100, pairs={"wind": {"bank": 2.0, "tether": 1.0}})
     truth["next"] = {"bank": 6.0, "tether": 1.0}
-    said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)])
+    said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)], next_trial={"manoeuvre": "a zigzag"})
     assert doubled((truth, said)) == pytest.approx(3.0)
     assert doubled((truth, verdict("a", [(["bank"], 1.0)]))) is None
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from withheld.programs.common import fitted
 from withheld.verdicts import verdict
 
 THRESHOLD = 0.1
@@ -32,12 +33,11 @@ def sindy(study: Path) -> dict[str, Any]:
     """Refits, takes measured less modelled accelerations along the records, and lets pysindy find a sparse formula."""
     import pysindy
 
-    from seatruth import identify, load_study
+    from seatruth import load_study
 
     loaded = load_study(study)
-    estimate = identify(loaded, seed=0)
     model = loaded.model
-    values = {p.name: p.value for p in loaded.parameters} | dict(estimate.values)
+    values = {p.name: p.value for p in loaded.parameters} | fitted(loaded)
     velocities = [name for name in ("u", "v", "w", "r", "q") if any(s.name == name for s in model.states)]
     inputs = [channel.name for channel in model.inputs if channel.name != "n"]
     features, targets = [], []

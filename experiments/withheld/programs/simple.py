@@ -25,7 +25,7 @@ def channel_rule(study: Path) -> dict[str, Any]:
     """Refits the coefficients, looks for the channel that is worst met, and blames what that channel is known for."""
     from withheld.programs.linear import left
 
-    found = refitted(study)
+    found = refitted(study, effects=False)
     rest = left(found.residuals, found.nuisances)
     sizes = {name: float(np.sqrt(np.mean(rest[rows] ** 2))) for name, rows in found.channels}
     worst = max(sizes, key=lambda name: sizes[name])

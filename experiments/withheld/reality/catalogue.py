@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -107,12 +108,12 @@ def shared(speed: float, time: float) -> list[Mechanism]:
     ]
 
 
-def planar(speed: float, time: float, displacement: float) -> list[Mechanism]:
-    """Mechanisms of a surface ship."""
+def planar(speed: float, time: float, displacement: float, period: float) -> list[Mechanism]:
+    """Mechanisms of a surface ship; `period` s is that of the waves' peak."""
     deg = math.radians
     flow = 0.08 * speed
     air = 3.0 * speed
-    sea = {"period": 0.45 * time, "seed": 1.0, "spread": 0.06}
+    sea = {"period": period, "seed": 1.0, "spread": 0.06}
     return [
         *shared(speed, time),
         Mechanism("current", 1, "kinematics", "current", env.steady_current, _flow(flow), ("north", "east"),
@@ -188,10 +189,38 @@ def outside(time: float) -> list[Mechanism]:
     ]
 
 
-def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
+@dataclass(frozen=True)
+class Typical:
+    """Magnitudes that go with an underwater vehicle's size and weight [S]."""
+
+    arm: float
+    """m: how far off the origin sensors stand."""
+    turning: float
+    """rad/s: bias of its gyro."""
+    weight: float
+    """Share of its weight that it is too heavy."""
+    trim: tuple[float, float]
+    """m forward and below: where its weight sits wrong."""
+    lift: tuple[float, float]
+    """Heave and pitch at no incidence, over L^2 and L^3."""
+    waves: tuple[float, float]
+    """Height (m) and period (s) of the waves above."""
+    towed: float
+    """N s2/m2: drag of a tether."""
+    squeeze: float
+    """N/m: buoyancy lost with depth."""
+
+
+LARGE = Typical(0.5, math.radians(0.05), 2e-4, (3e-4, 1e-3), (5e-4, 3e-4), (1.0, 10.8), 8.0, 3.0)
+"""Some 5 m and 5 t at a few knots."""
+SMALL = Typical(0.3, math.radians(0.1), 2e-3, (1e-3, 3e-3), (1e-4, 3e-5), (2.0, 9.0), 1.0, 0.5)
+"""Some 3 m and 230 kg at eight knots."""
+
+
+def vertical(speed: float, time: float, mass: float, typical: Typical) -> list[Mechanism]:
     """Mechanisms of a vehicle in the diving plane; their second velocity is heave, their turning is pitch."""
-    deg = math.radians
     flow = 0.08 * speed
+    arm, (forward, below), (heave, pitch), (height, period) = typical.arm, typical.trim, typical.lift, typical.waves
     return [
         *shared(speed, time),
         Mechanism("current", 1, "kinematics", "current", env.steady_current,
@@ -199,32 +228,36 @@ def vertical(speed: float, time: float, mass: float) -> list[Mechanism]:
                   {"north": "m/s"}),
         Mechanism("lever_arm", 8, "sensor:u,sensor:w", "sensor", sensors.lever_arm_vertical,
                   lambda rng: {"forward": sign(rng) * 0.1 * speed * time, "below": 0.0}, ("forward", "below"),
-                  [{"forward": 0.5, "below": 0.0}, {"forward": 0.0, "below": 0.3}], {"forward": "m", "below": "m"},
-                  8.0),
+                  [{"forward": arm, "below": 0.0}, {"forward": 0.0, "below": 0.6 * arm}],
+                  {"forward": "m", "below": "m"}, 8.0),
         _one("depth_scale", 9, "sensor:z", "sensor", sensors.depth, "k", 0.02, "1", most=8, b=0.0),
         _one("depth_lag", 9, "sensor:z", "sensor", sensors.late_depth, "tau", 0.15 * time, "s", most=8, signed=False),
         _one("pitch_delay", 10, "sensor:theta", "sensor", sensors.late_pitch, "tau", 0.06 * time, "s", most=8,
              signed=False),
-        _one("pitch_gyro_bias", 7, "sensor:q", "sensor", sensors.pitch_gyro_bias, "b", deg(0.05), "rad/s", most=8),
-        _one("pressure_port", 8, "sensor:z", "sensor", sensors.pressure_port, "forward", 0.5, "m", most=8),
+        _one("pitch_gyro_bias", 7, "sensor:q", "sensor", sensors.pitch_gyro_bias, "b", typical.turning, "rad/s",
+             most=8),
+        _one("pressure_port", 8, "sensor:z", "sensor", sensors.pressure_port, "forward", arm, "m", most=8),
         _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.12, "1", most=2.5, signed=False),
         Mechanism("cross_flow", 21, "heave,pitch", "force", hulls.cross_flow, fixed(C_d=0.6), ("C_d",), [{"C_d": 0.6}],
                   {"C_d": "1"}, 3.0),
         _one("turning_loss", 22, "surge", "force", hulls.turning_loss, "k", 0.5, "1", most=4, signed=False),
-        _one("net_weight", 24, "surge,heave", "force", hulls.net_weight, "weight", 2e-4 * mass * 9.81, "N", most=20),
+        _one("net_weight", 24, "surge,heave", "force", hulls.net_weight, "weight",
+             typical.weight * mass * 9.81, "N", most=20),
         Mechanism("trim", 24, "pitch", "force", hulls.trim,
-                  lambda rng: {"forward": sign(rng) * 3e-4, "below": sign(rng) * 1e-3}, ("forward", "below"),
-                  [{"forward": 3e-4, "below": 0.0}, {"forward": 0.0, "below": 1e-3}], {"forward": "m", "below": "m"},
-                  10.0),
+                  lambda rng: {"forward": sign(rng) * forward, "below": sign(rng) * below}, ("forward", "below"),
+                  [{"forward": forward, "below": 0.0}, {"forward": 0.0, "below": below}],
+                  {"forward": "m", "below": "m"}, 10.0),
         _one("added_mass", 25, "surge,heave,pitch", "coefficients", hulls.added_mass, "k", 0.25, "1", most=3,
              signed=False),
         _one("munk", 27, "pitch", "force", hulls.munk, "k", 0.15, "1", most=4),
         Mechanism("asymmetry", 28, "heave,pitch", "force", hulls.asymmetry,
-                  lambda rng: {"Z_0": sign(rng) * 5e-4, "M_0": sign(rng) * 3e-4}, ("Z_0", "M_0"),
-                  [{"Z_0": 5e-4, "M_0": 0.0}, {"Z_0": 0.0, "M_0": 3e-4}], {"Z_0": "1", "M_0": "1"}),
-        _one("wave_drift", 29, "heave", "force", env.wave_pull, "height", 1.0, "m", most=4, signed=False,
-             period=3.0 * time),
-        _one("tether", 31, "surge,heave,pitch", "force", hulls.tether, "c", 8.0, "N s2/m2", most=6, signed=False),
+                  lambda rng: {"Z_0": sign(rng) * heave, "M_0": sign(rng) * pitch}, ("Z_0", "M_0"),
+                  [{"Z_0": heave, "M_0": 0.0}, {"Z_0": 0.0, "M_0": pitch}], {"Z_0": "1", "M_0": "1"}),
+        _one("wave_drift", 29, "heave", "force", env.wave_pull, "height", height, "m", most=4, signed=False,
+             period=period),
+        _one("tether", 31, "surge,heave,pitch", "force", hulls.tether, "c", typical.towed, "N s2/m2", most=6,
+             signed=False),
         *outside(time)[:4],
-        _one("compressible", None, "heave", "force", hulls.compressible, "k", 3.0, "N/m", most=10, signed=False),
+        _one("compressible", None, "heave", "force", hulls.compressible, "k", typical.squeeze, "N/m", most=10,
+             signed=False),
     ]  # fmt: skip

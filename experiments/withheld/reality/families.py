@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from withheld.reality import auv, catalogue, kvlcc2, mariner
-from withheld.reality.manoeuvres import Craft, Trial, auv_trial, ship_trial
+from withheld.reality import auv, catalogue, esso, kvlcc2, mariner, torpedo
+from withheld.reality.manoeuvres import Craft, Trial, auv_trial, ship_trial, torpedo_trial
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Vehicle
 
@@ -42,6 +42,12 @@ class Family:
     dt: float
     craft: Craft
     mechanisms: Sequence[Mechanism] = field(repr=False)
+    depth: float = 0.0
+    """m at the start of a trial, of a vehicle under water."""
+    trimmed: bool = False
+    """Whether it needs an angle and a rudder to go level; then pilots count both from there."""
+    measured: Mapping[str, float] = field(default_factory=dict)
+    """What was measured on this vehicle and is not the library's default: the library's name, its value there."""
 
     def mechanism(self, key: str) -> Mechanism:
         """One mechanism by key; KeyError if it does not act on this family."""
@@ -62,38 +68,51 @@ class Family:
 
 
 NEEDS_SCREW = ("speed_steps", "coast_down")
+VERTICAL = {
+    "auv": (
+        ["pitch_steps", "level_run", "dive", "level_run_slow", "climb"],
+        ["pitch_zigzag_15_down", "pitch_zigzag_5_up", "plane_staircase", "plane_step_up"],
+    ),
+    "torpedo": (
+        ["pitch_steps", "level_run", "depth_steps", "level_run_slow", "dive"],
+        ["pitch_zigzag_15_down", "pitch_zigzag_5_up", "plane_doublets", "plane_pulses_up"],
+    ),
+}
+"""Manoeuvres under water: steered ones, free ones. The first of each is in every case but a poor one."""
 TURNED = {"reciprocal_run": math.pi, "beam_heading_run": math.pi / 2}
 
 
 def _ship(name: str) -> Family:
-    small = name == "ship"
-    module = kvlcc2 if small else mariner
+    module = {"ship": kvlcc2, "tanker": esso, "mariner": mariner}[name]
+    screw = module is not mariner
     sizes = {**module.SIZES, **module.WINDAGE}
     L, d, rho, speed = sizes["L"], sizes["d"], sizes["rho"], module.SPEED
     time = L / speed
     unit = 0.5 * rho * L * L * d
-    if small:
-        mass, m_x, m_y = rho * sizes["nabla"], 0.022 * unit, 0.223 * unit
+    if screw:
+        own = module.COEFFICIENTS
+        mass, m_x, m_y, drag = rho * sizes["nabla"], own["m_x"] * unit, own["m_y"] * unit, own["R_0"]
     else:
         cube = 0.5 * rho * L**3
-        mass, m_x, m_y = sizes["m"] * cube, 42e-5 * cube, 748e-5 * cube
+        mass, m_x, m_y, drag = sizes["m"] * cube, 42e-5 * cube, 748e-5 * cube, 0.016
     sizes |= {
         "lever": 1.0, "mass": mass, "added_across": m_y, "added_difference": m_x - m_y, "speed": speed,
-        "drag_area": 0.022 * L * d if small else 0.016 * L * d, "steering": 0.5 * rho * 1.2 * 0.0168 * L * d,
-        "thrust_share": 1.0,
+        "drag_area": drag * L * d, "steering": 0.5 * rho * 1.2 * 0.0168 * L * d, "thrust_share": 1.0,
     }  # fmt: skip
-    scale = 1.0 if small else 8.0
+    place = {"ship": 0.1, "tanker": 0.05, "mariner": 0.8}[name]
     deg = math.radians
     noise = {
-        "x": 0.1 * scale, "y": 0.1 * scale, "psi": deg(0.1), "u": 0.01 * speed / 1.18, "v": 0.01 * speed / 1.18,
+        "x": place, "y": place, "psi": deg(0.1), "u": 0.01 * speed / 1.18, "v": 0.01 * speed / 1.18,
         "r": deg(0.05) * 5.94 / time,
     }  # fmt: skip
+    # Waves of one to two ship lengths; the tanker is slower for its length than the others.
+    sea = (0.235 if name == "tanker" else 0.45) * time
     return Family(
-        name, "mmg" if small else "abkowitz", "KVLCC2" if small else "",
-        kvlcc2.KVLCC2() if small else mariner.Mariner(), module.COEFFICIENTS, sizes, speed, time,
-        11.85 if small else 0.0, ("u", "v", "r", "x", "y", "psi"), "delta", noise, 0.5 if small else 2.0,
-        Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
-        [*catalogue.planar(speed, time, mass), *(catalogue.screw() if small else [])],
+        name, "mmg" if screw else "abkowitz", {"ship": "KVLCC2", "tanker": "ESSO_OSAKA"}.get(name, ""),
+        kvlcc2.KVLCC2() if screw else mariner.Mariner(), module.COEFFICIENTS, sizes, speed, time,
+        {"ship": 11.85, "tanker": esso.REVOLUTIONS}.get(name, 0.0), ("u", "v", "r", "x", "y", "psi"), "delta", noise,
+        {"ship": 0.5, "tanker": 0.6, "mariner": 2.0}[name], Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
+        [*catalogue.planar(speed, time, mass, sea), *(catalogue.screw() if screw else [])],
     )  # fmt: skip
 
 
@@ -111,13 +130,36 @@ def _vehicle() -> Family:
     return Family(
         "auv", "diving_plane", "", auv.NPSVehicle(), auv.COEFFICIENTS, sizes, auv.SPEED, time, 0.0,
         ("u", "w", "q", "x", "z", "theta"), "delta_s", noise, 0.5,
-        Craft("theta", "q", 1.0, 1.0, -1.0, deg(15), time), catalogue.vertical(auv.SPEED, time, sizes["m"]),
+        Craft("theta", "q", 1.0, 1.0, -1.0, deg(15), time),
+        catalogue.vertical(auv.SPEED, time, sizes["m"], catalogue.LARGE), 20.0,
+    )  # fmt: skip
+
+
+def _torpedo() -> Family:
+    sizes = dict(torpedo.SIZES)
+    L, D, rho, speed = sizes["L"], sizes["D"], sizes["rho"], torpedo.SPEED
+    time, area = L / speed, 0.25 * math.pi * D * D
+    own = torpedo.COEFFICIENTS
+    sizes |= {
+        "lever": -1.0, "mass": sizes["m"], "added_across": own["lambda_22"],
+        "added_difference": own["lambda_11"] - own["lambda_22"], "speed": speed, "d": D,
+        "drag_area": area * own["C_x0"], "steering": 0.5 * rho * area * own["C_y_de"],
+    }  # fmt: skip
+    deg = math.radians
+    noise = {"u": 0.015, "w": 0.01, "q": deg(0.1), "theta": deg(0.1), "z": 0.05, "x": 0.3}
+    return Family(
+        "torpedo", "longitudinal_plane", "", torpedo.Torpedo(), own, sizes, speed, time, 0.0,
+        ("u", "w", "q", "x", "z", "theta"), "delta_s", noise, 0.1,
+        Craft("theta", "q", 1.5, 1.5, -1.0, deg(12), time),
+        catalogue.vertical(speed, time, sizes["m"], catalogue.SMALL), 30.0, True,
+        {"dG": sizes["net"], "y_G": sizes["y_G"]},
     )  # fmt: skip
 
 
 def families() -> dict[str, Family]:
     """All of them by name."""
-    return {"ship": _ship("ship"), "auv": _vehicle(), "mariner": _ship("mariner")}
+    ships = {name: _ship(name) for name in ("ship", "mariner", "tanker")}
+    return {"auv": _vehicle(), "torpedo": _torpedo(), **ships}
 
 
 def design(family: Family, rng: np.random.Generator, poor: bool = False) -> list[Trial]:
@@ -127,14 +169,15 @@ def design(family: Family, rng: np.random.Generator, poor: bool = False) -> list
     """
     count = 4 if poor else int(rng.integers(5, 9))
     heading = float(rng.uniform(-math.pi, math.pi))
-    if family.name == "auv":
-        steered = ["pitch_steps", "level_run", "dive", "level_run_slow", "climb"]
-        free = ["pitch_zigzag_15_down", "pitch_zigzag_5_up", "plane_staircase", "plane_step_up"]
+    if family.name in VERTICAL:
+        steered, free = VERTICAL[family.name]
         if poor:
             steered, free = ["level_run"], ["pitch_zigzag_5_up"]
     else:
         steered = ["reciprocal_run", "course_changes", "speed_steps", "beam_heading_run", "straight_run"]
-        free = ["zigzag_20_20_port", "zigzag_10_10", "turn_35_starboard", "turn_20_port", "zigzag_20_10"]
+        # The tanker would spin about itself: twice its speed over its length is as far as its series goes.
+        turn = "turn_25_starboard" if family.name == "tanker" else "turn_35_starboard"
+        free = ["zigzag_20_20_port", "zigzag_10_10", turn, "turn_20_port", "zigzag_20_10"]
         if poor:
             steered, free = ["straight_run"], ["zigzag_10_10"]
     usable = [name for name in steered if family.revolutions or name not in NEEDS_SCREW]
@@ -146,8 +189,9 @@ def design(family: Family, rng: np.random.Generator, poor: bool = False) -> list
         names[count - count // 2 - 1] = names[0]  # the replicate
     trials = []
     for name in names:
-        if family.name == "auv":
-            trials.append(auv_trial(name, family.time, 0.75 if name.endswith("_slow") else 1.0))
+        if family.name in VERTICAL:
+            one = torpedo_trial if family.trimmed else auv_trial
+            trials.append(one(name, family.time, 0.75 if name.endswith("_slow") else 1.0))
             continue
         turned = TURNED.get(name, 0.0)
         base = heading if poor or name == names[0] else heading + float(rng.choice((0.0, 0.5, 1.0, 1.5))) * math.pi

@@ -18,6 +18,10 @@ FINEST = 0.05
 """s; the servo's own step is at most this."""
 SHORTEST = 0.03
 """s; a servo with a shorter lag counts as none."""
+RATE_ONLY = 0.15
+"""s: lag of a servo of which only the rate is limited."""
+SLOW = 3.6
+"""s: what goes with the gear's times shrinks in proportion for a vehicle whose own time (L / U) is shorter."""
 
 
 class Gear:
@@ -28,7 +32,8 @@ class Gear:
     (more than one) and `offset` (rad) those of the linkage; each (lanes,).
     """
 
-    def __init__(self, lanes: int) -> None:
+    def __init__(self, lanes: int, time: float = SLOW) -> None:
+        self._share = min(1.0, time / SLOW)
         self.lag = np.zeros(lanes)
         self.slowness = np.zeros(lanes)
         self.dead = np.zeros(lanes)
@@ -44,8 +49,9 @@ class Gear:
         self._turning = np.zeros_like(order)
         self._inside = self.actual.copy()
         self._past = [order.copy()]
-        self._servo = (self.lag >= SHORTEST) | (self.slowness > 0)
-        self._omega = 2 * DAMPING / np.where(self.lag >= SHORTEST, self.lag, 0.15)
+        has_lag = self.lag >= SHORTEST * self._share
+        self._servo = has_lag | (self.slowness > 0)
+        self._omega = 2 * DAMPING / np.where(has_lag, self.lag, RATE_ONLY * self._share)
         self._rate = 1 / np.maximum(self.slowness, 1e-9)
         return (1 + self.gain) * self.actual + self.offset
 
@@ -56,7 +62,7 @@ class Gear:
         wanted = wanted - np.clip(wanted, -self.band, self.band)
         self._inside = np.clip(self._inside, wanted - self.play, wanted + self.play)
         if self._servo.any():
-            parts = max(1, math.ceil(h / FINEST - 1e-9))
+            parts = max(1, math.ceil(h / (FINEST * self._share) - 1e-9))
             for _ in range(parts):
                 push = self._omega**2 * (self._inside - self.actual) - 2 * DAMPING * self._omega * self._turning
                 self._turning = np.clip(self._turning + push * h / parts, -self._rate, self._rate)

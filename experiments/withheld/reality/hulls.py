@@ -91,7 +91,10 @@ def asymmetry(view: View, q: Values, p: Values) -> Force:
 
 def added_mass(p: Values, q: Values) -> Values:
     """All added masses a share `k` larger."""
-    names = ("m_x", "m_y", "J_z", "X_du", "Y_dv", "Y_dr", "N_dv", "N_dr", "Z_dw", "Z_dq", "M_dw", "M_dq")
+    names = (
+        "m_x", "m_y", "J_z", "X_du", "Y_dv", "Y_dr", "N_dv", "N_dr", "Z_dw", "Z_dq", "M_dw", "M_dq",
+        "lambda_11", "lambda_22", "lambda_26", "lambda_66",
+    )  # fmt: skip
     return {name: p[name] * (1 + q["k"]) for name in names if name in p}
 
 
@@ -103,8 +106,9 @@ def shallow(p: Values, q: Values) -> Values:
 
 def thrust(p: Values, q: Values) -> Values:
     """Thrust a share `k` off."""
-    if "X_T" in p:
-        return {"X_T": p["X_T"] * (1 + q["k"])}
+    for name in ("X_T", "T"):
+        if name in p:
+            return {name: p[name] * (1 + q["k"])}
     return {"thrust_share": p["thrust_share"] * (1 + q["k"])}
 
 

@@ -98,6 +98,31 @@ class Steered:
         return Orders(_pilot(read, heading, craft), n)
 
 
+@dataclass
+class DepthSteered:
+    """A pilot on a list of depths by the clock: (from s, m below the first depth)."""
+
+    plan: list[tuple[float, float]]
+    steepest: float
+    """rad: largest angle that it dives or climbs at."""
+    reach: float
+    """m: how far from the wanted depth it begins to level out, per radian of angle."""
+    closed = True
+
+    def __post_init__(self) -> None:
+        self._first: float | None = None
+
+    def __call__(self, t: float, read: Read, craft: Craft) -> Orders:
+        if self._first is None:
+            self._first = read["z"]
+        below = 0.0
+        for start, depth in self.plan:
+            if t >= start:
+                below = depth
+        wanted = (read["z"] - self._first - below) / self.reach
+        return Orders(_pilot(read, max(-self.steepest, min(self.steepest, wanted)), craft))
+
+
 @dataclass(frozen=True)
 class Trial:
     """One trial: what is done, from which heading (rad) and share of the usual speed, over how long (s)."""
@@ -123,6 +148,7 @@ def ship_trial(name: str, heading: float, time: float) -> Trial:
         "zigzag_20_20": (lambda: Zigzag(deg(20), deg(20), starboard, a, heading), 27 * time),
         "zigzag_20_10": (lambda: Zigzag(deg(20), deg(10), starboard, a, heading), 27 * time),
         "turn_35": (lambda: Fixed([(a, starboard * deg(35), 1.0)]), long),
+        "turn_25": (lambda: Fixed([(a, starboard * deg(25), 1.0)]), long),
         "turn_20": (lambda: Fixed([(a, starboard * deg(20), 1.0)]), long),
         "straight_run": (lambda: Steered([(0.0, heading, 1.0)]), short),
         "reciprocal_run": (lambda: Steered([(0.0, heading, 1.0)]), short),
@@ -167,6 +193,37 @@ def auv_trial(name: str, time: float, speed: float = 1.0) -> Trial:
         ),
         "plane_step": (lambda: Fixed([(a, first * deg(6), 1.0)]), 34 * time),
     }
+    base = name.removesuffix("_down").removesuffix("_up").removesuffix("_slow")
+    manoeuvre, seconds = plans[base]
+    return Trial(name, manoeuvre, 0.0, seconds, speed)
+
+
+def torpedo_trial(name: str, time: float, speed: float = 1.0) -> Trial:
+    """A manoeuvre of the torpedo-like vehicle; angles and orders count from its trim."""
+    deg, a = math.radians, 5 * time
+    first = -1.0 if name.endswith("_down") else 1.0
+    level, reach = deg(10), 20.0
+    doublets = (4, -4, 0, 8, -8, 0, -4, 4, 0, -10, 10, 0)
+    # Each pulse is taken back by one twice as long at half the angle, and by its mirror later.
+    pulses = (
+        (0, 6), (1.5, -3), (4.5, 0), (10, -6), (11.5, 3), (14.5, 0), (20, -10), (21.5, 5), (24.5, 0), (30, 10),
+        (31.5, -5), (34.5, 0),
+    )  # fmt: skip
+    plans: dict[str, tuple[Callable[[], Manoeuvre], float]] = {
+        "pitch_zigzag_5": (lambda: Zigzag(deg(5), deg(5), first, a, 0.0), 44 * time),
+        "pitch_zigzag_15": (lambda: Zigzag(deg(10), deg(15), first, a, 0.0), 44 * time),
+        "level_run": (lambda: DepthSteered([(0.0, 0.0)], level, reach), 34 * time),
+        "depth_steps": (lambda: DepthSteered([(0.0, 0.0), (a, 5.0), (26 * time, 2.0)], level, reach), 50 * time),
+        "pitch_steps": (
+            lambda: Steered([(0.0, 0.0, 1.0), (a, deg(15), 1.0), (18 * time, deg(-15), 1.0), (32 * time, 0.0, 1.0)]),
+            44 * time,
+        ),
+        "dive": (lambda: Steered([(0.0, 0.0, 1.0), (a, deg(-15), 1.0), (25 * time, 0.0, 1.0)]), 34 * time),
+        "plane_doublets": (
+            lambda: Fixed([(a + 2.5 * k * time, deg(x), 1.0) for k, x in enumerate(doublets)]), 38 * time,
+        ),
+        "plane_pulses": (lambda: Fixed([(a + t * time, first * deg(x), 1.0) for t, x in pulses]), 44 * time),
+    }  # fmt: skip
     base = name.removesuffix("_down").removesuffix("_up").removesuffix("_slow")
     manoeuvre, seconds = plans[base]
     return Trial(name, manoeuvre, 0.0, seconds, speed)

@@ -15,6 +15,7 @@ from withheld.reality.manoeuvres import Manoeuvre, Trial
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import ROWS, Acting, Array, Run, Scene, Values, run
 from withheld.reality.sensors import Noise
+from withheld.reality.trim import level
 
 FINE = 5
 """Steps of the integrator in one sample when trials are made; fewer when they are run again for signatures."""
@@ -69,7 +70,7 @@ class Bench:
         self.p: Values = {name: np.full(count, value) for name, value in family.sizes.items()}
         for name in family.coefficients:
             self.p[name] = np.array([lane.coefficients[name] for lane in lanes])
-        self.gear = Gear(count)
+        self.gear = Gear(count, family.time)
         self.geared = any(present.mechanism.orders for lane in lanes for present in lane.acting)
         groups: dict[str, list[tuple[int, Present]]] = {}
         for row, lane in enumerate(lanes):
@@ -111,9 +112,11 @@ class Bench:
         first = np.zeros((ROWS, len(self.lanes)))
         for row, lane in enumerate(self.lanes):
             trial = trials[lane.trial]
-            first[0, row], first[5, row] = trial.speed * self.family.speed, trial.heading
+            start = level(self.family, lane.coefficients)
+            first[0, row], first[1, row] = trial.speed * start.u, trial.speed * start.w
+            first[5, row] = trial.heading + start.angle
             if not self.family.vehicle.earth_current:
-                first[4, row] = 20.0
+                first[4, row] = self.family.depth
         c, d = np.cos(first[5]), np.sin(first[5])
         for one in self.currents:
             north, east = one.act(one.values, 0.0)[:2]
@@ -140,7 +143,10 @@ class Bench:
 
 
 class Pilots:
-    """One pilot for each lane; they steer by what is read, noise and all, once a sample."""
+    """One pilot for each lane; they steer by what is read, noise and all, once a sample.
+
+    Angles that they read and orders that they give count from the vehicle's trim.
+    """
 
     def __init__(self, bench: Bench, trials: Sequence[Trial], noise: Mapping[str, Array]) -> None:
         self.bench, self.noise, self.trials = bench, noise, trials
@@ -149,6 +155,9 @@ class Pilots:
         self.slew = RUDDER_RATE * 5.94 / family.time * family.dt
         self.spin = family.revolutions / family.time * family.dt
         self.delta: Array | None = None
+        levels = [level(family, lane.coefficients) for lane in bench.lanes]
+        self.neutral = np.array([one.delta for one in levels])
+        self.angle = np.array([one.angle for one in levels])
         self.n = np.array([family.revolutions * trials[lane.trial].speed for lane in bench.lanes])
 
     def interval(self, k: int, state: Array) -> tuple[Array, Array]:
@@ -156,10 +165,11 @@ class Pilots:
         family = self.bench.family
         y = self.bench.read(state[None, :6], np.zeros(1))
         read = {name: y[name][0] + self.noise[name][k] for name in y}
+        read[family.craft.angle] = read[family.craft.angle] - self.angle
         wanted, share = np.empty(len(self.manoeuvres)), np.empty(len(self.manoeuvres))
         for row, manoeuvre in enumerate(self.manoeuvres):
             orders = manoeuvre(k * family.dt, {name: float(value[row]) for name, value in read.items()}, family.craft)
-            wanted[row], share[row] = orders.delta, orders.n
+            wanted[row], share[row] = self.neutral[row] + orders.delta, orders.n
         if self.delta is None:
             self.delta = wanted
         end = self.delta + np.clip(wanted - self.delta, -self.slew, self.slew)

@@ -1,0 +1,136 @@
+"""The families of the withheld benchmark: their trials make sense, and their studies are good studies."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
+
+from withheld.cases import LOOKALIKES, Case, Plan, drawn_coefficients, drawn_noise, growth
+from withheld.generate import ASIDE, SETS
+from withheld.names import NAMES
+from withheld.reality.families import VERTICAL, Family, design, families
+from withheld.reality.manoeuvres import Fixed, Trial, ship_trial, torpedo_trial
+from withheld.reality.sensors import Noise
+from withheld.reality.simulate import Present, Record, make
+from withheld.reality.trim import level
+from withheld.studies import log_text, study_text
+
+from seatruth import identify, load_study, simulator
+from seatruth.effects import available, with_effects
+from seatruth.models import load_model
+from seatruth.trials import Trial as LibraryTrial
+
+FAMILIES = families()
+TORPEDO, TANKER = FAMILIES["torpedo"], FAMILIES["tanker"]
+
+
+def _sailed(family: Family, trials: Sequence[Trial], seed: int) -> list[Record]:
+    """Trials of a drawn vehicle, with noise."""
+    rng = np.random.default_rng(seed)
+    return make(family, trials, drawn_coefficients(family, rng), (), drawn_noise(family, rng), rng, True)
+
+
+def test_every_set_holds_known_families_and_the_development_set_none_that_is_aside() -> None:
+    assert {name for names in SETS.values() for name in names} == set(FAMILIES) == set(NAMES) == set(LOOKALIKES)
+    assert not set(SETS["dev"]) & set(ASIDE)
+    assert set(SETS["test"]) == set(SETS["dev"]) | set(ASIDE)
+    for name, family in FAMILIES.items():
+        keys = [one.key for one in family.mechanisms]
+        assert len(keys) == len(set(keys))
+        assert set(LOOKALIKES[name]) & set(NAMES[name]) <= set(keys)
+
+
+def test_the_torpedo_goes_level_at_its_trim() -> None:
+    for coefficients in (TORPEDO.coefficients, drawn_coefficients(TORPEDO, np.random.default_rng(1))):
+        steady = level(TORPEDO, coefficients)
+        assert math.tan(steady.angle) == pytest.approx(steady.w / steady.u)
+        # Lighter than water, it is held down: nose below the path, stern planes against what that turns.
+        assert -0.05 < steady.angle < 0.0
+        quiet = {name: Noise(1e-9, 0.0, 1.0) for name in TORPEDO.outputs}
+        run = Trial("run", lambda: Fixed([]), 0.0, 40 * TORPEDO.time)
+        y = make(TORPEDO, [run], coefficients, (), quiet, np.random.default_rng(0), True)[0].clean
+        assert np.ptp(y["z"]) < 1e-3
+        assert np.ptp(y["u"]) < 1e-3
+        assert growth(TORPEDO, coefficients) < 0
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_the_torpedo_s_manoeuvres_reach_their_aims_under_the_surface(seed: int) -> None:
+    names = [*VERTICAL["torpedo"][0], *VERTICAL["torpedo"][1]]
+    trials = [torpedo_trial(name, TORPEDO.time, 0.75 if name.endswith("_slow") else 1.0) for name in names]
+    records = dict(zip(names, _sailed(TORPEDO, trials, seed), strict=True))
+    for name, record in records.items():
+        y = record.clean
+        assert np.degrees(np.abs(y["theta"]).max()) < 25, name
+        assert np.degrees(np.abs(np.arctan2(y["w"], y["u"])).max()) < 8, name
+        assert y["z"].min() > 10, name
+        assert y["u"].min() > 0.6 * TORPEDO.speed, name
+    below = records["depth_steps"].clean["z"] - TORPEDO.depth
+    t = records["depth_steps"].t / TORPEDO.time
+    assert below[np.searchsorted(t, 25)] == pytest.approx(5.0, abs=0.5)
+    assert below[-1] == pytest.approx(2.0, abs=0.5)
+    assert np.abs(records["level_run"].clean["z"] - TORPEDO.depth).max() < 0.5
+    steps = np.degrees(records["pitch_steps"].clean["theta"])
+    assert (steps.max(), steps.min()) == (pytest.approx(15, abs=2.5), pytest.approx(-15, abs=2.5))
+    for name, angle in (("pitch_zigzag_15_down", 15), ("pitch_zigzag_5_up", 5)):
+        pitch = np.degrees(records[name].clean["theta"])
+        assert pitch.max() > angle - 1
+        assert pitch.min() < -angle
+        assert np.count_nonzero(np.abs(np.diff(np.sign(pitch - pitch[0]))) == 2) >= 3, name
+
+
+def test_the_tanker_turns_and_zigzags_like_one() -> None:
+    trials = [ship_trial(name, 0.4, TANKER.time) for name in ("turn_35_starboard", "zigzag_20_20_port")]
+    turn, zigzag = _sailed(TANKER, trials, 5)
+    psi, L = np.degrees(turn.clean["psi"]) - math.degrees(0.4), TANKER.sizes["L"]
+    assert psi[-1] > 360
+    across = turn.clean["y"] * math.cos(0.4) - turn.clean["x"] * math.sin(0.4)
+    assert 1.5 < across[int(np.argmax(psi >= 180))] / L < 5
+    swing = np.degrees(zigzag.clean["psi"]) - math.degrees(0.4)
+    assert swing.max() > 20
+    assert swing.min() < -20
+
+
+def test_a_current_is_the_same_in_both_codes() -> None:
+    """Inertia of the water's share in a current, in the vertical plane: the library's effect beside reality's."""
+    quiet = {name: Noise(1e-9, 0.0, 1.0) for name in TORPEDO.outputs}
+    flow = Present(TORPEDO.mechanism("current"), {"north": 0.4, "east": 0.0})
+    trial = torpedo_trial("plane_doublets", TORPEDO.time)
+    record = make(TORPEDO, [trial], dict(TORPEDO.coefficients), (flow,), quiet, np.random.default_rng(0), True)[0]
+    model = with_effects(load_model(TORPEDO.model), [available()["current_along"]])
+    again = LibraryTrial(
+        name="s", t=record.t, inputs={"delta_s": record.delta}, outputs={k: v[:] for k, v in record.clean.items()}
+    )
+    values = {**model.nominal(), **TORPEDO.measured, "current_along_along": 0.4}
+    engine = simulator(model, [again], (), values, "linear", None, 1)
+    y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+    for k, channel in enumerate(model.outputs):
+        assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name
+
+
+@pytest.mark.parametrize("name", ASIDE)
+def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path) -> None:
+    family, rng = FAMILIES[name], np.random.default_rng(17)
+    coefficients, noise = drawn_coefficients(family, rng), drawn_noise(family, rng)
+    trials = design(family, rng)[:4]
+    records = make(family, trials, coefficients, (), noise, rng, True)
+    case = Case(Plan(name, "none", (), 0, 17), family, coefficients, noise, trials, True, [], [], records)
+    for k, record in enumerate(records):
+        (tmp_path / f"trial_{k + 1}.csv").write_text(log_text(family, record), encoding="utf-8")
+    (tmp_path / "study.toml").write_text(study_text(case, "c001"), encoding="utf-8")
+    study = load_study(tmp_path / "study.toml")
+    assert {p.name for p in study.parameters if p.vary} == set(family.coefficients)
+    values = {p.name: p.value for p in study.parameters}
+    assert {key: values[key] for key in family.measured} == pytest.approx(dict(family.measured))
+    fit = identify(study, seed=0, threads=1).fit.reset_index()
+    for channel in family.outputs:
+        left = math.sqrt(float((fit.loc[fit["channel"] == channel, "rmse"] ** 2).mean()))
+        drawn = math.sqrt(np.mean([np.mean((r.outputs[channel] - r.clean[channel]) ** 2) for r in records]))
+        assert 0.9 < left / drawn < 1.02, channel
