@@ -188,7 +188,8 @@ def show(diagnosis: Diagnosis) -> None:
     ):
         say(f"{title}: {text}")
     unnamed = diagnosis.unnamed
-    if diagnosis.verdict["kind"] == "unknown" and unnamed is not None and unnamed["formula"]:
+    wanted = diagnosis.verdict["kind"] == "unknown" or diagnosis.verdict["beside"]
+    if wanted and unnamed is not None and unnamed["formula"]:
         say(f"What is missing, as a formula: {words.formula_in_words(unnamed)}")
     grave = [f for wanted in ("error", "warning") for f in diagnosis.findings if f.severity == wanted]
     for finding in grave[:_FINDINGS]:

@@ -141,7 +141,7 @@ class RudderRateLimit(OnRudder):
     null: ClassVar[Mapping[str, float]] = {"slowness": 0.0}
     magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"slowness": 20.0}}
     froude: ClassVar[Mapping[str, float]] = {"slowness": 0.5}
-    starts = tuple({"slowness": slowness} for slowness in (2.0, 5.0, 12.0, 30.0))
+    starts = tuple({"slowness": slowness} for slowness in (2.0, 5.0, 12.0, 30.0, 70.0))
     longest_step = LONGEST_STEP
     states = (Channel("limited", "rad", "rudder with the limit"), Channel("free", "rad", "rudder without it"))
 

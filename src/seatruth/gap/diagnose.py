@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ from seatruth.errors import BadInput, SeatruthError
 from seatruth.gap.diagnosis import Diagnosis
 from seatruth.gap.parts import Parts
 from seatruth.gap.probability import (
+    UNKNOWN,
+    Candidate,
+    Verdict,
     apart,
     candidates,
     detectable,
@@ -74,12 +78,25 @@ def diagnose(
         try:
             if left_out and not found.cut:
                 extra["how_far"] = parts.shrinkage()
+                parts.judged = judged = _held(judged, extra["how_far"], answers)
             if suggest and not found.cut:
                 extra["next_trial"] = parts.suggestion()
         except KeyboardInterrupt:
             code, reason = "interrupted", cut
         outcome = {"code": code, "reason": reason, "wall_s": time.perf_counter() - began, "fits": len(found.fits)}
         return parts.diagnosis(reasons, outcome, extra)
+
+
+def _held(judged: Verdict, how_far: Mapping[str, Any], answers: Sequence[Candidate]) -> Verdict:
+    """Refuses to name effects beside something unnamed that do not help on the trials left out.
+
+    Where the model is wrong in ways that no effect describes, an effect can take up some of that for a while.
+    """
+    closure = (how_far.get("closure") or {}).get("value", math.nan)
+    if not judged.beside or not judged.effects or not closure <= 0.0:
+        return judged
+    unnamed = sum(c.probability if c.effects == (UNKNOWN,) else c.beside for c in answers)
+    return Verdict("unknown", (), (), unnamed)
 
 
 def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

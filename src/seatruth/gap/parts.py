@@ -53,10 +53,10 @@ class Parts:
         self.study, self.problem, self.found, self.probed = study, problem, found, probed
         self.answers, self.judged, self.least = answers, judged, least
         self.findings, self.say, self.seed = findings, say, seed
-        self.best = self._best()
         self.before = fit(problem, (), found.floor, problem.start, free=problem.initial)
 
-    def _best(self) -> Fit:
+    @property
+    def best(self) -> Fit:
         """The fit that stands for the verdict: its effects, or the most probable ones where none is named."""
         key = tuple(sorted(self.judged.effects))
         if key in self.found.fits:
@@ -124,7 +124,12 @@ class Parts:
             shares=split,
             where=where,
             candidates=[
-                {"effects": list(c.effects), "probability": c.probability, "log_evidence": c.evidence}
+                {
+                    "effects": list(c.effects),
+                    "probability": c.probability,
+                    "beside": c.beside,
+                    "log_evidence": c.evidence,
+                }
                 for c in self.answers[:40]
             ],
             which=which,
@@ -224,7 +229,7 @@ class Parts:
             return []
         rows = [p for p in self.probed[0].found if p.kind != "terms"]
         weight = np.exp(np.array([p.gain for p in rows]) / 2.0 - max(p.gain for p in rows) / 2.0)
-        left = {p.label: p.gain for p in self.probed[-1].found}
+        left = {p.label: p.gain for p in self._probed_at(self.judged.effects).found}
         ranked = sorted(zip(rows, weight / weight.sum()), key=lambda entry: -entry[0].gain)
         return [
             {
@@ -236,10 +241,14 @@ class Parts:
             for p, w in ranked
         ]
 
+    def _probed_at(self, effects: Sequence[str]) -> Probes:
+        """The probes beside these effects; those nearest to it where there are none."""
+        return max(self.probed, key=lambda one: (len(set(one.at.effects) & set(effects)), -len(one.at.effects)))
+
     def _unnamed(self) -> dict[str, Any] | None:
         if not self.probed:
             return None
-        probe = self.probed[0] if not self.judged.effects else self.probed[-1]
+        probe = self._probed_at(self.judged.effects)
         place = probe.best("place")
         values, errors = probe.posterior(place.label, place.size)
         knots = probe.model.knots
@@ -276,7 +285,7 @@ class Parts:
             "formula": [row for row in ranked if abs(float(str(row["coefficient"]))) > 2.0 * float(str(row["stderr"]))][
                 :5
             ],
-            "beside": list(self.judged.effects),
+            "beside": list(probe.at.effects),
         }
 
     def _verdict(self, which: Sequence[Mapping[str, Any]], unnamed: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -292,9 +301,10 @@ class Parts:
             "effects": list(judged.effects),
             "set": list(judged.together),
             "probability": judged.probability,
+            "beside": judged.beside,
             "places": places,
             "powerless": weak,
-            "unknown": next((c.probability for c in self.answers if c.effects == (UNKNOWN,)), 0.0),
+            "unknown": sum(c.probability if c.effects == (UNKNOWN,) else c.beside for c in self.answers),
             "none": next((c.probability for c in self.answers if c.effects == ()), 0.0),
         }
 

@@ -18,10 +18,11 @@ def sentence(
     kind, chance = verdict["kind"], f"probability {verdict['probability']:.0%}"
     if kind == "effects":
         causes = " and ".join(_cause(by_name[name]) for name in verdict["effects"])
-        return f"The gap comes from {causes} ({chance}).{_shrinks(how_far)}"
+        return f"The gap comes from {causes} ({chance}).{_beside(verdict, unnamed)}{_shrinks(how_far)}"
     if kind == "inseparable":
         titles = ", ".join(by_name[name]["title"] for name in verdict["set"])
-        return f"One of these causes the gap, and these trials cannot tell which: {titles} (together {chance})."
+        rest = _beside(verdict, unnamed)
+        return f"One of these causes the gap, and these trials cannot tell which: {titles} (together {chance}).{rest}"
     if kind == "unknown":
         where = f" It acts most like {_acting(str(unnamed['equation']))}." if unnamed else ""
         return f"Something acts that is not in the library ({chance}).{where}"
@@ -38,6 +39,13 @@ def sentence(
         f"No gap is seen ({chance}), but these trials could not have shown {_listing(weak, by_name)} "
         "at a typical magnitude."
     )
+
+
+def _beside(verdict: Mapping[str, Any], unnamed: Mapping[str, Any] | None) -> str:
+    if not verdict["beside"]:
+        return ""
+    like = f", most like {_acting(str(unnamed['equation']))}" if unnamed else ""
+    return f" Beside that acts something that is not in the library{like}."
 
 
 def _acting(equation: str) -> str:

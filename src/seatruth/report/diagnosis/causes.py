@@ -146,7 +146,7 @@ def unnamed(diagnosis: Diagnosis, album: Album) -> Section | None:
     found = diagnosis.unnamed
     if found is None:
         return None
-    grave = diagnosis.verdict["kind"] == "unknown"
+    grave = diagnosis.verdict["kind"] == "unknown" or diagnosis.verdict["beside"]
     beside = [words.titles(diagnosis).get(name, name) for name in found["beside"]]
     speaks = float(found["log_evidence"]) > 0 or float(found["formula_log_evidence"]) > 0
     if not speaks and not grave:

@@ -244,7 +244,8 @@ def which_in_words(diagnosis: Diagnosis) -> str:
     known = titles(diagnosis)
     if said["kind"] == "effects":
         causes = [f"{known[name]}: {parameters_in_words(by_name[name])}" for name in said["effects"]]
-        return f"{'; '.join(causes)}. Probability {sure}.{_runner_up(diagnosis)}"
+        rest = " Beside that acts something that is not in the library." if said["beside"] else ""
+        return f"{'; '.join(causes)}. Probability {sure}.{rest}{_runner_up(diagnosis)}"
     if said["kind"] == "inseparable":
         return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {sure}."
     if said["kind"] == "unknown":
