@@ -27,7 +27,7 @@ _HOPE = 10.0
 """if so many times its last fall would not bring it"""
 _BEHIND = 60.0
 """to within so much of the rival's cost."""
-_FIRST_DAMPING = 1.0
+_FIRST_DAMPING = 1e-3
 _SETTLED = 0.03
 """Expected fall of the cost below which a fit has settled."""
 _AHEAD = 0.1
