@@ -93,7 +93,13 @@ def diagnosis() -> Diagnosis:
         ],
         verdict={
             **{"kind": "effects", "effects": ["current"], "set": [], "probability": 0.93, "places": ["kinematics"]},
-            **{"powerless": ["wind"], "unknown": 0.0, "none": 0.01, "sentence": "The gap comes from it (93%)."},
+            **{
+                "beside": False,
+                "powerless": ["wind"],
+                "unknown": 0.0,
+                "none": 0.01,
+                "sentence": "The gap comes from it (93%).",
+            },
         },
         unnamed=None,
         how_far={
