@@ -41,14 +41,14 @@ def write_page(out: Path, pairs: Mapping[str, Sequence[Pair]]) -> None:
         _sure(pairs, first),
         _closure(pairs[first], first),
         _cases(content["cases"], first),
-        _protocol(content),
+        protocol(content),
     ]
     cases = content["cases"]
     facts = [
         ("Set", {"dev": "development", "test": "frozen test"}[content["set"]]),
         ("Cases", str(len(cases))),
         ("Families", ", ".join(sorted({case["family"] for case in cases}))),
-        ("Commit of the diagnosis", _commit(content["log"], first)),
+        ("Commit of the diagnosis", commit_of(content["log"], first)),
     ]
     write(out / "score.html", page("Withheld-effect benchmark", "Score", facts, sections, synthetic=SYNTHETIC))
 
@@ -107,7 +107,7 @@ def _strata(pairs: Mapping[str, Sequence[Pair]], first: str) -> Section:
         [
             Text("Share of cases whose first candidate is exactly the truth (no effect, the effect, the two effects, "
                  "or outside the library)."),
-            _picture(figure, "Share right by stratum of lambda, one effect", "strata",
+            picture(figure, "Share right by stratum of lambda, one effect", "strata",
                      "One effect: share of cases with the right first candidate, by the referee's lambda."),
             table("First candidate right", columns, rows),
         ],
@@ -121,7 +121,7 @@ def _which(pairs: Sequence[Pair], first: str) -> Section:
         "What is taken for what",
         [
             Text(f"{WORDS[first]}: truth down, first candidate across; cases with at most one cause."),
-            _picture(figure, "Confusion matrix", "confusion", "Number of cases; the diagonal is right."),
+            picture(figure, "Confusion matrix", "confusion", "Number of cases; the diagonal is right."),
         ],
     )
 
@@ -136,7 +136,7 @@ def _sure(pairs: Mapping[str, Sequence[Pair]], first: str) -> Section:
         [
             Text("Stated probability of the first candidate against the share that was right. On the line, "
                  "probabilities mean what they say."),
-            _picture(reliability_figure({name: of for name, of in said.items() if of}, WORDS[first]),
+            picture(reliability_figure({name: of for name, of in said.items() if of}, WORDS[first]),
                      "Reliability diagram", "reliability", "Bins of a tenth; the size of a point goes with its cases."),
         ],
     )  # fmt: skip
@@ -153,7 +153,7 @@ def _closure(pairs: Sequence[Pair], first: str) -> Section:
              "cause, and fits its size and the coefficients to the other trials.")
     ]  # fmt: skip
     if rows:
-        blocks.append(_picture(kept_figure(rows), "Closure against the oracle's", "closure", WORDS[first]))
+        blocks.append(picture(kept_figure(rows), "Closure against the oracle's", "closure", WORDS[first]))
     else:
         blocks.append(Text(f"{WORDS[first]} states no closure."))
     return Section("closure", "How far the gap closes", blocks)
@@ -172,7 +172,7 @@ def _cases(cases: Sequence[Mapping[str, Any]], first: str) -> Section:
     return Section("cases", "Every case", [table("Truth and verdict", columns, rows, folded=True)])
 
 
-def _protocol(content: Mapping[str, Any]) -> Section:
+def protocol(content: Mapping[str, Any]) -> Section:
     columns = [Column(name) for name in ("time", "step", "what", "program", "commit")]
     rows = [
         [line["time"], line["step"], line["what"], line.get("program", ""), line["commit"]] for line in content["log"]
@@ -189,10 +189,10 @@ def _protocol(content: Mapping[str, Any]) -> Section:
     )  # fmt: skip
 
 
-def _commit(log: Sequence[Mapping[str, Any]], first: str) -> str:
+def commit_of(log: Sequence[Mapping[str, Any]], first: str) -> str:
     own = [line["commit"] for line in log if line["step"] == "diagnose" and line.get("program") == first]
     return own[-1] if own else ""
 
 
-def _picture(figure: Figure, alt: str, key: str, caption: str) -> Pictures:
+def picture(figure: Figure, alt: str, key: str, caption: str) -> Pictures:
     return Pictures([Picture(Markup(svg(figure, alt, key)), caption)])

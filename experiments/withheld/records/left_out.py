@@ -1,8 +1,8 @@
 """Does the wind that some runs give predict another run of that day? Each run in turn is left out of three fits.
 
 The ship alone; the ship in a steady wind that is estimated with its coefficients; the ship in the wind that the
-anemometer measured (which a forecast could not know). All have the same trials, priors, windows and solver; the run left
-out is predicted over windows of 100 s, each from its first sample. Scoring does this, after the seal was opened.
+anemometer measured (which a forecast could not know). All have the same trials, priors, windows and solver; the run
+left out is predicted over windows of 100 s, each from its first sample. Scoring does this, with the seal open.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seatruth import Study, Trials, identify
-from seatruth.effects import effects_by_name, with_effects
+from seatruth.effects import with_effects
 from withheld.records.anemometer import WIND, in_measured_wind
 from withheld.records.plan import SOURCES
 from withheld.records.ships import SEED, script, with_runs
@@ -24,7 +26,7 @@ VARIANTS = ("ship alone", "wind estimated", "wind measured")
 
 def in_estimated_wind(study: Study) -> Study:
     """The study with a steady wind of unknown size and direction, under the effect's own priors."""
-    model = with_effects(study.model, effects_by_name(["wind"]))
+    model = with_effects(study.model, [WIND])
     told = {p.name: p for p in study.parameters}
     priors = {WIND.named(name): prior for name, prior in WIND.priors(study.model).items()}
     # At no wind its derivative by the lever vanishes: the search begins beside it.
@@ -68,9 +70,8 @@ def _fitted(study: Study, threads: int | None) -> tuple[dict[str, float], dict[s
     table = estimate.parameters
     if WIND.named("north") not in table.index:
         return values, None
-    north, east = (WIND.named(name) for name in ("north", "east"))
-    x, y = (float(table.loc[name, "value"]) for name in (north, east))
-    dx, dy = (float(table.loc[name, "stderr"]) for name in (north, east))
+    wind = table.loc[[WIND.named("north"), WIND.named("east")], ["value", "stderr"]].to_numpy(dtype=np.float64)
+    (x, dx), (y, dy) = wind.tolist()
     return values, {"x": x, "y": y, "dx": dx, "dy": dy, "speed": math.hypot(x, y), "towards": math.atan2(y, x)}
 
 
