@@ -24,8 +24,8 @@ from withheld.score import score
 from withheld.seal import ROOT
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
+REAL_PROGRAMS = ("seatruth", "kinematics", "prior")
 QUICK_PROGRAMS = ("seatruth", "prior")
-REAL_PROGRAMS = ("seatruth", "white", "prior")
 WHICH = [*sorted(SETS), REAL]
 
 
@@ -45,7 +45,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     make.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     blind = steps.add_parser("diagnose", help="verdicts on the public part, with the sealed one out of reach; hashed")
     blind.add_argument("--out", type=Path, required=True, help="folder of the set")
-    blind.add_argument("--program", choices=PROGRAMS, default="seatruth", help="who diagnoses")
+    blind.add_argument(
+        "--program", choices=sorted({*PROGRAMS, *REAL_PROGRAMS}), default="seatruth", help="who diagnoses"
+    )
     blind.add_argument("--workers", type=int, default=2)
     blind.add_argument("--limit", type=int, help="only the first so many cases")
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")

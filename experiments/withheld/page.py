@@ -24,6 +24,7 @@ LIBRARY = "seatruth"
 WORDS = {
     LIBRARY: "seatruth diagnose", "rmse": "worst channel", "bic": "refit per effect, BIC",
     "white": "white, unprojected", "sindy": "SINDy discrepancy", "prior": "prior alone", "oracle": "oracle",
+    "kinematics": "sensors' agreement alone",
 }  # fmt: skip
 
 

@@ -20,6 +20,7 @@ sys.path.append(str(ROOT / "experiments"))
 
 from withheld.commands import main  # noqa: E402
 from withheld.diagnose import diagnose, walls  # noqa: E402
+from withheld.programs.kinematics import ERRORS, kinematics, left  # noqa: E402
 from withheld.records import measures  # noqa: E402
 from withheld.records.anemometer import FOLDER, of_day, of_run  # noqa: E402
 from withheld.records.make import SET, make  # noqa: E402
@@ -166,6 +167,37 @@ def test_nothing_that_diagnoses_imports_the_anemometer() -> None:
     code += "assert not any(name.startswith('withheld.records') for name in sys.modules)"
     subprocess.run([sys.executable, "-c", code.format(str(ROOT / "experiments"))], check=True)
     assert not any("anemometer" in file.read_text() for file in blind)
+
+
+# --- the program that looks at the sensors alone ---
+
+
+def test_sensors_that_agree_leave_nothing_and_a_lever_arm_leaves_its_turn() -> None:
+    t = np.arange(0.0, 60.0, 0.1)
+    psi = 0.1 * t
+    circle = {
+        "t": t, "x": 10.0 * np.sin(psi), "y": 10.0 * (1.0 - np.cos(psi)), "psi": psi, "u": np.ones_like(t),
+        "v": np.zeros_like(t), "r": np.full_like(t, 0.1),
+    }  # fmt: skip
+    track, heading = left(circle)
+    assert np.abs(track).max() < 1e-3
+    assert np.abs(heading).max() < 1e-9
+    for name, of in ERRORS.items():
+        for key, (_, _, change) in of.items():
+            moved = [np.abs(part).max() for part in left({**circle, **change(circle, 0.5)})]
+            # On a circle at a constant rate, a rate that is late is the same rate.
+            assert max(moved) > 0.01 or name == "rate_delay", (name, key)
+
+
+@real
+def test_the_sensors_alone_tell_a_heading_bias_from_its_control(quick: Path) -> None:
+    said = {folder.name: kinematics(folder / "study.toml") for folder in (quick / "public").glob("c*")}
+    for name, own in said.items():
+        truth = json.loads((quick / "sealed" / f"{name}.json").read_text())
+        row = next(row for row in own["which"] if row["name"] == "heading_bias")
+        assert (row["probability"] > 0.9) == (truth["kind"] == "injected")
+        if truth["kind"] == "injected":
+            assert row["parameters"][0]["value"] == pytest.approx(0.06, rel=0.05)
 
 
 # --- measures ---
