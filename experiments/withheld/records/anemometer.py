@@ -10,26 +10,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from seatruth import BadInput, Channel, Parameter, Study, Trial, Trials
 from seatruth.effects import available
+from seatruth.effects.terms import into_body
+from seatruth.effects.weather import wind_force
 from seatruth.models.mmg import MMGShipOrdered
 from seatruth.models.vehicle import Body
 
 WIND = available()["wind"]
+_SHIP, _SIZE = MMGShipOrdered.rhs, MMGShipOrdered.dimensions
+"""By names of their own: the engine follows functions, not attributes of classes."""
 FOLDER = "esso_osaka/anemometer"
-
-
-class _Wind(NamedTuple):
-    """The wind effect's parameters, as inputs give them."""
-
-    north: Any
-    east: Any
-    lever: Any
 
 
 class InMeasuredWind(MMGShipOrdered):
@@ -50,16 +46,14 @@ class InMeasuredWind(MMGShipOrdered):
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        body = Body(*MMGShipOrdered.dimensions(p))
-        blown: Any = WIND.surroundings
-        with_wind = blown(e, s, i, p, _Wind(i.wind_x, i.wind_y, p.wind_lever), body)
+        body = Body(*_SIZE(p))
+        along, across, _ = into_body(i.wind_x, i.wind_y, s)
+        X, Y, N = wind_force(s.u - along, s.v - across, p.wind_lever, body)
+        X_0, Y_0, N_0 = wind_force(s.u, s.v, p.wind_lever, body)
         share = p.wind_share
-        e = e._replace(
-            X=e.X + share * (with_wind.X - e.X),
-            Y=e.Y + share * (with_wind.Y - e.Y),
-            N=e.N + share * (with_wind.N - e.N),
-        )
-        return MMGShipOrdered.rhs(s, i, p, e)
+        e = e._replace(X=e.X + share * (X - X_0), Y=e.Y + share * (Y - Y_0), N=e.N + share * (N - N_0))
+        found: tuple[Any, ...] = _SHIP(s, i, p, e)
+        return found
 
 
 def measured(run: str, data: Path) -> pd.DataFrame:

@@ -18,7 +18,7 @@ from seatruth import Study, Trials, identify
 from seatruth.effects import with_effects
 from withheld.records.anemometer import WIND, in_measured_wind
 from withheld.records.plan import SOURCES
-from withheld.records.ships import SEED, script, with_runs
+from withheld.records.ships import SEED, script, to_fit
 
 CHANNELS = ("u", "v", "r", "psi", "x", "y")
 VARIANTS = ("ship alone", "wind estimated", "wind measured")
@@ -38,15 +38,15 @@ def in_estimated_wind(study: Study) -> Study:
     return study.but(model=model, parameters=parameters)
 
 
-def studies(source: str, data: Path) -> dict[str, Study]:
-    """The three studies of a day, by variant."""
-    alone = with_runs(source, data)
+def studies(file: Path, source: str, data: Path) -> dict[str, Study]:
+    """The three studies of a day, by variant, from the case's study file."""
+    alone = to_fit(file, source, data)
     return dict(zip(VARIANTS, (alone, in_estimated_wind(alone), in_measured_wind(alone, data)), strict=True))
 
 
-def left_out(source: str, data: Path, threads: int | None = None) -> list[dict[str, Any]]:
+def left_out(file: Path, source: str, data: Path, threads: int | None = None) -> list[dict[str, Any]]:
     """By run: the errors of each variant that never saw it, the wind that the other runs gave, and its own."""
-    found = studies(source, data)
+    found = studies(file, source, data)
     rows = []
     for run in SOURCES[source].runs:
         row: dict[str, Any] = {"run": run, "errors": {}}

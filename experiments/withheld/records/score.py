@@ -89,7 +89,7 @@ def by_run(out: Path, truths: Mapping[str, Mapping[str, Any]], data: Path) -> li
     for name, truth in truths.items():
         if truth["kind"] != "wind":
             continue
-        parts = _left_out(out / KEPT / f"{name}.json", truth["family"], data)
+        parts = _left_out(out, name, truth["family"], data)
         ratios: dict[str, Sequence[float]] = {variant: relative(parts, variant) for variant in VARIANTS}
         for k, part in enumerate(parts):
             wind = truth["wind"]["runs"][part["run"]]
@@ -102,14 +102,15 @@ def by_run(out: Path, truths: Mapping[str, Mapping[str, Any]], data: Path) -> li
     return sorted(found, key=lambda row: str(row["run"]))
 
 
-def _left_out(file: Path, source: str, data: Path) -> list[dict[str, Any]]:
-    if file.exists():
-        kept: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))
-        return kept
+def _left_out(out: Path, name: str, source: str, data: Path) -> list[dict[str, Any]]:
+    kept = out / KEPT / f"{name}.json"
+    if kept.exists():
+        found: list[dict[str, Any]] = json.loads(kept.read_text(encoding="utf-8"))
+        return found
     print(f"{source}: each run left out of the fits in turn", flush=True)
-    parts = left_out(source, data)
-    file.parent.mkdir(exist_ok=True)
-    write(file, json.dumps(parts, indent=1) + "\n")
+    parts = left_out(out / "public" / name / "study.toml", source, data)
+    kept.parent.mkdir(exist_ok=True)
+    write(kept, json.dumps(parts, indent=1) + "\n")
     return parts
 
 

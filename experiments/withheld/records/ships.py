@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from seatruth import Study, Trials, identify
+import numpy as np
+
+from seatruth import Study, Trials, identify, load_study
 from withheld.records.plan import BASINS, SOURCES
 
 FOLDER = Path(__file__).resolve().parents[2] / "real_ships"
@@ -28,12 +32,18 @@ def script(file: str) -> ModuleType:
     return module
 
 
-def with_runs(source: str, data: Path) -> Study:
-    """The ship's own study with the runs of a source, all of them fitted and none held out."""
-    own = SOURCES[source]
-    study: Study = script("__main__.py").load(own.study, data)
-    runs = {run.name: run for run in (*study.trials, *study.holdout)}
-    return study.but(trials=Trials([runs[name] for name in own.runs]), holdout=Trials([]), name=source)
+def to_fit(file: Path, source: str, data: Path) -> Study:
+    """A case's study under the names of its runs, to be fitted as the ship's own study is: over windows, from their
+    first samples, with the noise that stands for the model's expected error.
+    """
+    own: Study = script("__main__.py").load(SOURCES[source].study, data)
+    study = load_study(file)
+    runs = Trials([replace(trial, name=run) for trial, run in zip(study.trials, SOURCES[source].runs, strict=True)])
+    # That noise has grown with the root of the rate, so that a second weighs the same at any rate.
+    steps = [float(np.median(np.diff(trials[0].t))) for trials in (list(own.trials), list(runs))]
+    factor = math.sqrt(steps[0] / steps[1])
+    noise = {name: factor * float(sd) for name, sd in own.noise.items() if not isinstance(sd, str)}
+    return study.but(trials=runs, noise=noise, segments=own.segments, initial="fixed")
 
 
 def fitted_elsewhere(source: str, data: Path, threads: int | None = None) -> dict[str, dict[str, float]]:
