@@ -114,8 +114,7 @@ def _gain(y: Array, blocks: Sequence[Array]) -> float:
     """Fall of half the sum of squares, less BIC's price of the parameters."""
     A = np.concatenate(blocks, axis=1)
     rest = y - A @ np.linalg.lstsq(A, y, rcond=1e-8)[0]
-    fall: float = np.sum(y**2) - np.sum(rest**2)
-    return 0.5 * fall - 0.5 * A.shape[1] * math.log(len(y))
+    return 0.5 * float(y @ y - rest @ rest) - 0.5 * int(A.shape[1]) * math.log(len(y))
 
 
 def _values(y: Array, A: Array, of: Mapping[str, tuple[str, float, Change]]) -> list[dict[str, Any]]:
