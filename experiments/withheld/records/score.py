@@ -14,12 +14,13 @@ from seatruth.errors import BadInput
 from withheld.diagnose import MANIFEST
 from withheld.records import measures
 from withheld.records.left_out import VARIANTS, left_out, relative
+from withheld.records.plan import SOURCES
 from withheld.records.tables import read
 from withheld.score import opened, said
 from withheld.seal import digest_file, log, note, write
 
-KEPT = "left_out"
-"""Folder of what the fits without each run gave: kept, as they take minutes."""
+KEPT = "sealed/left_out"
+"""Folder of what the fits without each run gave, which hold the wind: kept, as they take minutes, and as well shut."""
 
 
 def score(out: Path, data: Path | None) -> dict[str, Any]:
@@ -75,7 +76,8 @@ def rows(
             found["calm"].append(measures.of_calm(truth, own))
         found_row = next(of[-1] for of in found.values() if of and of[-1]["case"] == name)
         found_row["failed"] = own.get("failed", "")
-    return {kind: sorted(of, key=lambda row: (row["family"], row["case"])) for kind, of in found.items()}
+    turn = list(SOURCES)
+    return {kind: sorted(of, key=lambda row: (turn.index(row["family"]), row["case"])) for kind, of in found.items()}
 
 
 def mean_speed(folder: Path) -> float:
@@ -94,12 +96,20 @@ def by_run(out: Path, truths: Mapping[str, Mapping[str, Any]], data: Path) -> li
         for k, part in enumerate(parts):
             wind = truth["wind"]["runs"][part["run"]]
             row = {key: part[key] for key in ("run", "errors")}
-            row |= {"case": name, "day": truth["day"], "measured": wind, "of_day": None, "off_day": None}
+            row |= {
+                "case": name,
+                "family": truth["family"],
+                "day": truth["day"],
+                "measured": wind,
+                "of_day": None,
+                "off_day": None,
+            }
             for whose in ("others", "itself"):
                 estimated = part[f"wind_of_{whose}"]
                 row |= {f"of_{whose}": estimated, f"off_{whose}": measures.difference(estimated, wind)}
             found.append(row | {"estimated": ratios[VARIANTS[1]][k], "with_measured": ratios[VARIANTS[2]][k]})
-    return sorted(found, key=lambda row: str(row["run"]))
+    turn = list(SOURCES)
+    return sorted(found, key=lambda row: (turn.index(str(row["family"])), str(row["run"])))
 
 
 def _left_out(out: Path, name: str, source: str, data: Path) -> list[dict[str, Any]]:
