@@ -17,7 +17,7 @@ WORKERS ?= 8
 TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test lint types imports experiments experiments-quick withheld withheld-quick clean
+.PHONY: help demo test lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -30,6 +30,7 @@ help:
 	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
 	@echo "make withheld           the blind benchmark on a test set: half an hour, goes on where it stopped (results/withheld-test)"
+	@echo "make withheld-real      the same on recorded runs of real ships (ARGS='--data FOLDER', default ../shared/data)"
 	@echo "make withheld-quick     the same on two development cases, in a minute or two"
 	@echo "make clean              removes .venv, caches and results"
 
@@ -61,8 +62,11 @@ experiments-quick: $(DEV)
 withheld: $(DEV)
 	@$(PY) experiments/withheld all --set test $(ARGS)
 
+withheld-real: $(DEV)
+	@$(PY) experiments/withheld all --set real $(ARGS)
+
 withheld-quick: $(DEV)
-	@$(PY) experiments/withheld all --quick $(ARGS)
+	@$(PY) experiments/withheld all --set dev --quick $(ARGS)
 
 $(RUN): $(PINS)
 	$(call install,-e .)

@@ -1,6 +1,6 @@
 """The withheld-effect benchmark: generate cases, diagnose them blind, score the verdicts.
 
-python experiments/withheld generate --set dev|test --out FOLDER [--cases N] [--seed S] [--quick]
+python experiments/withheld generate --set dev|test|real --out FOLDER [--cases N] [--seed S] [--data D] [--quick]
 """
 
 from __future__ import annotations

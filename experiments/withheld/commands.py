@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import json
 import os
 import shutil
 import sys
@@ -15,11 +16,18 @@ from withheld.diagnose import diagnose
 from withheld.generate import SETS, generate
 from withheld.markdown import markdown
 from withheld.page import write_page
+from withheld.records.make import SET as REAL
+from withheld.records.make import make as make_real
+from withheld.records.page import write_page as write_real_page
+from withheld.records.score import score as score_real
+from withheld.records.tables import DATA
 from withheld.score import score
 from withheld.seal import ROOT, note
 
 PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
+REAL_PROGRAMS = ("seatruth", "kinematics", "prior")
 QUICK_PROGRAMS = ("seatruth", "prior")
+WHICH = [*sorted(SETS), REAL]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,29 +37,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     steps = parser.add_subparsers(dest="step", required=True)
     make = steps.add_parser("generate", help="make cases; the public and the sealed part are written apart")
-    make.add_argument("--set", choices=sorted(SETS), required=True, help="development set, or test set")
+    make.add_argument("--set", choices=WHICH, required=True, help="development set, test set, or real records")
     make.add_argument("--out", type=Path, required=True, help="folder of the set")
-    make.add_argument("--cases", type=int, help="how many")
+    make.add_argument("--cases", type=int, help="how many; the real set has its own number")
     make.add_argument("--seed", type=int, help="default: fixed for dev, drawn and sealed for test")
+    make.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
     make.add_argument("--quick", action="store_true", help="a handful of cases")
     make.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     blind = steps.add_parser("diagnose", help="verdicts on the public part, with the sealed one out of reach; hashed")
     blind.add_argument("--out", type=Path, required=True, help="folder of the set")
-    blind.add_argument("--program", choices=PROGRAMS, default="seatruth", help="who diagnoses")
+    blind.add_argument(
+        "--program", choices=sorted({*PROGRAMS, *REAL_PROGRAMS}), default="seatruth", help="who diagnoses"
+    )
     blind.add_argument("--workers", type=int, default=2)
     blind.add_argument("--limit", type=int, help="only the first so many cases")
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
+    last.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
     shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
     whole = steps.add_parser("all", help="all three steps in turn, with every program; what is finished is kept")
-    whole.add_argument("--set", choices=sorted(SETS), default="dev")
+    whole.add_argument("--set", choices=WHICH, help="default: dev, and then real where the real trials are there")
     whole.add_argument("--out", type=Path, help="default: results/withheld-SET, with -quick for --quick")
     whole.add_argument("--cases", type=int, help="how many")
     whole.add_argument("--quick", action="store_true", help="a handful of cases")
     whole.add_argument("--fresh", action="store_true", help="start from nothing")
-    whole.add_argument("--data", type=Path, help="not used: no real trials are needed")
+    whole.add_argument("--data", type=Path, help="folder of the real trials (default: ../shared/data)")
     whole.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     words = list(sys.argv[1:] if argv is None else argv)
     # As any experiment it runs without a step's name, too.
@@ -59,11 +71,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = parser.parse_args(words if step_named else ["all", *words])
     try:
         if given.step == "generate":
-            generate(given.set, given.out, given.cases, given.seed, given.quick, given.workers)
+            generated(given.set, given.out, given)
         elif given.step == "diagnose":
             diagnose(given.out, given.program, given.workers, limit=given.limit)
         elif given.step == "score":
-            write_page(given.out, score(given.out))
+            scored(given.out, given.data)
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
         else:
@@ -77,18 +89,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+def generated(which: str, out: Path, given: argparse.Namespace) -> None:
+    """The first step, of whichever set."""
+    if which == REAL:
+        make_real(out, given.data, given.quick)
+    else:
+        generate(which, out, given.cases, getattr(given, "seed", None), given.quick, given.workers)
+
+
+def scored(out: Path, data: Path | None) -> None:
+    """The last step: a set of real records is scored by measures of its own."""
+    if set_of(out) == REAL:
+        write_real_page(out, score_real(out, data))
+    else:
+        write_page(out, score(out))
+
+
+def set_of(out: Path) -> str:
+    """Which set is in a folder, by its public part; "" where there is none."""
+    seal = out / "public" / "seal.json"
+    return str(json.loads(seal.read_text(encoding="utf-8"))["set"]) if seal.exists() else ""
+
+
 def everything(given: argparse.Namespace) -> None:
+    """All steps of one set; without a name, of the development set and then of the real one, where its trials are."""
+    real_trials = (given.data or DATA).is_dir()
+    for which in [given.set] if given.set else ["dev", REAL]:
+        if which == REAL and not given.set and not real_trials:
+            print("real: left out, the real trials are not there (--data FOLDER)", flush=True)
+            continue
+        one_set(which, given)
+
+
+def one_set(which: str, given: argparse.Namespace) -> None:
     """Generates, diagnoses with every program that can run here, and scores; SINDy only where pysindy is installed."""
-    out: Path = given.out or ROOT / "results" / f"withheld-{given.set}{'-quick' if given.quick else ''}"
+    name = f"withheld-{which}{'-quick' if given.quick else ''}"
+    out: Path = given.out / name if given.out and not given.set else given.out or ROOT / "results" / name
     if given.fresh and (out / "log.jsonl").exists():
         shutil.rmtree(out)
-    generate(given.set, out, given.cases, None, given.quick, given.workers)
-    for name in QUICK_PROGRAMS if given.quick else PROGRAMS:
-        if name == "sindy" and importlib.util.find_spec("pysindy") is None:
+    generated(which, out, given)
+    programs = REAL_PROGRAMS if which == REAL else PROGRAMS
+    for program in QUICK_PROGRAMS if given.quick else programs:
+        if program == "sindy" and importlib.util.find_spec("pysindy") is None:
             print('sindy: left out, pysindy is not installed (pip install ".[benchmark]")', flush=True)
             note(out, "diagnose", "left out", {"program": "sindy", "why": "pysindy is not installed"})
             continue
-        diagnose(out, name, given.workers)
-    write_page(out, score(out))
+        diagnose(out, program, given.workers)
+    scored(out, given.data)
     shown = out.relative_to(ROOT) if out.is_relative_to(ROOT) else out
     print(f"Written: {shown}/score.html and score.json", flush=True)

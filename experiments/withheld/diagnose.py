@@ -34,20 +34,24 @@ def walls(denied: Sequence[Path]) -> list[str]:
 
 
 def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = (), limit: int | None = None) -> None:
-    """Diagnoses every case of a set that has no verdict yet, then hashes all verdicts into the manifest."""
+    """Diagnoses every case of a set that has no verdict yet, then hashes all verdicts into the manifest.
+
+    The sealed folder is out of reach of the process that does it, and `denied`, and what the set itself says must be.
+    """
     seal_file = out / "public" / "seal.json"
     if not seal_file.exists():
         raise BadInput("there are no cases", where=str(out), do="Generate them first.")
     if program == "sindy" and importlib.util.find_spec("pysindy") is None:
         raise BadInput("sindy needs pysindy, which is not installed", do='pip install ".[benchmark]"')
-    names = sorted(json.loads(seal_file.read_text(encoding="utf-8"))["sealed"])[:limit]
+    public = json.loads(seal_file.read_text(encoding="utf-8"))
+    names = sorted(public["sealed"])[:limit]
     place = out / "verdicts" / program
     place.mkdir(parents=True, exist_ok=True)
     if (place / MANIFEST).exists():
         print(f"{program}: all {len(names)} verdicts are there and hashed", flush=True)
         return
     missing = [name for name in names if not (place / f"{name}.json").exists()]
-    shut = [out / "sealed", *denied]
+    shut = [out / "sealed", *denied, *(Path(folder) for folder in public.get("denied", ()))]
     prefix = walls(shut)
     how = "in a mount namespace of its own" if prefix else "behind an audit hook alone"
     print(f"{program}: {len(missing)} of {len(names)} cases to diagnose, {how}", flush=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from withheld.programs import discrepancy, linear, simple
+from withheld.programs import discrepancy, kinematics, linear, simple
 
 BASELINES: dict[str, Callable[[Path], dict[str, Any]]] = {
     "rmse": simple.channel_rule,
@@ -14,5 +14,6 @@ BASELINES: dict[str, Callable[[Path], dict[str, Any]]] = {
     "white": linear.white_unprojected,
     "sindy": discrepancy.sindy,
     "prior": simple.prior_only,
+    "kinematics": kinematics.kinematics,
 }
 """Name -> program: study file -> verdict."""
