@@ -50,6 +50,8 @@ class InitialStates:
     """Places among `parameters` of those with a prior."""
     prior_mean: Array
     prior_sd: Array
+    along: tuple[tuple[int, int, float], ...] = ()
+    """Fixed states (first) that move with another one (second), so much (third)."""
 
     def of(self, free: Array) -> Array:
         """Initial states of candidates: their free ones (P, F) -> (P, T, S); (T, S) where none is free."""
@@ -57,6 +59,8 @@ class InitialStates:
             return self.base
         found = np.repeat(self.base[None], len(free), axis=0)
         found[:, self.pieces, self.states] = free
+        for own, state, sign in self.along:
+            found[:, :, own] += sign * (found[:, :, state] - self.base[:, state])
         return found
 
 
@@ -122,6 +126,7 @@ def initial_states(
         priors=np.array(with_prior, dtype=np.intp),
         prior_mean=np.array([prior.mean for prior in told_priors]),
         prior_sd=np.array([prior.sd for prior in told_priors]),
+        along=tuple((names.index(own), names.index(state), sign) for own, (state, sign) in model.follows.items()),
     )
 
 

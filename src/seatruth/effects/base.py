@@ -70,6 +70,8 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     null: ClassVar[Mapping[str, float]] = {}
     states: tuple[Channel, ...] = ()
+    follows: ClassVar[Mapping[str, str]] = {}
+    """Which of its states start where a state of the model starts, and move with it where that is free."""
 
     longest_step: float = math.inf
     """s: the longest integration step that its own states allow."""

@@ -28,6 +28,7 @@ class ExtendedModel(Model):
         self.states = (*base.states, *own_states(effects))
         self.longest_step = min(base.longest_step, *(effect.longest_step for effect in effects))
         self.hidden = (*base.hidden, *(channel.name for channel in own_states(effects)))
+        self.follows = {**base.follows, **_follows(base, effects)}
         self.inputs, self.outputs = base.inputs, base.outputs
         self.parameters = (*base.parameters, *own_parameters(effects))
         path = _Path(base, self.effects)
@@ -74,6 +75,18 @@ def own_states(effects: Sequence[Effect]) -> list[Any]:
         for effect in effects
         for channel in effect.states
     ]
+
+
+def _follows(base: Model, effects: Sequence[Effect]) -> dict[str, tuple[str, float]]:
+    """The effects' states that start with a state of the model, under their names in the extended model."""
+    states = {channel.name for channel in base.states}
+    found = {}
+    for effect in effects:
+        names = Names(effect.aliases, effect.needs_inputs, base)
+        for own, state in effect.follows.items():
+            if names.own(state) in states:
+                found[effect.named(own)] = (names.own(state), float(names.sign(names.own(state))))
+    return found
 
 
 class _Path:

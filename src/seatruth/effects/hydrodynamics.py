@@ -126,7 +126,7 @@ class TurningLoss(Effect):
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
-        Parameter("vr", 0.3, "1", -2.0, 2.0, source="[S] catalogue", description="share of the mass"),
+        Parameter("vr", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("vv", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by drift squared"),
     )
     null: ClassVar[Mapping[str, float]] = {"vr": 0.0, "vv": 0.0}
@@ -154,7 +154,7 @@ class TurningLossVertical(Effect):
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (
-        Parameter("wq", 0.3, "1", -2.0, 2.0, source="[S] catalogue", description="share of the mass"),
+        Parameter("wq", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("ww", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by heave squared"),
     )
     null: ClassVar[Mapping[str, float]] = {"wq": 0.0, "ww": 0.0}

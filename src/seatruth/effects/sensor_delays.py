@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import LONGEST_STEP, QUICKEST, delayed, followers
+from seatruth.effects.terms import LONGEST_STEP, QUICKEST, behind, delayed, followers
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -16,7 +16,7 @@ _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
 
 
 class PositionDelay(Effect):
-    """The position is recorded late."""
+    """The position is recorded late, or early where tau is negative: the clocks of receiver and log differ."""
 
     name = "position_delay"
     title = "delay of the position"
@@ -28,7 +28,7 @@ class PositionDelay(Effect):
     confused_with = ("position_lever_arm", "rudder_delay")
     told_apart = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs = ("x", "y")
-    parameters = (_TAU,)
+    parameters = (_TAU.but(min=-_TAU.max),)
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
     longest_step = LONGEST_STEP
     states = (
@@ -36,18 +36,21 @@ class PositionDelay(Effect):
         *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
     )
 
+    follows: ClassVar[Mapping[str, str]] = {"x_1": "x", "x_2": "x", "y_1": "y", "y_2": "y"}
+
     @staticmethod
     def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(x=delayed(y.x, s.x_1, s.x_2, q.tau), y=delayed(y.y, s.y_1, s.y_2, q.tau))
+        return y._replace(x=behind(y.x, s.x_1, s.x_2, q.tau), y=behind(y.y, s.y_1, s.y_2, q.tau))
 
     @staticmethod
     def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (*followers(y.x, s.x_1, s.x_2, q.tau), *followers(y.y, s.y_1, s.y_2, q.tau))
+        return (*followers(y.x, s.x_1, s.x_2, 0.0), *followers(y.y, s.y_1, s.y_2, 0.0))
 
     @staticmethod
     def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        # The vehicle came with a speed: its followers are behind by that times their time constant.
-        T = math.sqrt(q.tau * q.tau + QUICKEST * QUICKEST)
+        # The vehicle came with a speed: its followers are behind by that times their time constant, which must not
+        # depend on the delay, as they start once and for all.
+        T = QUICKEST
         u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
         x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
         return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
@@ -71,19 +74,20 @@ class HeadingDelay(Effect):
     longest_step = LONGEST_STEP
     states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
 
+    follows: ClassVar[Mapping[str, str]] = {"first": "psi", "second": "psi"}
+
     @staticmethod
     def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(psi=delayed(y.psi, s.first, s.second, q.tau))
+        return y._replace(psi=behind(y.psi, s.first, s.second, q.tau))
 
     @staticmethod
     def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return followers(y.psi, s.first, s.second, q.tau)
+        return followers(y.psi, s.first, s.second, 0.0)
 
     @staticmethod
     def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        T = math.sqrt(q.tau * q.tau + QUICKEST * QUICKEST)
         rate = getattr(y, "r", 0.0)
-        return y.psi - T * rate, y.psi - 2.0 * T * rate
+        return y.psi - QUICKEST * rate, y.psi - 2.0 * QUICKEST * rate
 
 
 class PitchDelay(HeadingDelay):
@@ -116,6 +120,7 @@ class RateDelay(Effect):
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
     longest_step = LONGEST_STEP
     states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
+    follows: ClassVar[Mapping[str, str]] = {"first": "r", "second": "r"}
 
     @staticmethod
     def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
@@ -151,6 +156,7 @@ class SpeedDelay(Effect):
         *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
         *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),
     )
+    follows: ClassVar[Mapping[str, str]] = {"u_1": "u", "u_2": "u", "v_1": "v", "v_2": "v"}
 
     @staticmethod
     def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:

@@ -309,6 +309,7 @@ class DepthLag(Effect):
     null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
     longest_step = LONGEST_STEP
     states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
+    follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
 
     @staticmethod
     def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:

@@ -74,6 +74,15 @@ def delayed(value: Any, first: Any, second: Any, tau: Any) -> Any:
     return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
 
 
+def behind(value: Any, first: Any, second: Any, tau: Any) -> Any:
+    """`value` tau ago, from followers of time constant QUICKEST: exact to s^2 of exp(-tau s).
+
+    For what changes slowly (a position, a heading): where tau is long, quick changes come out too large.
+    """
+    share = tau / QUICKEST
+    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
+
+
 def within(value: Any, limit: Any) -> Any:
     """`value` between -limit and +limit; its derivative at limit = 0 is that from above."""
     return 0.5 * (abs(value + limit) - abs(value - limit))

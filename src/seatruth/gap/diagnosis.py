@@ -167,7 +167,7 @@ def answer(effects: object) -> str:
     return "something that is not in the library" if names == ["unknown"] else " and ".join(map(str, names))
 
 
-def towards(values: Mapping[str, tuple[float, float]]) -> str:
+def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
     """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg"."""
     if set(values) < {"north", "east"} or not {"north", "east"} <= set(values):
         return ""
@@ -178,4 +178,4 @@ def towards(values: Mapping[str, tuple[float, float]]) -> str:
     d_size = math.hypot(north * dn, east * de) / size
     d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
     angle = math.degrees(math.atan2(east, north)) % 360.0
-    return f"{size:.3g} +- {d_size:.2g} m/s towards {angle:.0f} +- {d_angle:.2g} deg"
+    return f"{size:.3g} +- {d_size:.2g} {unit} towards {angle:.0f} +- {d_angle:.2g} deg"

@@ -193,7 +193,9 @@ class Parts:
                     "log_evidence": found.evidence((name,)),
                     "lambda": own,
                     "parameters": values,
-                    "in_words": towards({v["name"]: (v["value"], v["stderr"]) for v in values}),
+                    "in_words": towards(
+                        {v["name"]: (v["value"], v["stderr"]) for v in values}, values[0]["unit"] if values else ""
+                    ),
                     "detectable": dict(self.least.get(name, {})),
                     "confused_with": {
                         other: value for other, value in sorted(near.items(), key=lambda e: e[1]) if value < _CONFUSED

@@ -110,7 +110,7 @@ class ProbedModel(Model):
         self.places = tuple(_places(base, knots))
         self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
         self.states, self.inputs, self.outputs = base.states, base.inputs, base.outputs
-        self.hidden, self.longest_step = base.hidden, base.longest_step
+        self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
         own = [Parameter(name, 0.0, place.unit) for place in self.places for name in place.names]
         own += [Parameter(term.name, 0.0, _unit(base, term.state)) for term in self.terms]
         self.parameters = (*base.parameters, *own)

@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from seatruth.effects import Effect
 from seatruth.gap.fit import Fit, Screen, effect_screen, fit
 from seatruth.gap.noise import NoiseFloor, noise_floor, white_floor
-from seatruth.gap.problem import Array, GapProblem
+from seatruth.gap.problem import WIDER, Array, GapProblem
 
 Say = Callable[[str], None]
 
@@ -160,6 +161,7 @@ def _widened(found: Search, near: Array, say: Say) -> None:
     for k, name in enumerate(singles[:many]):
         say(f"Effects one by one: {name} ({k + 1} of {min(many, len(singles))})")
         _fitted(found, (name,), near)
+    _freed(found)
     for size in (2, 3):
         for _number, leader in enumerate(f for f in found.leaders(LEADERS) if len(f.effects) == size - 1):
             own = _screened(found, leader)
@@ -171,6 +173,21 @@ def _widened(found: Search, near: Array, say: Say) -> None:
         if size == 2:
             for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
                 _fitted(found, pair, near)
+
+
+def _freed(found: Search) -> None:
+    """Fits what has not settled again from where the best fit ended."""
+    best = max(found.fits.values(), key=lambda one: one.evidence)
+    for key, one in list(found.fits.items()):
+        if one.settled or one is best:
+            continue
+        again = fit(found.problem, key, found.floor, best.x)
+        if again.cost < one.cost:
+            found.fits[key] = again
+            if not key:
+                _secants(found)
+            found.screens.pop(key, None)
+    _screened(found, found.base)
 
 
 def _without_one(found: Search) -> None:
@@ -254,11 +271,22 @@ def _secants(found: Search) -> None:
     for name, effect in problem.effects.items():
         for k, start in enumerate(effect.starts):
             x = base.x.copy()
-            values = np.array([float(start.get(q.name, effect.null[q.name])) for q in effect.parameters])
+            values = np.array(
+                [float(start[q.name]) * scale for q, scale in zip(effect.parameters, _scales(problem, effect))]
+            )
             x[problem.columns[name]] = values
             errors = problem.errors(x)
             if np.isfinite(errors).all():
                 found.starts[f"{name}@{k}"] = (values, found.floor.whiten(errors) - base.linear.errors)
+
+
+def _scales(problem: GapProblem, effect: Effect) -> list[float]:
+    """How much less an effect's starting points are on a small ship: as its typical magnitudes are."""
+    sizes = problem.sd[problem.columns[effect.name]] / WIDER
+    return [
+        min(1.0, float(size) / abs(q.value - effect.null[q.name])) if q.name in effect.froude else 1.0
+        for q, size in zip(effect.parameters, sizes)
+    ]
 
 
 def _half_digit(problem: GapProblem) -> dict[str, float]:

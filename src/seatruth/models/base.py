@@ -80,6 +80,8 @@ class Model:
 
     hidden: tuple[str, ...] = ()
     """States that start where `initial_state` says and are never free: a filter's, a delay's."""
+    follows: Mapping[str, tuple[str, float]] = MappingProxyType({})
+    """Hidden states whose start moves with that of a state: its name, and +1 or -1."""
     longest_step: float = math.inf
     """s: the longest integration step that its quickest part allows; samples further apart take several."""
 

@@ -219,8 +219,13 @@ class CompiledSimulator:
                 raise BadInput(f"model {self.model.name!r} has no state {name!r}", do=nearest(name, names))
         kept = [names.index(name) for name in free_states]
         first = self._first(np.asarray(x0, dtype=np.float64), 1)
+        along = [
+            (kept.index(names.index(state)), names.index(own), sign)
+            for own, (state, sign) in self.model.follows.items()
+            if names.index(state) in kept and own not in free_states
+        ]
         found = self._program.jacobian(
-            self.grid, self.setting.values(one)[0], first[0], self.setting.columns, kept, self.threads
+            self.grid, self.setting.values(one)[0], first[0], self.setting.columns, kept, self.threads, along
         )
         finite = _finite(found.end)
         for k, rows in enumerate(self.rows):

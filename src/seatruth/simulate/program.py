@@ -87,9 +87,19 @@ class Program:
         return unpadded(record, len(values)), unpadded(end, len(values))
 
     def jacobian(
-        self, grid: Grid, values: Array, x0: Array, columns: NDArray[np.intp], kept: Sequence[int], threads: int
+        self,
+        grid: Grid,
+        values: Array,
+        x0: Array,
+        columns: NDArray[np.intp],
+        kept: Sequence[int],
+        threads: int,
+        along: Sequence[tuple[int, int, float]] = (),
     ) -> Derivatives:
-        """Derivatives by parameters `columns` and initial states `kept`; a lane is a direction."""
+        """Derivatives by parameters `columns` and initial states `kept`; a lane is a direction.
+
+        `along` are states (second) that move with a kept one (first, its place in `kept`), so much (third).
+        """
         e, size = self.equations, len(columns) + len(kept)
         states, outputs, samples = len(e.states), len(e.outputs), len(grid.t)
         parameters = len(e.parameters)
@@ -99,6 +109,8 @@ class Program:
         first = np.zeros((max(size, 1), len(grid.rows), 2 * states))
         first[:, :, :states] = x0
         first[len(columns) + np.arange(len(kept)), :, states + np.array(kept, dtype=np.intp)] = 1.0
+        for k, state, sign in along:
+            first[len(columns) + k, :, states + state] = sign
         y, end = np.empty((samples, outputs)), np.empty((len(grid.rows), states))
         dy, dend = np.empty((samples, outputs, size)), np.empty((len(grid.rows), states, size))
         d = self._directional
