@@ -14,15 +14,18 @@ from seatruth.costs.study import Study
 from seatruth.effects import Effect, available
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.gap.diagnosis import Diagnosis
+from seatruth.gap.discrepancy import discrepant
 from seatruth.gap.parts import Parts
 from seatruth.gap.probability import (
     UNKNOWN,
     Candidate,
     Verdict,
     apart,
+    beside_unnamed,
     candidates,
     detectable,
     powerless,
+    unnamed,
     verdict,
 )
 from seatruth.gap.problem import GapProblem, whole_trials
@@ -31,6 +34,9 @@ from seatruth.gap.unknown import Probes, probes
 from seatruth.models.blackbox import BlackBox
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
+
+_UNNAMED = 0.3
+"""Probability of something unnamed from which named effects are looked for beside it."""
 
 
 def diagnose(
@@ -69,9 +75,12 @@ def diagnose(
         say("What is not in the library")
         probed = _probed(problem, found, findings)
         answers = candidates(found, probed)
+        plain = found
+        if unnamed(answers) > _UNNAMED and not found.cut:
+            found, answers = _beside(problem, found, probed, answers, say)
         least = detectable(found)
         judged = verdict(answers, powerless(found, least), len(problem.effects), lambda a, b: apart(found, a, b))
-        parts = Parts(study, problem, found, probed, answers, judged, least, findings, say, seed)
+        parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"
         code, reason = ("interrupted", cut) if found.cut else ("done", "everything was asked")
@@ -85,6 +94,22 @@ def diagnose(
             code, reason = "interrupted", cut
         outcome = {"code": code, "reason": reason, "wall_s": time.perf_counter() - began, "fits": len(found.fits)}
         return parts.diagnosis(reasons, outcome, extra)
+
+
+def _beside(
+    problem: GapProblem, found: Search, probed: Sequence[Probes], answers: list[Candidate], say: Say
+) -> tuple[Search, list[Candidate]]:
+    """Looks for named effects anew, beside missing forces as large as the trials ask for with the best one named."""
+    singles = [one for one in probed if len(one.at.effects) == 1]
+    floor = discrepant(max(singles or probed, key=lambda one: one.at.evidence)) if probed else None
+    if floor is None:
+        return found, answers
+    say("Beside what has no name")
+    near = max((one.at for one in singles or probed), key=lambda at: at.evidence)
+    again = search(problem, floor, near.x, lambda text: say(f"Beside what has no name: {text}"))
+    if not np.isfinite(again.base.cost):
+        return found, answers
+    return again, beside_unnamed(answers, candidates(again, []))
 
 
 def _held(judged: Verdict, how_far: Mapping[str, Any], answers: Sequence[Candidate]) -> Verdict:

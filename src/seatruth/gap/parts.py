@@ -42,6 +42,7 @@ class Parts:
         study: Study,
         problem: GapProblem,
         found: Search,
+        plain: Search,
         probed: Sequence[Probes],
         answers: Sequence[Candidate],
         judged: Verdict,
@@ -50,10 +51,10 @@ class Parts:
         say: Say,
         seed: int,
     ) -> None:
-        self.study, self.problem, self.found, self.probed = study, problem, found, probed
+        self.study, self.problem, self.found, self.plain, self.probed = study, problem, found, plain, probed
         self.answers, self.judged, self.least = answers, judged, least
         self.findings, self.say, self.seed = findings, say, seed
-        self.before = fit(problem, (), found.floor, problem.start, free=problem.initial)
+        self.before = fit(problem, (), plain.floor, problem.start, free=problem.initial)
 
     @property
     def best(self) -> Fit:
@@ -62,6 +63,13 @@ class Parts:
         if key in self.found.fits:
             return self.found.fits[key]
         return self.found.base
+
+    def _shown(self) -> Fit:
+        """The verdict's fit against noise alone: what the gap is measured with."""
+        key = self.best.effects
+        if key not in self.plain.fits:
+            self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.best.x)
+        return self.plain.fits[key]
 
     def shrinkage(self) -> dict[str, Any]:
         rivals = [c.effects for c in self.answers if c.effects in self.found.fits and c.effects][:_RIVALS]
@@ -90,15 +98,15 @@ class Parts:
         }
 
     def diagnosis(self, reasons: Mapping[str, str], outcome: Mapping[str, Any], extra: Mapping[str, Any]) -> Diagnosis:
-        problem, found = self.problem, self.found
-        fits = {"before": self.before, "refit": found.base, "effect": self.best}
-        gap = by_channel(problem, found.floor, fits)
-        split = shares(self.before, found.base, self.best, problem.rows)
+        problem, plain = self.problem, self.plain
+        fits = {"before": self.before, "refit": plain.base, "effect": self._shown()}
+        gap = by_channel(problem, plain.floor, fits)
+        split = shares(self.before, plain.base, fits["effect"], problem.rows)
         which = self._which()
         where = {
             "places": self._places(),
-            "time": in_time(problem, found.base),
-            "region": in_region(problem, found.base, self.seed),
+            "time": in_time(problem, plain.base),
+            "region": in_region(problem, plain.base, self.seed),
         }
         unnamed = self._unnamed()
         said = self._verdict(which, unnamed)
@@ -119,7 +127,7 @@ class Parts:
             ],
             effects=[self._about(effect) for effect in problem.effects.values()],
             left_out=dict(reasons),
-            noise=noise_table(found.floor),
+            noise=noise_table(plain.floor),
             gap=gap,
             shares=split,
             where=where,

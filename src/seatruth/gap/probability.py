@@ -31,8 +31,6 @@ TEMPERATURE = 2.0
 """By which log-evidence is divided."""
 FORM = 0.01
 """Part of an effect's log-evidence that its form, never exact, leaves to others: a tenth of its amplitude."""
-APART_FROM_UNNAMED = 0.15
-"""Part of the log-evidence of something unnamed alone by which a named effect beside it must be ahead."""
 SURE = 0.6
 """Probability from which a cause is named."""
 TOGETHER = 0.95
@@ -82,9 +80,8 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
     tempered = _tempered(search)
     evidences = {key: search.evidence(key) for key in sorted(keys)}
     rows = [_Row(key, tempered(key, found), prior(key)) for key, found in evidences.items() if math.isfinite(found)]
-    alone = max((one.average("terms", "place") for one in probes if not one.at.effects), default=0.0)
     for one in probes:
-        rows += _unnamed_rows(one, search, tempered, prior, max(0.0, alone))
+        rows += _unnamed_rows(one, search, tempered, prior)
     weight = np.array([row.evidence / temperature + row.prior for row in rows])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
@@ -98,8 +95,26 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
     return sorted(found, key=lambda c: -c.probability)
 
 
+def unnamed(found: Sequence[Candidate]) -> float:
+    """Probability that something unnamed acts, alone or beside named effects."""
+    return sum(c.probability if c.effects == (UNKNOWN,) else c.beside for c in found)
+
+
+def beside_unnamed(found: Sequence[Candidate], besides: Sequence[Candidate]) -> list[Candidate]:
+    """Answers in which what acts beside something unnamed is shared out anew, as `besides` say."""
+    chances = {c.effects: [c.probability - c.beside, 0.0, c.evidence] for c in found if c.effects != (UNKNOWN,)}
+    chance = unnamed(found)
+    for c in besides:
+        entry = chances.setdefault(c.effects or (UNKNOWN,), [0.0, 0.0, c.evidence])
+        entry[0] += chance * c.probability
+        entry[1] += chance * c.probability if c.effects else 0.0
+        entry[2] = c.evidence if c.effects else entry[2]
+    again = [Candidate(key, entry[0], entry[2], entry[1]) for key, entry in chances.items()]
+    return sorted(again, key=lambda c: -c.probability)
+
+
 def _unnamed_rows(
-    one: Probes, search: Search, tempered: _Value, prior: Callable[[tuple[str, ...]], float], alone: float
+    one: Probes, search: Search, tempered: _Value, prior: Callable[[tuple[str, ...]], float]
 ) -> list[_Row]:
     """Something unnamed acts, alone or beside the effects that the probes stand beside; or a sensor drifts, which is
     noise that the floor does not know, and speaks for no cause.
@@ -111,7 +126,7 @@ def _unnamed_rows(
     drift = one.average("sensor") - UNNAMED
     rows = [_Row(key, begin + drift, prior(key) + odds)] if math.isfinite(drift) else []
     if key:
-        return [*rows, _Row(key, begin + force - APART_FROM_UNNAMED * alone, prior(key) + odds, beside=True)]
+        return [*rows, _Row(key, begin + force, prior(key) + odds, beside=True)]
     return [*rows, _Row((UNKNOWN,), force, prior(()) + odds)]
 
 
