@@ -23,14 +23,16 @@ _Value = Callable[[tuple[str, ...], float], float]
 Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
 UNKNOWN = "unknown"
 
-PRIOR = {"none": 0.42, "one": 0.45, "two": 0.08, "three": 0.02, "unknown": 0.03}
+PRIOR = {"none": 0.38, "one": 0.45, "two": 0.12, "three": 0.02, "unknown": 0.03}
 """Prior probability of each kind of answer."""
 UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
 TEMPERATURE = 2.0
 """By which log-evidence is divided."""
-FORM = 0.01
-"""Part of an effect's log-evidence that its form, never exact, leaves to others: a tenth of its amplitude."""
+FORM = 0.003
+"""Part of an effect's log-evidence that its form, never exact, leaves to others: a twentieth of its amplitude."""
+LITTLE = 2.0
+"""Log-evidence that small faults of any model lend to some effect or other."""
 SURE = 0.6
 """Probability from which a cause is named."""
 TOGETHER = 0.95
@@ -144,7 +146,7 @@ def _tempered(search: Search) -> _Value:
 
     def value(key: tuple[str, ...], evidence: float) -> float:
         if len(key) < 2:
-            return evidence
+            return evidence - LITTLE * len(key)
         inner = max((search.evidence(part), part) for part in itertools.combinations(key, len(key) - 1))
         if not math.isfinite(inner[0]):
             return evidence
