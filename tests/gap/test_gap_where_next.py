@@ -161,7 +161,7 @@ def test_the_suggestion_comes_with_the_motion_that_is_expected(problem: GapProbl
     answers = candidates(found, [])
     least = detectable(found)
     judged = dataclasses.replace(verdict(answers, powerless(found, least), 4), together=("rudder_offset", "gyro_bias"))
-    parts = Parts(problem.study, problem, found, [], answers, judged, least, [], quiet, 0)
+    parts = Parts(problem.study, problem, found, found, [], answers, judged, least, [], quiet, 0)
     got = parts.suggestion()
     assert got is not None
     assert set(got["motion"]) == {"r", "psi"}
