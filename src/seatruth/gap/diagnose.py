@@ -106,7 +106,11 @@ def _beside(
         return found, answers
     say("Beside what has no name")
     near = max((one.at for one in singles or probed), key=lambda at: at.evidence)
-    again = search(problem, floor, near.x, lambda text: say(f"Beside what has no name: {text}"))
+    try:
+        again = search(problem, floor, near.x, lambda text: say(f"Beside what has no name: {text}"))
+    except KeyboardInterrupt:
+        found.cut = True
+        return found, answers
     if not np.isfinite(again.base.cost):
         return found, answers
     return again, beside_unnamed(answers, candidates(again, []))
