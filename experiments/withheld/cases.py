@@ -72,7 +72,10 @@ def draw(plan: Plan) -> Case:
     family = families()[plan.family]
     for attempt in range(TRIES):
         rng = np.random.default_rng([plan.seed, attempt])
-        case = _once(plan, family, rng, attempt)
+        try:
+            case = _once(plan, family, rng, attempt)
+        except np.linalg.LinAlgError:
+            continue  # the refit of a vehicle that diverges cannot be solved: another is drawn
         if case is not None:
             return case
     raise RuntimeError(f"no such case could be drawn: {plan}")
