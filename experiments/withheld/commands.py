@@ -43,6 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     make.add_argument("--seed", type=int, help="default: fixed for dev, drawn and sealed for test")
     make.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
     make.add_argument("--quick", action="store_true", help="a handful of cases")
+    make.add_argument(
+        "--as-is", action="store_true", help="seal what is there; what cannot be drawn is named in the log"
+    )
     make.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     blind = steps.add_parser("diagnose", help="verdicts on the public part, with the sealed one out of reach; hashed")
     blind.add_argument("--out", type=Path, required=True, help="folder of the set")
@@ -94,7 +97,8 @@ def generated(which: str, out: Path, given: argparse.Namespace) -> None:
     if which == REAL:
         make_real(out, given.data, given.quick)
     else:
-        generate(which, out, given.cases, getattr(given, "seed", None), given.quick, given.workers)
+        seed, as_is = getattr(given, "seed", None), getattr(given, "as_is", False)
+        generate(which, out, given.cases, seed, given.quick, given.workers, as_is=as_is)
 
 
 def scored(out: Path, data: Path | None) -> None:

@@ -149,8 +149,13 @@ def one_case(plan: Plan, name: str, out: str) -> float:
     return time.perf_counter() - begin
 
 
-def generate(which: str, out: Path, count: int | None, seed: int | None, quick: bool, workers: int) -> None:
-    """Makes a set, or what is missing of it; the seed of a test set is drawn and sealed unless it is given."""
+def generate(
+    which: str, out: Path, count: int | None, seed: int | None, quick: bool, workers: int, *, as_is: bool = False
+) -> None:
+    """Makes a set, or what is missing of it; the seed of a test set is drawn and sealed unless it is given.
+
+    `as_is` seals what is there: for cases that cannot be drawn in any bearable time. The log names them.
+    """
     settings_file = out / "sealed" / "_set.json"
     many = count or (QUICK if quick else CASES[which])
     if settings_file.exists():
@@ -168,6 +173,9 @@ def generate(which: str, out: Path, count: int | None, seed: int | None, quick: 
     missing = [k for k in range(many) if not (out / "sealed" / f"{names[k]}.json").exists()]
     print(f"{many - len(missing)} of {many} cases are there; {len(missing)} to make, about "
           f"{25 * len(missing) / max(1, workers) / 60:.0f} min", flush=True)  # fmt: skip
+    if as_is and missing:
+        note(out, "generate", "given up", {"set": which, "cases": [names[k] for k in missing]})
+        names, missing = [name for k, name in enumerate(names) if k not in missing], []
     if missing:
         note(out, "generate", "begin", {"set": which, "cases": many, **told(out, "generate")})
     with ProcessPoolExecutor(max_workers=max(1, workers)) as pool:
