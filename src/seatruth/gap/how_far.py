@@ -20,6 +20,7 @@ import numpy as np
 
 from seatruth.costs.trajectory import TrajectoryCost
 from seatruth.gap.fit import Fit, fit
+from seatruth.gap.probability import handicap
 from seatruth.gap.probes import ProbedModel
 from seatruth.gap.problem import Array, GapProblem
 from seatruth.gap.search import Search
@@ -56,15 +57,20 @@ def how_far(
     problem = search.problem
     if len(problem.trials) < 2:
         return {"folds": [], "closure": None, "why": "One trial alone: nothing can be left out."}
-    folds = []
+    folds, least = [], handicap(search)
     for number, trial in enumerate(problem.trials):
         say(f"Left out: {trial.name} ({number + 1} of {len(problem.trials)})")
-        folds.append(_fold(search, flexible, rivals, number, trial))
+        folds.append(_fold(search, flexible, rivals, least, number, trial))
     return {"folds": [_row(fold) for fold in folds], **_closure(folds, seed)}
 
 
 def _fold(
-    search: Search, flexible: Probes | None, rivals: Sequence[tuple[str, ...]], number: int, trial: Trial
+    search: Search,
+    flexible: Probes | None,
+    rivals: Sequence[tuple[str, ...]],
+    least: Callable[[tuple[str, ...]], float],
+    number: int,
+    trial: Trial,
 ) -> Fold:
     problem, floor = search.problem, search.floor
 
@@ -72,11 +78,12 @@ def _fold(
         return fit(problem, effects, floor, search.fits[tuple(sorted(effects))].x, steps=_STEPS, without=number)
 
     base = refitted(())
-    best = base
+    ahead, best = 0.0, base
     for effects in rivals[:RIVALS]:
         found = refitted(effects)
-        if found.evidence > best.evidence:
-            best = found
+        gain = found.evidence - base.evidence - least(found.effects)
+        if gain > ahead:
+            ahead, best = gain, found
     predictor = _Predictor(problem, trial, {name: floor.sd[name] for name in floor.sd})
     before = predictor.error(problem.start)
     errors = predictor.error(base.x)

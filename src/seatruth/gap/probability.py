@@ -69,16 +69,9 @@ class _Row:
 
 def candidates(search: Search, probes: Sequence[Probes], temperature: float = TEMPERATURE) -> list[Candidate]:
     """All answers with their probabilities, the most probable first."""
-    shown = [n for n in search.problem.effects if visible(search, n) or search.evidence((n,)) > 1.0]
-    count = {0: 1, 1: len(shown)}
-    count[2] = count[1] * (count[1] - 1) // 2
-    count[3] = count[2] * max(1, count[1] - 2) // 3
-    share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
+    shown = _shown(search)
     keys = {(name,) for name in shown} | {key for key in search.fits if all(name in shown for name in key)}
-
-    def prior(key: tuple[str, ...]) -> float:
-        return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
-
+    prior = _prior(len(shown))
     tempered = _tempered(search)
     evidences = {key: search.evidence(key) for key in sorted(keys)}
     rows = [_Row(key, tempered(key, found), prior(key)) for key, found in evidences.items() if math.isfinite(found)]
@@ -95,6 +88,29 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
         entry[2] = max(entry[2], evidences.get(row.effects, row.evidence))
     found = [Candidate(key, entry[0], entry[2], entry[1]) for key, entry in chances.items()]
     return sorted(found, key=lambda c: -c.probability)
+
+
+def _shown(search: Search) -> list[str]:
+    """Effects that take part: those that these trials could show."""
+    return [n for n in search.problem.effects if visible(search, n) or search.evidence((n,)) > 1.0]
+
+
+def _prior(many: int) -> Callable[[tuple[str, ...]], float]:
+    """Logarithm of the prior probability of a set of effects, of so many that take part."""
+    pairs = many * (many - 1) // 2
+    count = {0: 1, 1: many, 2: pairs, 3: pairs * max(1, many - 2) // 3}
+    share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
+
+    def prior(key: tuple[str, ...]) -> float:
+        return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
+
+    return prior
+
+
+def handicap(search: Search) -> Callable[[tuple[str, ...]], float]:
+    """Log-evidence by which a set of effects must be ahead of no effect to be as probable."""
+    prior = _prior(len(_shown(search)))
+    return lambda key: TEMPERATURE * (prior(()) - prior(key)) + (LITTLE if key else 0.0)
 
 
 def unnamed(found: Sequence[Candidate]) -> float:
