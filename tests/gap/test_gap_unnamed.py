@@ -20,6 +20,7 @@ from seatruth.gap.probability import (
     Verdict,
     beside_unnamed,
     candidates,
+    handicap,
     unnamed,
     verdict,
 )
@@ -198,3 +199,13 @@ def test_what_acts_beside_something_unnamed_is_shared_out_anew() -> None:
     assert found[("current",)].beside == pytest.approx(0.85 * 0.7)
     assert found[(UNKNOWN,)].probability == pytest.approx(0.85 * 0.3)
     assert found[("wind",)].probability == pytest.approx(0.05)
+
+
+def test_a_set_of_effects_must_earn_its_handicap() -> None:
+    found = search_with({(): 0.0, ("wind",): 0.0, ("trim",): 0.0, ("trim", "wind"): 0.0})
+    least = handicap(found)
+    assert least(()) == 0.0
+    assert 0.0 < least(("wind",)) < least(("trim", "wind"))
+    even = search_with({(): 0.0, ("trim",): -50.0, ("wind",): least(("wind",))})
+    best, second = candidates(even, [])[:2]
+    assert best.probability == pytest.approx(second.probability, rel=0.01)
