@@ -184,5 +184,5 @@ def generate(
             print(f"[{done}/{len(missing)}] {names[jobs[job]]}: {job.result():.1f} s", flush=True)
     seal = {name: digest_file(out / "sealed" / f"{name}.json") for name in names}
     write(out / "public" / "seal.json", json.dumps({"set": which, "sealed": seal}, indent=1) + "\n")
-    if missing:
+    if missing or as_is:
         note(out, "generate", "end", {"sealed": digest_file(out / "public" / "seal.json")})
