@@ -2,8 +2,7 @@
 
 * Overhead: runs of one second each (they sleep, so that a busy machine does not matter); what the comparison takes
   beyond the runs' own time (search and scoring), workers started before the clock.
-* Workers: the same with 4 workers; and runs that compute, whose gain needs 4 free cores. Beside it the same work in
-  4 processes without any runner: what the machine allows, as 4 busy cores share their memory and their clock.
+* Workers: the same with 4 workers; and runs that compute, whose gain needs 4 free cores.
 * Naive: part of the standard comparison (four published systems [synthetic], 1 % noise, one realisation, 3 solvers)
   against what is written by hand: pyswarms, pymoo's GA and SciPy's least_squares on a cost that calls
   scipy.integrate.solve_ivp for each candidate, one process. Naive runs are made in part and scaled by evaluations;
@@ -23,7 +22,6 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 import pandas as pd
 import standard_comparison_systems as systems
@@ -138,27 +136,7 @@ def _gain(*, candidates: int, runs: int, workers: int) -> dict[str, Any]:
     problem = systems.diving_plane()
     one = _timed(toil(candidates), runs, 1, problem)
     many = _timed(toil(candidates), runs, workers, problem)
-    with joblib.parallel_config(backend="loky", n_jobs=workers, inner_max_num_threads=1):
-        load = joblib.delayed(_plain)
-        joblib.Parallel()(load(SWARM) for _ in range(workers))  # each loads and compiles
-        alone = float(joblib.Parallel()([load(candidates)])[0])
-        together = np.mean(joblib.Parallel()(load(candidates) for _ in range(workers)))
-    return {
-        "one": one["wall"], "many": many["wall"], "workers": workers, "load": os.getloadavg()[0],
-        "allowed": float(workers * alone / together),
-    }  # fmt: skip
-
-
-def _plain(candidates: int) -> float:
-    """Seconds for the computing of one run, without optimizer, store or runner."""
-    bench = Bench(systems.diving_plane(), Setting(SEED, LEVEL))
-    cost = cost_of(bench.realised("trajectory", Noise("white", LEVEL), 0), threads=1)
-    population = np.repeat(cost.start[None], SWARM, axis=0)
-    cost.values(population)
-    begun = time.perf_counter()
-    for _ in range(candidates // SWARM):
-        cost.values(population)
-    return time.perf_counter() - begun
+    return {"one": one["wall"], "many": many["wall"], "workers": workers, "load": os.getloadavg()[0]}
 
 
 def _report_gain(results: Results, found: Mapping[str, float]) -> None:
@@ -172,7 +150,6 @@ def _report_gain(results: Results, found: Mapping[str, float]) -> None:
         goal=f"at least {GOAL_WORKERS:g} on 4 free cores",
         met=None if busy else bool(gain >= GOAL_WORKERS),
     )
-    results.add_figure(f"{name}, without a runner", found["allowed"], "times", "what the machine allows")
 
 
 class Naive:
