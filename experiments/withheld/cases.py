@@ -248,6 +248,8 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, starts: Seque
     seen = [
         judged(family, case.records, case.coefficients, case.noise, case.causes, k, starts[k]) for k in range(count)
     ]
+    if not all(one.fit.settled for one in seen):
+        return None  # of such a case nobody could say how large its cause is
     each = [one.fit.left for one in seen]
     if plan.kind == "confounded" and each[0] < 25.0 and attempt < TRIES - 1:
         return None

@@ -3,7 +3,7 @@
 To first order nearly all of some signatures (drag, thrust, tether, shallow water) is what the coefficients do, too;
 what is left of a finite change then is mostly curvature, which a refit that follows the curve takes up. So reality's
 own baseline is refitted here, coefficients under their priors and all first states, to the noise-free outputs with
-the cause, by Gauss-Newton steps with fresh derivatives. lambda is the squared whitened misfit at the minimum with what
+the cause, by Levenberg-Marquardt steps. lambda is the squared whitened misfit at the minimum with what
 the priors charge for the way there: the non-centrality of the best test of the cause. The prior's mean counts as true,
 as it does to first order, where the two agree.
 """
@@ -22,14 +22,18 @@ from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record
 from withheld.referee import Point, Rig, Signatures, left_over, marginal, spans
 
-STEPS = 8
-"""Gauss-Newton steps at most."""
-ENOUGH = 0.01
+STEPS = 40
+"""Levenberg-Marquardt steps at most."""
+ENOUGH = 0.03
 """Relative fall of the misfit that another step would bring, below which the minimum is reached."""
 LEAST = 0.02
 """The same, absolute."""
-SHORTEST = 1 / 16
-"""Of a step, before no way down is seen."""
+LEAST_DAMPING, LARGEST_DAMPING, FASTER, SLOWER = 1e-3, 1e9, 8.0, 4.0
+"""Of the steps, and how it changes when they fail and when they succeed."""
+DIRECT, GROWING = 8, (0.1, 0.3, 0.6)
+"""Steps after which a refit is tried along another way, and the parts of the cause on it."""
+FIRSTS = 1e-9
+"""Weight that keeps first states where nothing tells them."""
 LOOSE = 1e-9
 """Weight of the free sizes' priors: none, but for sizes that move nothing."""
 ABSORBED = 0.03
@@ -51,58 +55,65 @@ class Refit:
     point: Point
     here: Signatures
     """About `point`; the last column is what is left there."""
+    settled: bool
+    """Whether it ended in a minimum. Where it did not, nothing is known of lambda."""
 
 
-@dataclass(frozen=True)
-class _Step:
-    cost: float
-    """At the point."""
-    predicted: float
-    """After the step, to first order."""
-    move: Array
-    firsts: Array
+def refit(rig: Rig, aim: Array, start: Point | None = None, steps: int = STEPS) -> Refit:
+    """Refits a vehicle's baseline (and the sizes of what is free in it) to noise-free outputs (samples, 6, trials).
 
-
-def refit(rig: Rig, aim: Array, start: Point | None = None) -> Refit:
-    """Refits a vehicle's baseline (and the sizes of what is free in it) to noise-free outputs (samples, 6, trials)."""
-    point = start or rig.truth()
-    here = rig.look(point, aim=aim)
-    now = _step(here, point)
-    for _ in range(STEPS):
-        if now.cost - now.predicted < max(ENOUGH * now.cost, LEAST):
-            break
-        part = 1.0
-        while part >= SHORTEST:
-            further = point.at(part * now.move, part * now.firsts)
-            there = rig.look(further, aim=aim)
-            then = _step(there, further)
-            if then.cost < now.cost:
+    It begins at `start` or at the truth, whichever lies nearer.
+    """
+    begun = [_Looked(rig, aim, point) for point in ([rig.truth()] if start is None else [start, rig.truth()])]
+    now = min(begun, key=lambda one: one.cost)
+    damping = LEAST_DAMPING
+    for _ in range(steps):
+        move, firsts, predicted = now.step(0.0)
+        if now.cost - predicted < max(ENOUGH * now.cost, LEAST):
+            return Refit(max(0.0, min(now.cost, predicted)), now.point, now.here, True)
+        while damping <= LARGEST_DAMPING:
+            move, firsts, _ = now.step(damping)
+            there = _Looked(rig, aim, now.point.at(move, firsts))
+            if there.cost < now.cost:
                 break
-            part /= 2
+            damping *= FASTER
         else:
-            return Refit(now.cost, point, here)
-        point, here, now = further, there, then
-    return Refit(min(now.cost, now.predicted), point, here)
+            return Refit(now.cost, now.point, now.here, False)
+        now, damping = there, max(LEAST_DAMPING, damping / SLOWER)
+    return Refit(now.cost, now.point, now.here, False)
 
 
-def _step(here: Signatures, point: Point) -> _Step:
-    """The Gauss-Newton step from a point."""
-    size, free = len(point.moved), len(point.sizes)
-    own = slice(0, size + free)
-    prior = np.concatenate([point.moved, np.zeros(free)])
-    gram = np.sum([w[:, own].T @ w[:, own] for w in here.whitened], axis=0)
-    weight = np.ones(size + free)
-    weight[size:] = LOOSE * np.maximum(1.0, np.diag(gram)[size:])
-    pull = np.sum([w[:, own].T @ w[:, -1] for w in here.whitened], axis=0) - prior
-    move = np.linalg.solve(gram + np.diag(weight), pull)
-    charged = float(point.moved @ point.moved)
-    rest = sum(float(w[:, -1] @ w[:, -1]) for w in here.whitened) + charged
-    firsts = [
-        np.linalg.lstsq(s, w[:, -1] - w[:, own] @ move, rcond=None)[0]
-        for s, w in zip(here.whole_starts, here.whole, strict=True)
-    ]
-    cost = sum(float(w[:, -1] @ w[:, -1]) for w in here.whole) + charged
-    return _Step(cost, max(0.0, rest - float(pull @ move)), move, np.array(firsts))
+class _Looked:
+    """A point, what changes about it, and the Levenberg-Marquardt steps from it."""
+
+    def __init__(self, rig: Rig, aim: Array, point: Point) -> None:
+        self.point, self.here = point, rig.look(point, aim=aim)
+        whole, own = self.here.whole, len(point.moved) + len(point.sizes)
+        self.charged = float(point.moved @ point.moved)
+        self.cost = sum(float(w[:, -1] @ w[:, -1]) for w in whole) + self.charged
+        self.weight, self.prior = np.ones(own), np.concatenate([point.moved, np.zeros(len(point.sizes))])
+        diagonal = sum((w[:, :own] ** 2).sum(axis=0) for w in self.here.whitened)
+        self.weight[len(point.moved) :] = LOOSE * np.maximum(1.0, np.asarray(diagonal)[len(point.moved) :])
+        # Of each trial: first states on themselves, on the rest, and on what is left.
+        pairs = list(zip(whole, self.here.whole_starts, strict=True))
+        self.blocks = [(s.T @ s, s.T @ w[:, :own], s.T @ w[:, -1]) for w, s in pairs]
+        self.gram = np.sum([w[:, :own].T @ w[:, :own] for w in whole], axis=0) + np.diag(self.weight)
+        self.pull = np.sum([w[:, :own].T @ w[:, -1] for w in whole], axis=0) - self.prior
+
+    def step(self, damping: float) -> tuple[Array, Array, float]:
+        """(coefficients and sizes, first states, cost after it to first order); damped in units of the priors, and of
+        the noise."""
+        gram, pull = self.gram + damping * np.eye(len(self.weight)), self.pull.copy()
+        solved = []
+        for own, cross, left in self.blocks:
+            held = own + (damping + FIRSTS) * np.eye(len(own))
+            across, alone = np.linalg.solve(held, cross), np.linalg.solve(held, left)
+            gram, pull = gram - cross.T @ across, pull - cross.T @ alone
+            solved.append((across, alone))
+        move = np.linalg.solve(gram, pull)
+        firsts = np.array([alone - across @ move for across, alone in solved])
+        gained = float(self.pull @ move) + sum(float(b[2] @ f) for b, f in zip(self.blocks, firsts, strict=True))
+        return move, firsts, max(0.0, self.cost - gained)
 
 
 @dataclass(frozen=True)
@@ -125,10 +136,20 @@ def judged(
     start: Point | None = None,
 ) -> Judged:
     """Refits everything but one cause to the outputs with all causes; its `fit.left` is that cause's lambda."""
-    others = [one for k, one in enumerate(causes) if k != which]
+    others, cause = [one for k, one in enumerate(causes) if k != which], causes[which]
     rig = Rig(family, records, coefficients, noise, others)
     aim = rig.outputs(causes)
-    return Judged(refit(rig, aim, start), aim, rig)
+    found = refit(rig, aim, start, DIRECT)
+    if not found.settled:
+        # The way was crooked: another follows the minimum while the cause grows.
+        point = None
+        for share in GROWING:
+            part = Present(cause.mechanism, cause.mechanism.scaled(cause.values, share))
+            point = refit(rig, rig.outputs([part if one is cause else one for one in causes]), point).point
+        other = refit(rig, aim, point)
+        if (not other.settled, other.left) < (not found.settled, found.left):
+            found = other
+    return Judged(found, aim, rig)
 
 
 def pairs(found: Judged, rivals: Sequence[Mechanism]) -> dict[str, float]:

@@ -16,7 +16,7 @@ from withheld.reality.families import Family, families
 from withheld.reality.manoeuvres import auv_trial
 from withheld.reality.simulate import Present, make
 from withheld.referee import Point, left_over, signatures
-from withheld.refit import Judged, judged, pairs
+from withheld.refit import Judged, judged, pairs, refit
 
 AUV = families()["auv"]
 TRIALS = ("pitch_zigzag_15", "level_run", "plane_staircase")
@@ -81,3 +81,21 @@ def test_a_rival_that_does_the_same_leaves_next_to_nothing() -> None:
     assert all(0 <= value <= found.fit.left for value in left.values())
     assert left["tether"] < 0.5 * found.fit.left
     assert left["pitch_gyro_bias"] > 0.9 * found.fit.left
+
+
+def test_a_start_that_lies_nowhere_does_no_harm() -> None:
+    found, _ = _found({"speed_bias": {"b": 0.05}})
+    true = found.rig.truth()
+    rng = np.random.default_rng(1)
+    lost = Point(
+        8.0 * rng.standard_normal(true.moved.shape), true.sizes, 300.0 * rng.standard_normal(true.firsts.shape)
+    )
+    again = refit(found.rig, found.aim, lost)
+    assert again.settled
+    assert again.left == pytest.approx(found.fit.left, rel=0.02)
+
+
+def test_a_refit_without_steps_says_that_it_knows_nothing() -> None:
+    found, _ = _found({"drag": {"k": 0.6}})
+    assert found.fit.settled
+    assert not refit(found.rig, found.aim, None, 1).settled
