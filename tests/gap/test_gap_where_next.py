@@ -100,30 +100,41 @@ def folds(refit: list[float], effect: list[float]) -> list[Fold]:
 
 
 def test_closure_is_the_part_of_the_gap_above_noise_that_is_gone() -> None:
-    got = _closure(folds([5.0, 3.0], [2.0, 2.0]), 0)
+    got = _closure(folds([5.0, 3.0], [2.0, 2.0]))
     assert got["closure"]["value"] == pytest.approx((4.0 - 2.0) / (4.0 - 1.0))
     assert got["errors"]["refit"] == pytest.approx(4.0)
     assert {row["manoeuvre"]: row["effect"] for row in got["by_manoeuvre"]} == {"turn": 2.0, "zigzag": 2.0}
-    assert _closure(folds([5.0, 3.0], [1.0, 1.0]), 0)["closure"]["value"] == pytest.approx(1.0)
-    assert _closure(folds([5.0, 3.0], [5.0, 3.0]), 0)["closure"]["value"] == pytest.approx(0.0)
-    assert _closure(folds([5.0, 3.0], [9.0, 3.0]), 0)["closure"]["value"] < 0.0
+    assert _closure(folds([5.0, 3.0], [1.0, 1.0]))["closure"]["value"] == pytest.approx(1.0)
+    assert _closure(folds([5.0, 3.0], [5.0, 3.0]))["closure"]["value"] == pytest.approx(0.0)
+    assert _closure(folds([5.0, 3.0], [9.0, 3.0]))["closure"]["value"] < 0.0
 
 
 def test_closure_s_interval_holds_it_and_is_wider_for_trials_that_differ() -> None:
-    same = _closure(folds([5.0] * 6, [2.0] * 6), 1)["closure"]
+    same = _closure(folds([5.0] * 6, [2.0] * 6))["closure"]
     assert same["lower"] == pytest.approx(same["value"]) == pytest.approx(same["upper"])
-    mixed = _closure(folds([5.0] * 6, [1.0, 4.0] * 3), 1)["closure"]
+    mixed = _closure(folds([5.0] * 6, [1.0, 4.0] * 3))["closure"]
     assert mixed["lower"] < mixed["value"] < mixed["upper"]
     assert mixed["upper"] - mixed["lower"] > 0.2
 
 
+def test_the_interval_of_five_trials_holds_the_truth_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(3)
+    held, many = 0, 400
+    for _ in range(many):
+        gaps = rng.lognormal(0.5, 0.5, 5)
+        left = gaps * rng.uniform(0.1, 0.5, 5)
+        got = _closure(folds((1.0 + gaps).tolist(), (1.0 + left).tolist()))["closure"]
+        held += got["lower"] <= 0.7 <= got["upper"]
+    assert 0.90 <= held / many <= 0.98
+
+
 def test_where_refitting_leaves_only_noise_there_is_no_closure() -> None:
-    got = _closure(folds([1.0, 1.02], [1.0, 1.0]), 0)["closure"]
+    got = _closure(folds([1.0, 1.02], [1.0, 1.0]))["closure"]
     assert got is None or math.isnan(got["value"])
 
 
 def test_trials_left_out_are_predicted_by_the_effect_that_the_others_choose(found: Search) -> None:
-    got = how_far(found, None, [("rudder_offset",), ("gyro_bias",)], quiet, 0)
+    got = how_far(found, None, [("rudder_offset",), ("gyro_bias",)], quiet)
     assert [fold["chosen"] for fold in got["folds"]] == [["rudder_offset"]] * 4
     assert got["closure"]["value"] > 0.95
     assert got["errors"]["effect"] < 1.5

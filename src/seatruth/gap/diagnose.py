@@ -53,7 +53,7 @@ def diagnose(
 
     `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
     under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
-    `suggest` looks for the next trial. `seed` is that of the tests by permutation and of the bootstrap. Raises BadInput
+    `suggest` looks for the next trial. `seed` is that of the tests by permutation. Raises BadInput
     for a study that cannot be diagnosed; an interrupt once the model without effects is fitted gives what
     there is.
     """

@@ -6,11 +6,12 @@ priors). Its evidence is Laplace's approximation of the marginal likelihood,
     log p(data | hypothesis) = -1/2 |e|^2 - 1/2 |(x - mean)/sd|^2 - 1/2 log det(I + P G) + constant,
 
 with G = A'A of the whitened derivatives A and P the priors' covariance: what each hypothesis could have explained
-counts against it.
+counts against it. Of effects P is averaged over scales (`scales.py`).
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -19,6 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from seatruth.gap.noise import NoiseFloor
 from seatruth.gap.problem import Array, GapProblem, Indices, Linear
+from seatruth.gap.scales import of_posterior, scale_gain
 
 _STEPS = 25
 _TRIED = 3
@@ -160,8 +162,20 @@ def _fit(
     values, vectors = np.linalg.eigh(scaled)
     values = np.maximum(values, 1.0)
     covariance = (vectors / values) @ vectors.T * np.outer(sd, sd)
-    evidence = -cost - 0.5 * float(np.log(values).sum())
+    evidence = -cost - 0.5 * float(np.log(values).sum()) + _scaled(problem, effects, x, active, covariance)
     return Fit(effects, x, active, cost, evidence, linear, covariance, settled)
+
+
+def _scaled(problem: GapProblem, effects: Sequence[str], x: Array, active: Indices, covariance: Array) -> float:
+    """What the unknown order of the effects' magnitudes adds to the log-evidence."""
+    columns = [problem.columns[name] for name in effects]
+    if not columns:
+        return 0.0
+    own = np.concatenate(columns)
+    at = np.searchsorted(active, own)
+    ends = np.cumsum([0, *(len(one) for one in columns)])
+    groups = [np.arange(a, b, dtype=np.intp) for a, b in itertools.pairwise(ends)]
+    return of_posterior(covariance[np.ix_(at, at)], x[own] - problem.mean[own], problem.sd[own], groups)
 
 
 def _cost(errors: Array, x: Array, mean: Array, weight: Array) -> float:
@@ -213,6 +227,14 @@ class Screen:
         values, vectors = np.linalg.eigh(S)
         along = vectors.T @ b
         return 0.5 * float((along**2 / values).sum()) - 0.5 * float(np.log(values).sum())
+
+    def evidence(self, *names: str) -> float:
+        """The same where not even the order of the candidates' magnitudes is known."""
+        own = [self.columns[name] for name in names]
+        at = np.concatenate(own)
+        ends = np.cumsum([0, *(len(one) for one in own)])
+        groups = [np.arange(a, b, dtype=np.intp) for a, b in itertools.pairwise(ends)]
+        return self.gain(*names) + scale_gain(self.information[np.ix_(at, at)], self.slope[at], self.sd[at], groups)
 
     def score(self, name: str) -> float:
         """Efficient score statistic of a candidate: chi-square with as many degrees of freedom as it has columns."""

@@ -73,7 +73,7 @@ class Parts:
 
     def shrinkage(self) -> dict[str, Any]:
         rivals = [c.effects for c in self.answers if c.effects in self.found.fits and c.effects][:_RIVALS]
-        return how_far(self.found, self.probed[0] if self.probed else None, rivals, self.say, self.seed)
+        return how_far(self.found, self.probed[0] if self.probed else None, rivals, self.say)
 
     def suggestion(self) -> dict[str, Any] | None:
         ranked = inclusion(self.answers, list(self.problem.effects))

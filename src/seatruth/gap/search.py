@@ -63,7 +63,7 @@ class Search:
         key = tuple(sorted(effects))
         if key in self.fits:
             return self.fits[key].evidence - self.base.evidence
-        return self.screens[()].gain(*key)
+        return self.screens[()].evidence(*key)
 
     def leaders(self, most: int) -> list[Fit]:
         ranked = sorted((f for f in self.fits.values() if f.effects), key=lambda f: -f.evidence)

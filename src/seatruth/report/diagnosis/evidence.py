@@ -201,7 +201,7 @@ def how_far(diagnosis: Diagnosis, album: Album) -> Section | None:
         blocks.append(
             Text(
                 "Closure is (error refitted − error with effects) / (error refitted − noise), the mean over trials. "
-                "Its interval is a bootstrap over trials: with few trials it is rough."
+                "Its interval is that of a jackknife over trials: with few trials it is wide."
             )
         )
     return Section("how-far", "How far the gap shrinks", blocks)
