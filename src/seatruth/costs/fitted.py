@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -54,6 +54,10 @@ class StudyCost(Cost):
     groups: tuple[Group, ...]
     trials: tuple[Trial, ...]
     _noise: Noise
+
+    @property
+    def description(self) -> Mapping[str, Any]:  # type: ignore[override]
+        return {"study": self.study.content_hash}
 
     @property
     def sigma(self) -> dict[str, float]:

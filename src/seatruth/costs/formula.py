@@ -52,7 +52,6 @@ class FormulaCost(StudyCost):
         self._noise = Noise([output], self._measured * self._weight, valid, known, where=where)
         self._same = SAME if study.model.expression is not None else SAME_BY_DIFFERENCES
         self.groups = self._groups(output)
-        self.description = {"study": study.content_hash}
 
     @cached_property
     def linear(self) -> Linear | None:

@@ -66,7 +66,6 @@ class RegressionCost(StudyCost):
         self._noise = Noise(names, self._targets, valid, {}, where=where)
         self._valid = valid
         self.groups = self._groups()
-        self.description = {"study": study.content_hash}
 
     @property
     def equations(self) -> tuple[str, ...]:

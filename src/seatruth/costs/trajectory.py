@@ -69,7 +69,6 @@ class TrajectoryCost(StudyCost):
         )
         self._first_joint = self._noise.size + len(self.space.priors) + len(self._initial.priors)
         self.groups = self._groups()
-        self.description = {"study": study.content_hash}
 
     def values(self, X: Array) -> Array:
         """Cost of each candidate: (P, K) -> (P,), in one simulation of the whole population."""

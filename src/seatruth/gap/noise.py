@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
+from scipy.sparse import coo_array, csr_array
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -75,14 +76,22 @@ class ChannelNoise:
 
     def whiten(self, columns: Array) -> Array:
         """Series (n, ...) in the order of time to independent ones of unit variance: (n, ...)."""
-        # scipy's lfilter takes a filter without feedback column by column, ten times slower than this.
-        found = np.array(columns, dtype=np.float64)
-        for k, coefficient in enumerate(self._beginning[-1, :-1][::-1], 1):
-            found[k:] += coefficient * columns[:-k]
-        found /= self.innovation
-        m = min(len(self.reflection), len(columns))
-        found[:m] = np.tensordot(self._beginning[:m, :m], columns[:m], axes=1)
-        return found
+        n = len(columns)
+        to, of, values = self.filter(np.arange(n, dtype=np.intp))
+        return np.asarray(csr_array(coo_array((values, (to, of)), shape=(n, n))) @ columns)
+
+    def filter(self, rows: Indices) -> tuple[Indices, Indices, Array]:
+        """What whitens a series that stands in these rows (n,): entries (to, of, value) of a matrix."""
+        n, order = len(rows), len(self.reflection)
+        begin = self._beginning[: min(n, order), : min(n, order)]
+        to, of = np.tril_indices(len(begin))
+        parts = [(rows[to], rows[of], begin[to, of])]
+        # Later samples all have the last row's coefficients, over the samples before them.
+        for lag, coefficient in enumerate(self._beginning[-1][::-1]):
+            late = np.arange(order, n)
+            parts.append((rows[late], rows[late - lag], np.full(len(late), coefficient / self.innovation)))
+        found = [np.concatenate(entries) for entries in zip(*parts)]
+        return found[0], found[1], found[2]
 
     @cached_property
     def _beginning(self) -> Array:
@@ -120,11 +129,28 @@ class NoiseFloor:
 
     def whiten(self, columns: Array) -> Array:
         """(M, ...) -> (M, ...); rows that belong to no series stay as they are."""
-        found = np.array(columns, dtype=np.float64)
-        with np.errstate(invalid="ignore", over="ignore"):  # of a simulation that diverged nothing is left to whiten
+        whole = np.asarray(columns, dtype=np.float64)
+        # Of a simulation that diverged nothing is left to whiten.
+        with np.errstate(invalid="ignore", over="ignore"):
+            return np.asarray(self._whitener(len(whole)) @ whole)
+
+    def _whitener(self, rows: int) -> csr_array:
+        """(M, M): of each row the row itself and those before it in its series."""
+        if rows not in self._whiteners:
+            rest = np.ones(rows, dtype=bool)
+            parts = []
             for series, number in zip(self.series, self.of):
-                found[series.rows] = self.channels[number].whiten(columns[series.rows])
-        return found
+                rest[series.rows] = False
+                parts.append(self.channels[number].filter(series.rows))
+            alone = np.flatnonzero(rest)
+            parts.append((alone, alone, np.ones(len(alone))))
+            to, of, values = (np.concatenate(entries) for entries in zip(*parts))
+            self._whiteners[rows] = csr_array(coo_array((values, (to, of)), shape=(rows, rows)))
+        return self._whiteners[rows]
+
+    @cached_property
+    def _whiteners(self) -> dict[int, csr_array]:
+        return {}
 
     @property
     def sd(self) -> dict[str, float]:
