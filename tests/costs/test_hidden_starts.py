@@ -95,3 +95,20 @@ def test_a_position_that_is_late_is_where_it_was(tau: float) -> None:
     for k in (0, 1):
         wanted = np.interp(t - tau, t, now[:, k])
         assert late[inside, k] == pytest.approx(wanted[inside], abs=0.02)
+
+
+def test_a_prediction_may_start_far_from_what_a_wrong_sensor_shows() -> None:
+    """A steady run with a compass that is wrong by far more than the heading changes."""
+    wrong = 0.25
+    cost = cost_with("heading_bias", wrong, noise=1e-4)
+    cost = TrajectoryCost(cost.study.but(noise=dict.fromkeys(cost.study.noise, 1e-4)))
+    (recorded,) = cost.trials
+    straight = {**recorded.inputs, "delta": np.zeros(LENGTH)}
+    calm = Trial("straight", recorded.t, straight, dict(recorded.outputs), synthetic=True)
+    true = cost_with("heading_bias", 0.0, noise=1e-4).predict(np.array([0.0, *cost.start[1:]]), [calm])[0]
+    names = [channel.name for channel in cost.study.model.outputs]
+    shown = {name: true[:, k] + (wrong if name == "psi" else 0.0) for k, name in enumerate(names)}
+    run = Trial("straight", recorded.t, straight, shown, synthetic=True)
+    found = cost.predict(cost.start, [run])[0]
+    for k, name in enumerate(names):
+        assert found[:, k] == pytest.approx(shown[name], abs=1e-3), name
