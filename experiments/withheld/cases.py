@@ -37,7 +37,7 @@ LOOKALIKES = {
     "auv": ("speed_bias", "speed_scale", "current", "thrust", "drag", "tether", "asymmetry", "rudder_offset", "trim"),
 }  # fmt: skip
 """Causes that few trials on one heading confound with others."""
-LOOKALIKES |= {"tanker": LOOKALIKES["ship"], "torpedo": LOOKALIKES["auv"]}
+LOOKALIKES |= {"tanker": LOOKALIKES["ship"], "container": LOOKALIKES["ship"], "torpedo": LOOKALIKES["auv"]}
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,13 @@ from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note, write
 from withheld.studies import log_text, study_text
 
-ASIDE = ("torpedo", "tanker")
+ASIDE = ("container",)
 """Families that only the test set holds: the method is frozen before anybody sees how it does there."""
 SETS: dict[str, tuple[str, ...]] = {
-    "dev": ("ship", "auv", "mariner"),
-    "test": ("ship", "torpedo", "auv", "tanker", "mariner"),
+    "dev": ("ship", "auv", "mariner", "tanker", "torpedo"),
+    "test": ("ship", "container", "auv", "tanker", "mariner", "container", "torpedo"),
 }
-"""Families of each set."""
+"""Families of each set, in turn: one that comes twice makes more of the cases."""
 SHARES = {"single": 0.52, "double": 0.12, "none": 0.12, "outside": 0.12, "confounded": 0.12}
 CASES, QUICK = {"dev": 60, "test": 45}, 2
 DEV_SEED = 20261121

@@ -86,6 +86,7 @@ NAMES: dict[str, dict[str, str]] = {
     "mariner": {key: name for key, name in _SHIP.items() if key not in _SCREW},
     "tanker": _SHIP,
     "torpedo": _AUV,
+    "container": _SHIP,
 }
 """Family -> key of the mechanism -> name of the effect."""
 

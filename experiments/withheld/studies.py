@@ -19,6 +19,10 @@ KEPT = 0.05
 """Logs are rounded to about this share of a channel's noise."""
 
 
+WIDE = 0.75
+"""Bounds of a coefficient to either side, as a share of it, where the library has no set for the ship: five priors."""
+
+
 def channels(family: Family) -> list[str]:
     """Columns of a log besides time: inputs, then outputs."""
     return [family.input, *(["n"] if family.revolutions else []), *family.outputs]
@@ -37,6 +41,14 @@ def log_text(family: Family, record: Record) -> str:
     table = [[f"{t:.2f}" for t in record.t]]
     table += [[f"{value:.{places[name]}f}" for value in np.round(values[name], places[name]) + 0.0] for name in columns]
     return "\n".join([*lines, *(",".join(row) for row in zip(*table, strict=True))]) + "\n"
+
+
+def _own(family: Family, value: float) -> str:
+    """Value and bounds of one coefficient of a ship that the library has no set for; else nothing."""
+    if not family.whole:
+        return ""
+    low, high = sorted((value * (1 - WIDE), value * (1 + WIDE)))
+    return f"value = {value:.8g}, min = {low:.6g}, max = {high:.6g}, "
 
 
 def study_text(case: Case, name: str) -> str:
@@ -58,8 +70,8 @@ def study_text(case: Case, name: str) -> str:
     ]
     for key, value in family.coefficients.items():
         prior = f"{{ mean = {value:.8g}, sd = {PRIOR * abs(value):.6g} }}"
-        lines.append(f"{key} = {{ vary = true, prior = {prior} }}")
-    lines += [f"{key} = {{ value = {value:.8g} }}  # weighed" for key, value in family.measured.items()]
+        lines.append(f"{key} = {{ {_own(family, value)}vary = true, prior = {prior} }}")
+    lines += [f"{key} = {{ value = {value:.8g} }}  # known" for key, value in family.measured.items()]
     lines += ["", "[channels]"]
     lines += [f'{key} = {{ column = "{key} [{UNITS[key]}]", unit = "{UNITS[key]}" }}' for key in channels(family)]
     lines += ["", "[time]", 'column = "t [s]"', 'unit = "s"', ""]

@@ -28,7 +28,7 @@ from seatruth.models import load_model
 from seatruth.trials import Trial as LibraryTrial
 
 FAMILIES = families()
-TORPEDO, TANKER = FAMILIES["torpedo"], FAMILIES["tanker"]
+TORPEDO, TANKER, CONTAINER = FAMILIES["torpedo"], FAMILIES["tanker"], FAMILIES["container"]
 
 
 def _sailed(family: Family, trials: Sequence[Trial], seed: int) -> list[Record]:
@@ -98,6 +98,29 @@ def test_the_tanker_turns_and_zigzags_like_one() -> None:
     assert swing.min() < -20
 
 
+@pytest.mark.parametrize("seed", [None, 2, 6])
+def test_the_container_ship_is_stable_and_turns_and_zigzags_like_one(seed: int | None) -> None:
+    """Within what IMO asks of a ship of this length and speed; drawn ones may need a quarter more room to turn."""
+    rng = np.random.default_rng(seed)
+    coefficients = drawn_coefficients(CONTAINER, rng) if seed is not None else dict(CONTAINER.coefficients)
+    assert growth(CONTAINER, coefficients) * CONTAINER.time < -0.1
+    quiet = {name: Noise(1e-9, 0.0, 1.0) for name in CONTAINER.outputs}
+    names = ("turn_35_starboard", "zigzag_10_10", "zigzag_20_20_port")
+    trials = [ship_trial(name, 0.0, CONTAINER.time) for name in names]
+    turn, *zigzags = make(CONTAINER, trials, coefficients, (), quiet, rng, True)
+    psi, L = turn.clean["psi"], CONTAINER.sizes["L"]
+    advance = np.interp(math.pi / 2, psi[: int(np.argmax(psi)) + 1], turn.clean["x"][: int(np.argmax(psi)) + 1])
+    advance -= np.interp(3 * CONTAINER.time, turn.t, turn.clean["x"])
+    tactical = turn.clean["y"][int(np.argmax(psi >= math.pi))]
+    wider = 1.0 if seed is None else 1.25
+    assert 2.4 < advance / L < 4.5 * wider
+    assert 3.0 < tactical / L < 5.0 * wider
+    for record, angle, most in zip(zigzags, (10, 20), (5 + 0.5 * CONTAINER.time, 25), strict=True):
+        swing = np.degrees(record.clean["psi"])
+        for extreme in (swing.max(), -swing.min()):
+            assert 0.25 * angle < extreme - angle < most
+
+
 def test_a_current_is_the_same_in_both_codes() -> None:
     """Inertia of the water's share in a current, in the vertical plane: the library's effect beside reality's."""
     quiet = {name: Noise(1e-9, 0.0, 1.0) for name in TORPEDO.outputs}
@@ -115,7 +138,7 @@ def test_a_current_is_the_same_in_both_codes() -> None:
         assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name
 
 
-@pytest.mark.parametrize("name", ASIDE)
+@pytest.mark.parametrize("name", ["torpedo", "tanker", "container"])
 def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path) -> None:
     family, rng = FAMILIES[name], np.random.default_rng(17)
     coefficients, noise = drawn_coefficients(family, rng), drawn_noise(family, rng)
@@ -129,6 +152,11 @@ def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path
     assert {p.name for p in study.parameters if p.vary} == set(family.coefficients)
     values = {p.name: p.value for p in study.parameters}
     assert {key: values[key] for key in family.measured} == pytest.approx(dict(family.measured))
+    assert {key: values[key] for key in family.coefficients} == pytest.approx(dict(family.coefficients))
+    if family.whole:
+        assert set(values) == set(family.coefficients) | set(family.measured)
+        free = [p for p in study.parameters if p.vary]
+        assert all(p.min <= p.value - 4 * p.prior.sd and p.max >= p.value + 4 * p.prior.sd for p in free)
     fit = identify(study, seed=0, threads=1).fit.reset_index()
     for channel in family.outputs:
         left = math.sqrt(float((fit.loc[fit["channel"] == channel, "rmse"] ** 2).mean()))

@@ -78,12 +78,12 @@ def test_a_case_is_what_its_plan_wants_and_its_public_part_names_no_cause(tmp_pa
     assert pairs_after(truth, tmp_path, "a manoeuvre of no menu") == {}
 
 
-def test_plans_cover_kinds_and_keep_two_families_aside() -> None:
+def test_plans_cover_kinds_and_keep_a_family_aside() -> None:
     dev, test = plans("dev", 60, 1), plans("test", 150, 2)
-    assert {plan.family for plan in dev} == {"ship", "auv", "mariner"}
-    assert {plan.family for plan in test} == {"ship", "auv", "mariner", "tanker", "torpedo"}
+    assert {plan.family for plan in dev} == {"ship", "auv", "mariner", "tanker", "torpedo"}
+    assert {plan.family for plan in test} == {"ship", "auv", "mariner", "tanker", "torpedo", "container"}
     for many in (test, plans("test", 45, 3)):
-        assert sum(plan.family in ASIDE for plan in many) >= 0.35 * len(many)
+        assert 0.25 * len(many) <= sum(plan.family in ASIDE for plan in many) <= 0.35 * len(many)
         assert {(plan.family, plan.kind) for plan in many} >= {(name, kind) for name in ASIDE for kind in KINDS}
     assert {plan.kind for plan in dev} == {"single", "double", "none", "outside", "confounded"}
     assert plans("dev", 60, 1) == dev

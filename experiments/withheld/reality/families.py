@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from withheld.reality import auv, catalogue, esso, kvlcc2, mariner, torpedo
+from withheld.reality import auv, catalogue, container, esso, kvlcc2, mariner, torpedo
 from withheld.reality.manoeuvres import Craft, Trial, auv_trial, ship_trial, torpedo_trial
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Vehicle
@@ -48,6 +48,8 @@ class Family:
     """Whether it needs an angle and a rudder to go level; then pilots count both from there."""
     measured: Mapping[str, float] = field(default_factory=dict)
     """What was measured on this vehicle and is not the library's default: the library's name, its value there."""
+    whole: bool = False
+    """Whether its study hands out every parameter, coefficients with bounds, as the library has no set for it."""
 
     def mechanism(self, key: str) -> Mechanism:
         """One mechanism by key; KeyError if it does not act on this family."""
@@ -83,7 +85,7 @@ TURNED = {"reciprocal_run": math.pi, "beam_heading_run": math.pi / 2}
 
 
 def _ship(name: str) -> Family:
-    module = {"ship": kvlcc2, "tanker": esso, "mariner": mariner}[name]
+    module = {"ship": kvlcc2, "tanker": esso, "container": container, "mariner": mariner}[name]
     screw = module is not mariner
     sizes = {**module.SIZES, **module.WINDAGE}
     L, d, rho, speed = sizes["L"], sizes["d"], sizes["rho"], module.SPEED
@@ -95,24 +97,29 @@ def _ship(name: str) -> Family:
     else:
         cube = 0.5 * rho * L**3
         mass, m_x, m_y, drag = sizes["m"] * cube, 42e-5 * cube, 748e-5 * cube, 0.016
+    rudder = 0.0222 if name == "container" else 0.0168  # its area over L d
     sizes |= {
         "lever": 1.0, "mass": mass, "added_across": m_y, "added_difference": m_x - m_y, "speed": speed,
-        "drag_area": drag * L * d, "steering": 0.5 * rho * 1.2 * 0.0168 * L * d, "thrust_share": 1.0,
+        "drag_area": drag * L * d, "steering": 0.5 * rho * 1.2 * rudder * L * d, "thrust_share": 1.0,
     }  # fmt: skip
-    place = {"ship": 0.1, "tanker": 0.05, "mariner": 0.8}[name]
+    place = {"ship": 0.1, "tanker": 0.05, "container": 0.8, "mariner": 0.8}[name]
     deg = math.radians
     noise = {
         "x": place, "y": place, "psi": deg(0.1), "u": 0.01 * speed / 1.18, "v": 0.01 * speed / 1.18,
         "r": deg(0.05) * 5.94 / time,
     }  # fmt: skip
-    # Waves of one to two ship lengths; the tanker is slower for its length than the others.
-    sea = (0.235 if name == "tanker" else 0.45) * time
+    # Waves of one to two ship lengths: the tanker is slower for its length than the others, the container ship faster.
+    sea = {"tanker": 0.235, "container": 0.75}.get(name, 0.45) * time
+    whole = name == "container"
     return Family(
         name, "mmg" if screw else "abkowitz", {"ship": "KVLCC2", "tanker": "ESSO_OSAKA"}.get(name, ""),
         kvlcc2.KVLCC2() if screw else mariner.Mariner(), module.COEFFICIENTS, sizes, speed, time,
-        {"ship": 11.85, "tanker": esso.REVOLUTIONS}.get(name, 0.0), ("u", "v", "r", "x", "y", "psi"), "delta", noise,
-        {"ship": 0.5, "tanker": 0.6, "mariner": 2.0}[name], Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
+        {"ship": 11.85, "tanker": esso.REVOLUTIONS, "container": container.REVOLUTIONS}.get(name, 0.0),
+        ("u", "v", "r", "x", "y", "psi"), "delta", noise,
+        {"ship": 0.5, "tanker": 0.6, "container": 1.5, "mariner": 2.0}[name],
+        Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
         [*catalogue.planar(speed, time, mass, sea), *(catalogue.screw() if screw else [])],
+        measured=module.SIZES if whole else {}, whole=whole,
     )  # fmt: skip
 
 
@@ -158,7 +165,7 @@ def _torpedo() -> Family:
 
 def families() -> dict[str, Family]:
     """All of them by name."""
-    ships = {name: _ship(name) for name in ("ship", "mariner", "tanker")}
+    ships = {name: _ship(name) for name in ("ship", "mariner", "tanker", "container")}
     return {"auv": _vehicle(), "torpedo": _torpedo(), **ships}
 
 
