@@ -21,7 +21,9 @@ Verdict = Mapping[str, Any]
 Pair = tuple[Truth, Verdict]
 SURE = 0.9
 CLOSES = 0.2
-"""Least closure of the oracle for which a ratio to it means something."""
+"""Least closure of the oracle for which a ratio to it means something,"""
+GAP = 0.05
+"""and the least gap, in multiples of the noise, that a refit leaves: of a smaller one closure is a ratio of noise."""
 SURVIVORS = 4
 """Leading candidates between which the next trial is to tell."""
 LEAST = 9.0
@@ -136,7 +138,7 @@ def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bo
     A verdict without a closure closes nothing, and its interval holds nothing; [] where no verdict states any.
     """
     own = [pair for pair in pairs if pair[0]["kind"] in ("single", "double") and pair[0].get("oracle")]
-    own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES]
+    own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES and pair[0]["oracle"]["refit"] >= 1.0 + GAP]
     if not any(pair[1]["closure"] for pair in pairs):
         return []
     found = []

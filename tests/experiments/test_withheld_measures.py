@@ -21,7 +21,8 @@ from withheld.verdicts import verdict
 def _truth(case: str, kind: str, effects: list[str], strength: float, **more: Any) -> dict[str, Any]:
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": dict.fromkeys(effects, strength), "places": ["surge"],
-        "set": effects, "oracle": {"closure": 0.8}, "pairs": {}, "stratum": "100-400", "family": "ship", **more,
+        "set": effects, "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        **more,
     }  # fmt: skip
 
 
@@ -86,7 +87,8 @@ def test_a_closure_that_is_missing_is_nothing_closed_and_intervals_are_judged_wh
         (truth, verdict("a", [(["wind"], 0.9)], closure={"value": 0.4, "lower": 0.3, "upper": 0.5})),
         (truth, verdict("a", [(["bank"], 0.9)], closure={"value": math.nan, "lower": math.nan, "upper": math.nan})),
         (truth, verdict("a", [(["bank"], 0.9)])),
-        ({**truth, "oracle": {"closure": 0.1}}, verdict("a", [(["wind"], 0.9)], closure=right)),
+        ({**truth, "oracle": {"closure": 0.8, "refit": 1.02}}, verdict("a", [(["wind"], 0.9)], closure=right)),
+        ({**truth, "oracle": {"closure": 0.1, "refit": 2.0}}, verdict("a", [(["wind"], 0.9)], closure=right)),
     ]
     found = _found(pairs)
     assert found["closure over the oracle's, median"].n == 4

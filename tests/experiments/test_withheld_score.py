@@ -21,7 +21,8 @@ def _truth(case: str, kind: str, effects: list[str], strength: float, **more: An
     lambdas = dict.fromkeys(effects, strength)
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": lambdas, "places": ["surge"], "set": effects,
-        "oracle": {"closure": 0.8}, "pairs": {}, "stratum": "100-400", "family": "ship", **more,
+        "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        **more,
     }  # fmt: skip
 
 
