@@ -64,8 +64,8 @@ def diagnose(
     with threadpool_limits(limits=1, user_api="blas"):
         problem = GapProblem(study, chosen, threads=threads)
         findings = [*check_trials(study.trials, study.model), *_doubts(study, problem)]
-        floor, full = floor_of(problem, say)
-        found = search(problem, floor, full.x, say)
+        floor, full, bare = floor_of(problem, say)
+        found = search(problem, floor, full.x, bare.x, say)
         if not np.isfinite(found.base.cost):
             raise BadInput(
                 "the model diverges on these trials wherever it was tried",
@@ -107,7 +107,7 @@ def _beside(
     say("Beside what has no name")
     near = max((one.at for one in singles or probed), key=lambda at: at.evidence)
     try:
-        again = search(problem, floor, near.x, lambda text: say(f"Beside what has no name: {text}"))
+        again = search(problem, floor, near.x, found.base.x, lambda text: say(f"Beside what has no name: {text}"))
     except KeyboardInterrupt:
         found.cut = True
         return found, answers

@@ -23,15 +23,15 @@ _Value = Callable[[tuple[str, ...], float], float]
 Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
 UNKNOWN = "unknown"
 
-PRIOR = {"none": 0.38, "one": 0.45, "two": 0.12, "three": 0.02, "unknown": 0.03}
-"""Prior probability of each kind of answer."""
+PRIOR = {"none": 0.16, "one": 0.60, "two": 0.15, "three": 0.02, "unknown": 0.07}
+"""Prior probability of each kind of answer: who asks has reason to, and most causes are too weak to show."""
 UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
-TEMPERATURE = 2.0
+TEMPERATURE = 2.2
 """By which log-evidence is divided."""
 FORM = 0.003
 """Part of an effect's log-evidence that its form, never exact, leaves to others: a twentieth of its amplitude."""
-LITTLE = 2.0
+LITTLE = 1.5
 """Log-evidence that small faults of any model lend to some effect or other."""
 SURE = 0.6
 """Probability from which a cause is named."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seatruth.effects import Effect
+from seatruth.gap.begin import STRAYED, from_pieces
 from seatruth.gap.fit import Fit, Screen, effect_screen, fit
 from seatruth.gap.noise import NoiseFloor, noise_floor, white_floor
 from seatruth.gap.problem import WIDER, Array, GapProblem
@@ -70,18 +71,26 @@ class Search:
         return ranked[:most]
 
 
-def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
-    """The noise floor and the fullest fit: coefficients, initial states, every effect at once, under their priors.
+def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit, Fit]:
+    """The noise floor, the fullest fit (coefficients, initial states, every effect at once, under their priors) and the
+    plain one, without effects.
 
     It begins with white noise of the size that the study states, or that neighbouring samples show. A floor begun with
     the errors of the unfitted model would take the gap's slow drift for the noise's memory, and keep it.
     """
     least = _half_digit(problem)
-    floor = white_floor(problem.series, _sizes(problem, least))
+    sizes = _sizes(problem, least)
+    floor = white_floor(problem.series, sizes)
     most = {n: _STATED * float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
     names = list(problem.effects)
     x = problem.start
-    plain = full = fit(problem, (), floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
+    plain = fit(problem, (), floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
+    if not plain.misfit < STRAYED * problem.rows:
+        nearer = from_pieces(problem, sizes)
+        if nearer is not None:
+            again = fit(problem, (), floor, nearer, steps=_FIRST_STEPS, settled_at=_ROUGH)
+            plain = min(plain, again, key=lambda one: one.cost)
+    full = plain
     for k in range(ROUNDS):
         say(f"Noise floor {k + 1} of {ROUNDS}")
         if np.isfinite(full.cost):
@@ -92,12 +101,12 @@ def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit]:
         full, before = again, floor
         floor = _quieter(problem, (full, plain), least, most)
         if not all(np.isfinite(one.innovation) for one in floor.channels):
-            return before, full
+            return before, full, plain
         plain = fit(problem, (), floor, plain.x, steps=_FULL_STEPS, settled_at=_ROUGH)
         changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
         if k and max(changes) < 0.02:
             break
-    return floor, full
+    return floor, full, plain
 
 
 def _quieter(
@@ -133,14 +142,15 @@ def _sizes(problem: GapProblem, least: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def search(problem: GapProblem, floor: NoiseFloor, near: Array, say: Say) -> Search:
-    """Screens and fits. `near` (K,) is where the fullest fit ended: a second start for every hypothesis.
+def search(problem: GapProblem, floor: NoiseFloor, near: Array, plain: Array, say: Say) -> Search:
+    """Screens and fits. `near` (K,) is where the fullest fit ended, a second start for every hypothesis; `plain` (K,)
+    is where the one without effects did.
 
     An interrupt once the model without effects is fitted ends it with what there is (`cut`).
     """
     found = Search(problem, floor)
     say("The model without any effect")
-    found.fits[()] = _best(problem, (), floor, [problem.start, near])
+    found.fits[()] = _best(problem, (), floor, [problem.start, near, plain])
     if not np.isfinite(found.base.cost):
         return found
     _secants(found)
