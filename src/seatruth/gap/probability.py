@@ -23,7 +23,7 @@ _Value = Callable[[tuple[str, ...], float], float]
 Kind = Literal["effects", "no_gap", "underpowered", "inseparable", "unknown"]
 UNKNOWN = "unknown"
 
-PRIOR = {"none": 0.16, "one": 0.60, "two": 0.15, "three": 0.02, "unknown": 0.07}
+PRIOR = {"none": 0.20, "one": 0.57, "two": 0.14, "three": 0.02, "unknown": 0.07}
 """Prior probability of each kind of answer: who asks has reason to, and most causes are too weak to show."""
 UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
@@ -39,6 +39,8 @@ TOGETHER = 0.95
 """Probability that the effects reported as a set hold together."""
 LEAST = 0.15
 """Probability, as a part of the leader's, below which a rival is left out of such a set."""
+RIVAL = 0.5
+"""Probability of any cause, as a part of that of none, from which it cannot be said that there is none."""
 APART = 11.0
 """Pairwise lambda below which two causes count as not told apart."""
 _SEEN = 0.5
@@ -210,33 +212,41 @@ def verdict(
     gives the pairwise lambda of two effects.
     """
     best = found[0]
-    if best.effects == () and best.probability >= 0.5:
-        kind: Kind = "no_gap" if len(powerless) <= possible // 2 else "underpowered"
-        return Verdict(kind, (), (), best.probability)
-    if best.effects == (UNKNOWN,) and best.probability >= 0.5:
-        return Verdict("unknown", (), (), best.probability)
     named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
     cause = sum(c.probability for c in named)
-    if best in named and best.probability >= SURE and not _doubles(best, named, near):
-        return Verdict("effects", best.effects, (), best.probability, best.beside > 0.5 * best.probability)
-    if named and cause >= SURE:
-        # Rivals of the same number: what is said of a second effect is not that the first is another.
-        rivals = [c for c in named if len(c.effects) == len(named[0].effects)]
-        total = sum(c.probability for c in rivals)
-        beside = sum(c.beside for c in named) > 0.5 * cause
-        together: list[str] = []
-        held = 0.0
-        for candidate in rivals:
-            if held >= TOGETHER * total or candidate.probability < LEAST * named[0].probability:
-                break
-            together += [name for name in candidate.effects if name not in together]
-            held += candidate.probability
-        if len(together) == len(named[0].effects):
-            return Verdict("effects", named[0].effects, (), cause, beside)
-        return Verdict("inseparable", named[0].effects, tuple(together), cause, beside)
+    if best.effects == ():
+        rival = max((c.probability for c in found[1:]), default=0.0)
+        if rival > RIVAL * best.probability:
+            return Verdict("underpowered", (), _leading(named), cause)
+        kind: Kind = "no_gap" if len(powerless) <= possible // 2 else "underpowered"
+        return Verdict(kind, (), (), best.probability)
     if best.effects == (UNKNOWN,):
         return Verdict("unknown", (), (), best.probability)
-    return Verdict("underpowered", (), tuple(dict.fromkeys(n for c in named[:4] for n in c.effects)), cause)
+    if best.probability >= SURE and not _doubles(best, named, near):
+        return Verdict("effects", best.effects, (), best.probability, best.beside > 0.5 * best.probability)
+    # Rivals of the same number: what is said of a second effect is not that the first is another.
+    rivals = [c for c in named if len(c.effects) == len(best.effects)]
+    total = sum(c.probability for c in rivals)
+    together: list[str] = []
+    held = 0.0
+    for candidate in rivals:
+        if held >= TOGETHER * total or candidate.probability < LEAST * best.probability:
+            break
+        together += [name for name in candidate.effects if name not in together]
+        held += candidate.probability
+    # Answers that have one of them and more speak for the set as well.
+    covered = sum(c.probability for c in named if set(c.effects) & set(together))
+    beside = sum(c.beside for c in named) > 0.5 * cause
+    if covered < SURE:
+        return Verdict("underpowered", (), _leading(named), cause)
+    if len(together) == len(best.effects):
+        return Verdict("effects", best.effects, (), covered, beside)
+    return Verdict("inseparable", best.effects, tuple(together), covered, beside)
+
+
+def _leading(named: Sequence[Candidate]) -> tuple[str, ...]:
+    """The effects of the likeliest answers."""
+    return tuple(dict.fromkeys(n for c in named[:4] for n in c.effects))
 
 
 def _doubles(best: Candidate, named: Sequence[Candidate], near: Callable[[str, str], float] | None) -> bool:

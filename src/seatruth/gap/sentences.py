@@ -29,7 +29,9 @@ def sentence(
     weak = verdict["powerless"]
     if kind == "no_gap":
         rest = f" These trials could not have shown {_listing(weak, by_name)}." if weak else ""
-        return f"No gap beyond the noise and the coefficients' own uncertainty ({chance}).{rest}"
+        most = max((row["probability"] for row in which), default=0.0)
+        others = f"; no cause is likelier than {most:.0%}, what remains is too weak to show"
+        return f"No gap beyond the noise and the coefficients' own uncertainty ({chance}{others}).{rest}"
     if verdict["set"]:
         return (
             f"No cause stands out. The likeliest are {_listing(verdict['set'], by_name)}, together {chance}; "
