@@ -59,13 +59,14 @@ def test_a_fit_follows_a_valley_that_bends(start: tuple[float, float]) -> None:
     assert problem.linearised <= 26
 
 
-def search_with(evidence: dict[tuple[str, ...], float]) -> Any:
+def search_with(evidence: dict[tuple[str, ...], float], beside: int = 0) -> Any:
     """A search whose effects have these log-evidences; each shows on these trials."""
     names = sorted({name for key in evidence for name in key})
     one = SimpleNamespace(columns={name: [k] for k, name in enumerate(names)}, information=np.eye(9), sd=np.ones(9))
     return SimpleNamespace(
         problem=SimpleNamespace(effects=names),
         fits=dict.fromkeys(evidence),
+        beside=beside,
         screens={(): SimpleNamespace(**{**vars(one), "columns": {n: np.array([k]) for k, n in enumerate(names)}})},
         evidence=lambda key: {(): 0.0, **evidence}.get(tuple(sorted(key)), -np.inf),
     )
@@ -199,6 +200,14 @@ def test_what_acts_beside_something_unnamed_is_shared_out_anew() -> None:
     assert found[("current",)].beside == pytest.approx(0.85 * 0.7)
     assert found[(UNKNOWN,)].probability == pytest.approx(0.85 * 0.3)
     assert found[("wind",)].probability == pytest.approx(0.05)
+
+
+def test_beside_something_unnamed_a_named_effect_is_a_second_cause() -> None:
+    evidence = {("wind",): 4.0, ("current",): 0.0}
+    alone, beside = (candidates(search_with(evidence, number), [])[0] for number in (0, 1))
+    assert alone.effects == ("wind",)
+    assert beside.effects == ()
+    assert beside.probability > 0.5
 
 
 def test_a_set_of_effects_must_earn_its_handicap() -> None:

@@ -113,6 +113,7 @@ def _beside(
         return found, answers
     if not np.isfinite(again.base.cost):
         return found, answers
+    again.beside = 1
     return again, beside_unnamed(answers, candidates(again, []))
 
 

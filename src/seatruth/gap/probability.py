@@ -25,6 +25,8 @@ UNKNOWN = "unknown"
 
 PRIOR = {"none": 0.20, "one": 0.57, "two": 0.14, "three": 0.02, "unknown": 0.07}
 """Prior probability of each kind of answer: who asks has reason to, and most causes are too weak to show."""
+LEAST_SHARE = 0.01
+"""The same of more causes than these."""
 UNNAMED = 6.0
 """Log-evidence by which something unnamed must beat what has a name: its forms contain those of named effects."""
 TEMPERATURE = 2.2
@@ -73,7 +75,7 @@ def candidates(search: Search, probes: Sequence[Probes], temperature: float = TE
     """All answers with their probabilities, the most probable first."""
     shown = _shown(search)
     keys = {(name,) for name in shown} | {key for key in search.fits if all(name in shown for name in key)}
-    prior = _prior(len(shown))
+    prior = _prior(len(shown), search.beside)
     tempered = _tempered(search)
     evidences = {key: search.evidence(key) for key in sorted(keys)}
     rows = [_Row(key, tempered(key, found), prior(key)) for key, found in evidences.items() if math.isfinite(found)]
@@ -97,21 +99,22 @@ def _shown(search: Search) -> list[str]:
     return [n for n in search.problem.effects if visible(search, n) or search.evidence((n,)) > 1.0]
 
 
-def _prior(many: int) -> Callable[[tuple[str, ...]], float]:
-    """Logarithm of the prior probability of a set of effects, of so many that take part."""
+def _prior(many: int, beside: int) -> Callable[[tuple[str, ...]], float]:
+    """Logarithm of the prior probability of a set of effects, of so many that take part, beside so many others."""
     pairs = many * (many - 1) // 2
     count = {0: 1, 1: many, 2: pairs, 3: pairs * max(1, many - 2) // 3}
-    share = {0: PRIOR["none"], 1: PRIOR["one"], 2: PRIOR["two"], 3: PRIOR["three"]}
+    shares = [PRIOR["none"], PRIOR["one"], PRIOR["two"], PRIOR["three"]][beside:]
 
     def prior(key: tuple[str, ...]) -> float:
-        return math.log(share.get(len(key), 0.01) / max(1, count.get(len(key), count[3])))
+        share = shares[len(key)] if len(key) < len(shares) else LEAST_SHARE
+        return math.log(share / max(1, count.get(len(key), count[3])))
 
     return prior
 
 
 def handicap(search: Search) -> Callable[[tuple[str, ...]], float]:
     """Log-evidence by which a set of effects must be ahead of no effect to be as probable."""
-    prior = _prior(len(_shown(search)))
+    prior = _prior(len(_shown(search)), search.beside)
     return lambda key: TEMPERATURE * (prior(()) - prior(key)) + (LITTLE if key else 0.0)
 
 

@@ -52,6 +52,8 @@ class Search:
     screens: dict[tuple[str, ...], Screen] = field(default_factory=dict)
     starts: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     """Pseudo-candidates "name@k": values of the effect's parameters (n,), and the whitened change of the errors."""
+    beside: int = 0
+    """Causes that act in any case, beside these effects."""
     cut: bool = False
     """The user stopped it: hypotheses that were not reached are screened only."""
 
