@@ -203,7 +203,7 @@ def test_what_acts_beside_something_unnamed_is_shared_out_anew() -> None:
 
 
 def test_beside_something_unnamed_a_named_effect_is_a_second_cause() -> None:
-    evidence = {("wind",): 4.0, ("current",): 0.0}
+    evidence = {(): 0.0, ("wind",): 4.0, ("current",): 0.0}
     alone, beside = (candidates(search_with(evidence, number), [])[0] for number in (0, 1))
     assert alone.effects == ("wind",)
     assert beside.effects == ()
