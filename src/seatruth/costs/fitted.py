@@ -83,6 +83,20 @@ class StudyCost(Cost):
     def errors(self, x: Array) -> Array:
         """Measured less predicted (N, D), finite wherever a sample counts; not finite anywhere where x diverges."""
 
+    def residuals(self, x: Array) -> Array:
+        """Errors over noise, then priors: (M,); all inf where x breaks a constraint."""
+        x = np.asarray(x, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            found = np.concatenate([self._noise.residuals(self.errors(x)), self.space.prior_residuals(x[None])[0]])
+        return found if self.space.feasible(x[None])[0] else np.full(len(found), np.inf)
+
+    def _with_priors(self, found: Array, X: Array) -> Array:
+        """Costs (P,) of the data with those of the priors; inf where a candidate breaks a constraint or diverges."""
+        with np.errstate(all="ignore"):
+            found = found + 0.5 * (self.space.prior_residuals(X) ** 2).sum(axis=1)
+        found = np.where(self.space.feasible(X), found, np.inf)
+        return np.where(np.isfinite(found), found, np.inf)
+
     def reweight(self, x: Array) -> bool:
         """Takes the noise of the errors at x as the estimate; True if it changed. Leaves it where x diverges."""
         if self.noise_known:

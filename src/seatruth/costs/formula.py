@@ -69,16 +69,7 @@ class FormulaCost(StudyCost):
                 error = (self._measured[:, 0] - self._predicted(X[k : k + size]))[:, self._rows] * weights[self._rows]
                 squares[k : k + size] = np.einsum("pn,pn->p", error, error)
             found = self._noise.cost_of_squares(squares[:, None])
-            found = found + 0.5 * (self.space.prior_residuals(X) ** 2).sum(axis=1)
-        found = np.where(self.space.feasible(X), found, np.inf)
-        return np.where(np.isfinite(found), found, np.inf)
-
-    def residuals(self, x: Array) -> Array:
-        """Errors over noise, then priors: (M,)."""
-        x = np.asarray(x, dtype=np.float64)
-        with np.errstate(all="ignore"):
-            found = np.concatenate([self._noise.residuals(self.errors(x)), self.space.prior_residuals(x[None])[0]])
-        return found if self.space.feasible(x[None])[0] else np.full(len(found), np.inf)
+        return self._with_priors(found, X)
 
     def jacobian(self, x: Array) -> Array:
         """Derivative of `residuals`, (M, K): exact for an expression, by differences for a callable."""

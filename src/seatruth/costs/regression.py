@@ -84,16 +84,7 @@ class RegressionCost(StudyCost):
             linear = self.linear
             squares = linear.squares(X) if linear is not None else self._squares(X)
             found = self._noise.cost_of_squares(squares)
-            found = found + 0.5 * (self.space.prior_residuals(X) ** 2).sum(axis=1)
-        found = np.where(self.space.feasible(X), found, np.inf)
-        return np.where(np.isfinite(found), found, np.inf)
-
-    def residuals(self, x: Array) -> Array:
-        """Errors of the accelerations over their deviation, then priors: (M,)."""
-        x = np.asarray(x, dtype=np.float64)
-        with np.errstate(all="ignore"):
-            found = np.concatenate([self._noise.residuals(self.errors(x)), self.space.prior_residuals(x[None])[0]])
-        return found if self.space.feasible(x[None])[0] else np.full(len(found), np.inf)
+        return self._with_priors(found, X)
 
     def jacobian(self, x: Array) -> Array:
         """Exact derivative of `residuals`: (M, K)."""
