@@ -1,8 +1,8 @@
 """What a suggested trial would tell: the referee runs it in reality and measures the pairs anew.
 
-The menu is the diagnosis' own, by name: [beam course: |reciprocal course: ] and manoeuvres, joined by ", then ", each
-as long as the longest trial: [slow ]turn by +input or -input, [slow ]zigzag, small zigzag, wide zigzag or staircase of
-the input, steps of or coast-down (of the revolutions), or a straight run.
+The menu is the diagnosis' own, by name: [beam course: |reciprocal course: |slow start: ] and manoeuvres, joined by
+", then ", each as long as the longest trial: [slow ]turn by +input or -input, [slow ]zigzag, small zigzag, wide zigzag
+or staircase of the input, steps of or coast-down (of the revolutions), or a straight run.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from withheld.studies import UNITS
 
 COURSES = {"beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
 THEN = ", then "
+SLOW_START = "slow start: "
 SLOW = 0.6
-"""Share of the revolutions in slow manoeuvres."""
+"""Share of the revolutions in slow manoeuvres, of the speed at a slow start."""
 STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Shares of the largest angle in a staircase."""
 Orders = tuple[float, float, float]
@@ -60,7 +61,9 @@ def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[
 
 def suggested(family: Family, records: list[Record], words: str) -> Trial | None:
     """The trial of the diagnosis' menu: inputs by the clock within what the records did; None for other words."""
-    turned, rest = 0.0, words
+    turned, speed, rest = 0.0, 1.0, words
+    if rest.startswith(SLOW_START):
+        rest, speed = rest.removeprefix(SLOW_START), SLOW
     for course, angle in COURSES.items():
         if rest.startswith(course):
             rest, turned = rest.removeprefix(course), angle
@@ -75,7 +78,7 @@ def suggested(family: Family, records: list[Record], words: str) -> Trial | None
         return None
     plan = [(k * seconds + t, delta, n) for k, part in enumerate(parts) for t, delta, n in known[part]]
     heading = (longest.trial.heading + turned) if family.vehicle.earth_current else 0.0
-    return Trial(words, lambda: Fixed(plan), heading, len(parts) * seconds)
+    return Trial(words, lambda: Fixed(plan), heading, len(parts) * seconds, speed)
 
 
 def manoeuvres(family: Family, seconds: float, full: float) -> dict[str, list[Orders]]:

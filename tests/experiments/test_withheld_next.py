@@ -43,7 +43,7 @@ def menu_of(family: Family, records: list[Record]) -> Menu:
     trials = []
     for k, record in enumerate(records):
         inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
-        outputs = {name: np.zeros(record.t.shape) for name in family.outputs}
+        outputs = {name: np.full(record.t.shape, float(name == "u")) for name in family.outputs}
         trials.append(Log(f"t{k}", record.t, inputs, outputs, synthetic=True))
     model = SimpleNamespace(inputs=[SimpleNamespace(name=name) for name in names])
     given: Any = SimpleNamespace(trials=trials, model=model, outputs=family.outputs)
@@ -61,14 +61,15 @@ def test_the_same_words_are_the_same_inputs_by_the_clock(name: str) -> None:
     read = set(manoeuvres(family, 60.0, 0.1))
     assert set(phases) <= read
     assert set(phases) == read or not family.revolutions
-    courses = menu.courses()
+    starts = menu.starts()
     for k, first in enumerate(phases):
-        option = menu.trial([first, phases[k - 1], "straight run"], courses[k % len(courses)])
+        option = menu.trial([first, phases[k - 1], "straight run"], starts[k % len(starts)])
         trial = suggested(family, records, option.name)
         assert trial is not None
         assert trial.seconds == pytest.approx(option.trial.duration, abs=0.6)
         if family.vehicle.earth_current:
             assert trial.heading - 0.3 == pytest.approx(option.trial.outputs["psi"][0])
+        assert trial.speed == pytest.approx(option.trial.outputs["u"][0])
         orders = trial.manoeuvre()
         # A sample beside a reversal may fall to either side of it.
         off = 0

@@ -61,7 +61,7 @@ def test_the_menu_stays_within_what_the_trials_did(problem: GapProblem) -> None:
         assert option.trial.duration == pytest.approx(longest, abs=1.0)
         assert "s in all" in option.text
     assert {"turn by +delta", "turn by -delta", "zigzag of delta", "staircase of delta"} < set(menu.phases)
-    assert "reciprocal course: " in menu.courses()
+    assert "reciprocal course: " in menu.starts()
 
 
 def test_a_programme_is_its_manoeuvres_one_after_another_and_its_name_says_it(problem: GapProblem) -> None:
@@ -133,6 +133,13 @@ def test_the_distance_is_the_fall_of_the_misfit_that_refitting_a_rival_leaves(
         )
         got = fit(clean, ("gyro_bias",), floor, clean.start)
         assert table[("rudder_offset", "gyro_bias")] == pytest.approx(2.0 * got.cost, rel=0.05)
+
+
+def test_a_motion_that_leaves_what_was_recorded_is_not_on_the_menu(problem: GapProblem, found: Search) -> None:
+    rivals, menu = Rivals(found, CHANCES), Menu(problem)
+    wild = menu.trial(["turn by +delta"]).trial
+    wild = dataclasses.replace(wild, inputs={"delta": 10.0 * np.asarray(wild.inputs["delta"])})
+    assert rivals.after(wild) is None
 
 
 def test_the_suggestion_is_the_best_of_the_menu(found: Search, probed: Probes) -> None:

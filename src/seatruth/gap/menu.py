@@ -22,8 +22,10 @@ MOST = 3
 THEN = ", then "
 COURSES = {"": 0.0, "beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
 """Words before a trial, and by how much its first heading is turned."""
+SLOW_START = "slow start: "
+"""Words before a trial that begins at a part of the usual speed; for models that have no drive among their inputs."""
 _SLOW = 0.6
-"""Part of the usual drive in slow manoeuvres."""
+"""Part of the usual drive in slow manoeuvres, and of the usual speed in a slow start."""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -68,11 +70,12 @@ class Menu:
         """Length of one manoeuvre."""
         return self.pattern.duration
 
-    def courses(self) -> list[str]:
-        """Words for the first headings that can be chosen."""
-        return list(COURSES) if self.turns else [""]
+    def starts(self) -> list[str]:
+        """Words for the first headings and speeds that can be chosen."""
+        slow = [SLOW_START] if not self.drives and "u" in self.pattern.outputs else []
+        return [*(list(COURSES) if self.turns else [""]), *slow]
 
-    def trial(self, names: Sequence[str], course: str = "") -> Manoeuvre:
+    def trial(self, names: Sequence[str], start: str = "") -> Manoeuvre:
         """These manoeuvres one after another, in one trial that begins as the longest one did."""
         many = len(names) * len(self.t) + 1
         t = self.step * np.arange(many, dtype=np.float64)
@@ -80,25 +83,29 @@ class Menu:
         for name in self.inputs:
             parts = [self.phases[n].inputs.get(name, np.full(self.t.shape, self.usual[name])) for n in names]
             inputs[name] = np.concatenate([*parts, parts[-1][-1:]])
-        title = course + THEN.join(names)
+        title = start + THEN.join(names)
         texts = [self.phases[n].text for n in names]
+        if start == SLOW_START:
+            texts[0] = f"from {100 * _SLOW:.0f} % of the usual speed, {texts[0]}"
         length = f"{len(names) * self.seconds:.3g} s in all"
         text = f"{'; then '.join(texts)}; {length}"
-        return Manoeuvre(title, text, Trial(title, t, inputs, self._outputs(many, COURSES[course]), synthetic=True))
+        return Manoeuvre(title, text, Trial(title, t, inputs, self._outputs(many, start), synthetic=True))
 
     def named(self, words: str) -> Manoeuvre:
         """The entry of this name; KeyError if there is none."""
-        course = next((word for word in COURSES if word and words.startswith(word)), "")
-        return self.trial(words.removeprefix(course).split(THEN), course)
+        start = next((word for word in (*COURSES, SLOW_START) if word and words.startswith(word)), "")
+        return self.trial(words.removeprefix(start).split(THEN), start)
 
-    def _outputs(self, many: int, turned: float) -> dict[str, Array]:
+    def _outputs(self, many: int, start: str) -> dict[str, Array]:
         """Outputs that stand for the first state, at the samples at which the recorded trials were compared."""
         outputs = {}
         for name, series in self.pattern.outputs.items():
             finite = np.flatnonzero(np.isfinite(np.asarray(series)))
             first = float(np.asarray(series)[finite[0]]) if finite.size else 0.0
             if name == "psi":
-                first += turned
+                first += COURSES.get(start, 0.0)
+            if name == "u" and start == SLOW_START:
+                first *= _SLOW
             if name in ("v", "r", "p", "q", "phi"):
                 first = 0.0
             outputs[name] = np.full(many, np.nan)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.gap.menu import MOST, Manoeuvre, Menu
+from seatruth.gap.probability import UNKNOWN
 from seatruth.gap.rivals import Rivals, Table
 from seatruth.gap.search import Search
 from seatruth.gap.unknown import Probes
@@ -25,12 +26,12 @@ _TWICE = 2.0
 """Factor from which a trial is worth its while."""
 _UNSURE = 0.5
 """Deviation of a foretold factor's logarithm: sizes are fitted, and models bend."""
+_UNSURER = 1.0
+"""The same for a cause without a name: its formula is fitted to where the trials were, not where a further one is."""
 _LONGER = 0.03
 """Chance of that factor which one manoeuvre more must bring."""
 _KEPT = 3
 """Sequences that are carried on."""
-_TURNED = 3
-"""Sequences that are tried on other courses."""
 
 
 def next_trial(
@@ -46,26 +47,25 @@ def next_trial(
     menu = Menu(search.problem)
     rows: list[dict[str, Any]] = []
 
-    def tried(names: Sequence[str], course: str = "") -> None:
-        option = menu.trial(names, course)
+    def tried(names: Sequence[str], start: str) -> None:
+        option = menu.trial(names, start)
         say(f"Next trial: {option.name}")
         try:
             after = rivals.after(option.trial)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return
         if after is not None:
-            rows.append(_row(option, after, rivals, names))
+            rows.append({"start": start, "phases": tuple(names), **_row(option, after, rivals)})
 
-    kept: list[tuple[str, ...]] = [()]
+    kept: list[tuple[str, tuple[str, ...]]] = [(start, ()) for start in menu.starts()]
     for many in range(1, MOST + 1):
-        for begun in kept:
+        for start, begun in kept:
             for name in menu.phases:
-                tried((*begun, name))
-        longest = sorted((row for row in rows if len(row["phases"]) == many), key=lambda row: -row["score"])
-        kept = [row["phases"] for row in longest[:_KEPT]]
-    for row in sorted(rows, key=lambda row: -row["score"])[:_TURNED]:
-        for course in menu.courses()[1:]:
-            tried(row["phases"], course)
+                tried((*begun, name), start)
+        longest = sorted((row for row in rows if len(row["phases"]) == many), key=lambda row: row["score"])
+        best_of = {row["phases"]: row for row in longest}
+        leading = sorted(best_of.values(), key=lambda row: -row["score"])[:_KEPT]
+        kept = [(row["start"], row["phases"]) for row in leading]
     if not rows:
         return None
     # A longer trial must be worth it.
@@ -85,7 +85,7 @@ def next_trial(
     }
 
 
-def _row(option: Manoeuvre, after: Table, rivals: Rivals, names: Sequence[str]) -> dict[str, Any]:
+def _row(option: Manoeuvre, after: Table, rivals: Rivals) -> dict[str, Any]:
     pairs = _smallest(after)
     pair = min(pairs, key=lambda key: pairs[key])
     gains = rivals.gains(after)
@@ -95,15 +95,15 @@ def _row(option: Manoeuvre, after: Table, rivals: Rivals, names: Sequence[str]) 
         "lambda": pairs[pair],
         "weakest": list(pair),
         "gain": math.exp(rivals.mean({name: math.log(min(gain, _ENOUGH)) for name, gain in gains.items()})),
-        "score": rivals.mean({name: _chance(gain) for name, gain in gains.items()}),
-        "phases": tuple(names),
+        "score": rivals.mean({name: _chance(gain, name) for name, gain in gains.items()}),
         "gains": gains,
     }
 
 
-def _chance(gain: float) -> float:
+def _chance(gain: float, name: str) -> float:
     """Chance that a trial which is foretold this factor brings twice."""
-    return 0.5 * math.erfc((math.log(_TWICE) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * _UNSURE))
+    unsure = _UNSURER if name == UNKNOWN else _UNSURE
+    return 0.5 * math.erfc((math.log(_TWICE) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * unsure))
 
 
 def _smallest(table: Table) -> Table:

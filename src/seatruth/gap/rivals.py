@@ -29,7 +29,7 @@ _SIZE = 2.0
 _FREE = ("x", "y", "psi")
 """Outputs that grow with time, and that no motion depends on but by what is around."""
 _BEYOND = 2.0
-"""Widths of what was recorded by which the other outputs may leave it."""
+"""Widths of what was recorded by which the other outputs may leave it; depth by half of what it usually was, too."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,11 @@ class Rivals:
             values = [np.asarray(t.outputs[name]) for t in self.problem.trials if name in t.outputs]
             if name not in _FREE and values and np.isfinite(np.concatenate(values)).any():
                 low, high = float(np.nanmin(np.concatenate(values))), float(np.nanmax(np.concatenate(values)))
-                found[k] = (low - _BEYOND * (high - low), high + _BEYOND * (high - low))
+                margin = _BEYOND * (high - low)
+                if name == "z":
+                    margin = max(margin, 0.5 * abs(float(np.nanmedian(np.concatenate(values)))))
+                # Slower than ever is within, down to a stop.
+                found[k] = (min(low - margin, 0.0 if name == "u" else low), high + margin)
         return found
 
     def _within(self, y: Array) -> bool:
