@@ -30,6 +30,8 @@ _UNSURER = 1.0
 """The same for a cause without a name: its formula is fitted to where the trials were, not where a further one is."""
 _LONGER = 0.03
 """Chance of that factor which one manoeuvre more must bring."""
+_ELSEWHERE = 0.01
+"""The same of another course or speed to begin with."""
 _KEPT = 3
 """Sequences that are carried on."""
 
@@ -62,14 +64,14 @@ def next_trial(
         for start, begun in kept:
             for name in menu.phases:
                 tried((*begun, name), start)
-        longest = sorted((row for row in rows if len(row["phases"]) == many), key=lambda row: row["score"])
+        longest = sorted((row for row in rows if len(row["phases"]) == many), key=_worth)
         best_of = {row["phases"]: row for row in longest}
-        leading = sorted(best_of.values(), key=lambda row: -row["score"])[:_KEPT]
+        leading = sorted(best_of.values(), key=_worth)[-_KEPT:]
         kept = [(row["start"], row["phases"]) for row in leading]
     if not rows:
         return None
     # A longer trial must be worth it.
-    rows.sort(key=lambda row: _LONGER * len(row["phases"]) - row["score"])
+    rows.sort(key=_worth, reverse=True)
     best = menu.named(rows[0]["manoeuvre"])
     before = _smallest(rivals.before)
     return {
@@ -98,6 +100,11 @@ def _row(option: Manoeuvre, after: Table, rivals: Rivals) -> dict[str, Any]:
         "score": rivals.mean({name: _chance(gain, name) for name, gain in gains.items()}),
         "gains": gains,
     }
+
+
+def _worth(row: Mapping[str, Any]) -> float:
+    """What a trial is worth, less what it costs."""
+    return float(row["score"]) - _LONGER * len(row["phases"]) - (_ELSEWHERE if row["start"] else 0.0)
 
 
 def _chance(gain: float, name: str) -> float:
