@@ -57,6 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
     last.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
+    last.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1), help="for the suggested trials")
     shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
@@ -78,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         elif given.step == "diagnose":
             diagnose(given.out, given.program, given.workers, limit=given.limit)
         elif given.step == "score":
-            scored(given.out, given.data)
+            scored(given.out, given.data, given.workers)
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
         else:
@@ -101,12 +102,12 @@ def generated(which: str, out: Path, given: argparse.Namespace) -> None:
         generate(which, out, given.cases, seed, given.quick, given.workers, as_is=as_is)
 
 
-def scored(out: Path, data: Path | None) -> None:
+def scored(out: Path, data: Path | None, workers: int) -> None:
     """The last step: a set of real records is scored by measures of its own."""
     if set_of(out) == REAL:
         write_real_page(out, score_real(out, data))
     else:
-        write_page(out, score(out))
+        write_page(out, score(out, workers))
 
 
 def set_of(out: Path) -> str:
@@ -139,6 +140,6 @@ def one_set(which: str, given: argparse.Namespace) -> None:
             note(out, "diagnose", "left out", {"program": "sindy", "why": "pysindy is not installed"})
             continue
         diagnose(out, program, given.workers)
-    scored(out, given.data)
+    scored(out, given.data, given.workers)
     shown = out.relative_to(ROOT) if out.is_relative_to(ROOT) else out
     print(f"Written: {shown}/score.html and score.json", flush=True)

@@ -1,7 +1,8 @@
 """What a suggested trial would tell: the referee runs it in reality and measures the pairs anew.
 
-The menu is the diagnosis' own, by name: [beam course: |reciprocal course: ] then zigzag, small zigzag or slow zigzag of
-an input, turn by +input or -input, steps of or coast-down (of the revolutions), or a straight run.
+The menu is the diagnosis' own, by name: [beam course: |reciprocal course: |slow start: ] and manoeuvres, joined by
+", then ", each as long as the longest trial: [slow ]turn by +input or -input, [slow ]zigzag, small zigzag, wide zigzag
+or staircase of the input, steps of or coast-down (of the revolutions), or a straight run.
 """
 
 from __future__ import annotations
@@ -24,6 +25,14 @@ from withheld.refit import judged, pairs
 from withheld.studies import UNITS
 
 COURSES = {"beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
+THEN = ", then "
+SLOW_START = "slow start: "
+SLOW = 0.6
+"""Share of the revolutions in slow manoeuvres, of the speed at a slow start."""
+STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
+"""Shares of the largest angle in a staircase."""
+Orders = tuple[float, float, float]
+"""From so many seconds on: angle, share of the revolutions."""
 
 
 def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[str, float]:
@@ -41,40 +50,56 @@ def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[
     names = NAMES[family.name]
     others = [one for one in family.mechanisms if one.key in names and one.key != cause["key"]]
     others = [one for one in others if truth["ordered"] or not one.orders]
-    found = judged(family, [*records, *added], truth["coefficients"], noise, acting, 0)
-    after = pairs(found, others)
+    try:
+        found = judged(family, [*records, *added], truth["coefficients"], noise, acting, 0)
+        after = pairs(found, others)
+    except np.linalg.LinAlgError:
+        # In a motion that runs away nothing can be told: what the recorded trials tell is what there is.
+        return dict(truth["pairs"][cause["key"]])
     return {names[key]: value for key, value in after.items()}
 
 
 def suggested(family: Family, records: list[Record], words: str) -> Trial | None:
     """The trial of the diagnosis' menu: inputs by the clock within what the records did; None for other words."""
-    turned = 0.0
+    turned, speed, rest = 0.0, 1.0, words
+    if rest.startswith(SLOW_START):
+        rest, speed = rest.removeprefix(SLOW_START), SLOW
     for course, angle in COURSES.items():
-        if words.startswith(course):
-            words, turned = words.removeprefix(course), angle
+        if rest.startswith(course):
+            rest, turned = rest.removeprefix(course), angle
     longest = max(records, key=lambda record: record.t[-1])
     seconds = float(longest.t[-1])
     # Orders count from the trim, and so does the largest one.
     usual = float(np.median(np.concatenate([record.delta for record in records]))) if family.trimmed else 0.0
     full = max(float(np.abs(record.delta - usual).max()) for record in records) * family.craft.sense
-    name, period = family.input, seconds / 4
-    half = period / 2
-    over = [(k * half, full * (-1.0) ** k, 1.0) for k in range(8)]
-    small = [(k * half / 2.5, full / 4 * (-1.0) ** k, 1.0) for k in range(20)]
-    plans: dict[str, list[tuple[float, float, float]]] = {
-        f"zigzag of {name}": over,
-        f"small zigzag of {name}": small,
+    known = manoeuvres(family, seconds, full)
+    parts = rest.split(THEN)
+    if not all(part in known for part in parts):
+        return None
+    plan = [(k * seconds + t, delta, n) for k, part in enumerate(parts) for t, delta, n in known[part]]
+    heading = (longest.trial.heading + turned) if family.vehicle.earth_current else 0.0
+    return Trial(words, lambda: Fixed(plan), heading, len(parts) * seconds, speed)
+
+
+def manoeuvres(family: Family, seconds: float, full: float) -> dict[str, list[Orders]]:
+    """Orders of every manoeuvre of the menu by its name; each lasts so many seconds, `full` is the largest angle."""
+    name, eighth = family.input, seconds / 8
+    steered: dict[str, list[Orders]] = {
         f"turn by +{name}": [(0.0, full, 1.0)],
         f"turn by -{name}": [(0.0, -full, 1.0)],
-        "steps of n": [(0.0, 0.0, 1.0), (seconds / 3, 0.0, 0.6), (2 * seconds / 3, 0.0, 1.0)],
+        f"zigzag of {name}": [(k * eighth, full * (-1.0) ** k, 1.0) for k in range(8)],
+        f"small zigzag of {name}": [(k * eighth / 2.5, full / 4 * (-1.0) ** k, 1.0) for k in range(20)],
+        f"wide zigzag of {name}": [(2 * k * eighth, full / 2 * (-1.0) ** k, 1.0) for k in range(4)],
+        f"staircase of {name}": [(k * eighth, part * full, 1.0) for k, part in enumerate(STAIRS)],
+    }
+    slow = [f"turn by +{name}", f"turn by -{name}", f"zigzag of {name}"]
+    return {
+        **steered,
+        **{f"slow {key}": [(t, delta, SLOW) for t, delta, _ in steered[key]] for key in slow},
+        "steps of n": [(0.0, 0.0, 1.0), (seconds / 3, 0.0, SLOW), (2 * seconds / 3, 0.0, 1.0)],
         "coast-down (n to zero)": [(0.0, 0.0, 1.0), (seconds / 4, 0.0, 0.0)],
-        f"slow zigzag of {name}": [(t, delta, 0.6) for t, delta, _ in over],
         "straight run": [(0.0, 0.0, 1.0)],
     }
-    if words not in plans:
-        return None
-    heading = (longest.trial.heading + turned) if family.vehicle.earth_current else 0.0
-    return Trial(words, lambda: Fixed(plans[words]), heading, seconds)
 
 
 def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]:

@@ -9,6 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
+
 from seatruth.errors import BadInput
 from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
@@ -68,23 +71,37 @@ def oracle(truth: Mapping[str, Any]) -> dict[str, Any]:
     )  # fmt: skip
 
 
-def pairs_of(out: Path, program: str, truths: Mapping[str, dict[str, Any]], referee: bool) -> list[Pair]:
+def pairs_of(
+    out: Path, program: str, truths: Mapping[str, dict[str, Any]], referee: bool, workers: int = 1
+) -> list[Pair]:
     """(truth, verdict) of a program; with `referee`, what its suggested trials would tell is worked out and kept."""
     verdicts = {name: oracle(truth) for name, truth in truths.items()} if program == ORACLE else said(out, program)
+    asked = [name for name, own in verdicts.items() if referee and own["next_trial"] and _one_cause(truths[name])]
+    kept = {name: out / "verdicts" / program / "next" / f"{name}.json" for name in asked}
+    missing = [name for name in asked if not kept[name].exists()]
+    jobs = [(truths[name], out / "public" / name, verdicts[name]["next_trial"], kept[name]) for name in missing]
+    Parallel(n_jobs=max(1, min(workers, len(jobs))))(delayed(_next_judged)(*job) for job in jobs)
     found: list[Pair] = []
     for name, own in verdicts.items():
         truth = truths[name]
-        if referee and own["next_trial"] and len(truth["effects"]) == 1 and truth["pairs"]:
-            kept = out / "verdicts" / program / "next" / f"{name}.json"
-            if kept.exists():
-                after = json.loads(kept.read_text(encoding="utf-8"))
-            else:
-                after = pairs_after(truth, out / "public" / name, own["next_trial"]["manoeuvre"])
-                kept.parent.mkdir(exist_ok=True)
-                write(kept, json.dumps(after) + "\n")
-            truth = {**truth, "next": after}
+        if name in kept:
+            truth = {**truth, "next": json.loads(kept[name].read_text(encoding="utf-8"))}
         found.append((plain_truth(truth, twins()), plain_verdict(own, twins())))
     return found
+
+
+def _one_cause(truth: Mapping[str, Any]) -> bool:
+    """Whether the referee has pairs of a case to measure anew."""
+    return len(truth["effects"]) == 1 and bool(truth["pairs"])
+
+
+def _next_judged(truth: Mapping[str, Any], public: Path, suggested: Mapping[str, Any], kept: Path) -> None:
+    """Runs one suggested trial in reality and keeps what it would tell."""
+    # Its matrices are small: threads of the linear algebra in every worker only stand in each other's way.
+    with threadpool_limits(limits=1, user_api="blas"):
+        after = pairs_after(truth, public, suggested["manoeuvre"])
+    kept.parent.mkdir(exist_ok=True)
+    write(kept, json.dumps(after) + "\n")
 
 
 def programs_of(out: Path) -> list[str]:
@@ -93,8 +110,11 @@ def programs_of(out: Path) -> list[str]:
     return [*sorted(ready, key=lambda name: name != LIBRARY), ORACLE]
 
 
-def score(out: Path) -> dict[str, list[Pair]]:
-    """Scores every program; writes score.json and returns the pairs by program for the page."""
+def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
+    """Scores every program; writes score.json and returns the pairs by program for the page.
+
+    Suggested trials are run by so many processes; the result does not depend on how many.
+    """
     names = programs_of(out)
     order = [(line["step"], line["what"]) for line in log(out)]
     if ("generate", "end") not in order or ("diagnose", "end") not in order:
@@ -102,7 +122,7 @@ def score(out: Path) -> dict[str, list[Pair]]:
     hashed = {name: digest_file(out / "verdicts" / name / MANIFEST) for name in names if name != ORACLE}
     note(out, "score", "begin", {"manifests": hashed})
     truths = opened(out)
-    pairs = {name: pairs_of(out, name, truths, referee=True) for name in names}
+    pairs = {name: pairs_of(out, name, truths, referee=True, workers=workers) for name in names}
     prior = {truth["case"]: own for truth, own in pairs.get("prior", [])}
     table = {name: encoded(measures(of, prior)) for name, of in pairs.items()}
     first = names[0]

@@ -279,7 +279,17 @@ def test_every_field_is_documented(diagnosis: Diagnosis, folder: Path) -> None:
     assert said <= found | {"provenance", "trials[].conditions.*"} | MAY_LACK, sorted(said - found)
 
 
-MAPS = ("left_out", "detectable", "confused_with", "apart", "augmented.parameters", "inputs", "motion", "units")
+MAPS = (
+    "left_out",
+    "detectable",
+    "confused_with",
+    "apart",
+    "augmented.parameters",
+    "inputs",
+    "motion",
+    "units",
+    "gains",
+)
 """Objects whose keys are names of what they hold."""
 MAY_LACK: set[str] = {
     *("findings[].severity", "findings[].code", "findings[].message", "findings[].where", "findings[].do"),

@@ -1,217 +1,122 @@
-"""The next trial: which manoeuvre of a menu would tell best apart what these trials cannot.
+"""The next trial: which one of a menu would tell best apart what these trials cannot.
 
-The menu is made from what the trials themselves used: each input's range, the speeds and the length of the trials.
-Each manoeuvre is simulated with the surviving causes; its gain is the smallest pairwise lambda over the pairs of
-survivors with the new trial added, over that without it.
+Each surviving cause in turn is taken for the true one, at the size that was fitted. What the others leave of its trace
+once they and all coefficients are refitted is its lambda to the nearest of them (`rivals.py`). A trial's worth is the
+chance that it doubles that, in the mean over the survivors by their probability.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from seatruth.gap.problem import Array, GapProblem, Indices
+from seatruth.gap.menu import MOST, Manoeuvre, Menu
+from seatruth.gap.probability import UNKNOWN
+from seatruth.gap.rivals import Rivals, Table
 from seatruth.gap.search import Search
-from seatruth.trials.trial import Trial, Trials
+from seatruth.gap.unknown import Probes
 
 Say = Callable[[str], None]
-_SURVIVORS = 4
-_LEAST = 1e-3
-_BEHIND = 12.0
+_ENOUGH = 8.0
+"""Factor beyond which more is not told: what it rests on is not known that well."""
+_TWICE = 2.0
+"""Factor from which a trial is worth its while."""
+_UNSURE = 0.5
+"""Deviation of a foretold factor's logarithm: sizes are fitted, and models bend."""
+_UNSURER = 1.0
+"""The same for a cause without a name: its formula is fitted to where the trials were, not where a further one is."""
+_LONGER = 0.03
+"""Chance of that factor which one manoeuvre more must bring."""
+_ELSEWHERE = 0.01
+"""The same of another course or speed to begin with."""
+_KEPT = 3
+"""Sequences that are carried on."""
 
 
-@dataclass(frozen=True)
-class Manoeuvre:
-    """One entry of the menu: inputs over time from an initial state, in words."""
+def next_trial(
+    search: Search, chances: Mapping[str, float], say: Say, unnamed: Probes | None = None
+) -> dict[str, Any] | None:
+    """The trial that tells the survivors best apart, and how others compare; None with fewer than two survivors.
 
-    name: str
-    text: str
-    trial: Trial
-
-
-def menu(problem: GapProblem) -> list[Manoeuvre]:
-    """Manoeuvres within what the recorded trials did: zigzags, turns both ways, steps of speed, a stop, all courses."""
-    pattern = max(problem.trials, key=lambda trial: trial.duration)
-    step = float(np.median(np.diff(pattern.t)))
-    t = np.arange(0.0, pattern.duration + 0.5 * step, step)
-    inputs = [channel.name for channel in problem.model.inputs]
-    values = {name: np.concatenate([np.asarray(tr.inputs[name]) for tr in problem.trials]) for name in inputs}
-    usual = {name: float(np.median(v)) for name, v in values.items()}
-    drives = [n for n in inputs if abs(usual[n]) > 2.0 * float(np.std(values[n])) or n in ("n", "rpm")]
-    steers = [n for n in inputs if n not in drives]
-    full = {name: max(float(np.abs(v - usual[name]).max()), 1e-9) for name, v in values.items()}
-    period = pattern.duration / 4.0
-    wave = np.where(np.sin(2.0 * math.pi * t / period) >= 0.0, 1.0, -1.0)
-    short = np.where(np.sin(2.0 * math.pi * t / (period / 2.5)) >= 0.0, 1.0, -1.0)
-    plans: list[tuple[str, str, dict[str, Array]]] = []
-    constant = {name: np.full(t.shape, usual[name]) for name in inputs}
-    for name in steers:
-        about = 0.0 if abs(usual[name]) < 0.2 * full[name] else usual[name]
-        plans += [
-            (
-                f"zigzag of {name}",
-                f"{name} hard over, alternating every {period / 2:.3g} s",
-                {name: about + full[name] * wave},
-            ),
-            (
-                f"small zigzag of {name}",
-                f"{name} at a quarter, every {period / 5:.3g} s",
-                {name: about + full[name] / 4 * short},
-            ),
-            (f"turn by +{name}", f"{name} hard over and held", {name: np.full(t.shape, about + full[name])}),
-            (
-                f"turn by -{name}",
-                f"{name} hard over to the other side and held",
-                {name: np.full(t.shape, about - full[name])},
-            ),
-        ]
-    for name in drives:
-        ramp = np.where(t < t[-1] / 3, 1.0, np.where(t < 2 * t[-1] / 3, 0.6, 1.0))
-        stop = np.where(t < t[-1] / 4, 1.0, 0.0)
-        plans += [
-            (f"steps of {name}", f"{name} to 60 % and back, straight", {name: usual[name] * ramp}),
-            (f"coast-down ({name} to zero)", f"{name} to zero after a quarter of the time", {name: usual[name] * stop}),
-        ]
-        for other in steers:
-            slow = {name: np.full(t.shape, 0.6 * usual[name]), other: full[other] * wave}
-            plans.append((f"slow zigzag of {other}", f"{name} at 60 %, {other} hard over, alternating", slow))
-    plans.append(("straight run", "inputs held", {}))
-    found = []
-    for title, text, changed in plans:
-        for turned, course in ((0.0, ""), (math.pi / 2, "beam course: "), (math.pi, "reciprocal course: ")):
-            if turned and "psi" not in problem.outputs:
-                continue
-            found.append(_made(problem, pattern, t, {**constant, **changed}, f"{course}{title}", text, turned))
-    return found
-
-
-def _made(
-    problem: GapProblem, pattern: Trial, t: Array, inputs: Mapping[str, Array], name: str, text: str, turned: float
-) -> Manoeuvre:
-    """A trial that begins as the pattern did, on a course turned by so much."""
-    outputs = {}
-    for output, series in pattern.outputs.items():
-        finite = np.asarray(series)[np.isfinite(np.asarray(series))]
-        first = float(finite[0]) if finite.size else 0.0
-        if output == "psi":
-            first += turned
-        if output in ("v", "r", "p", "q", "phi"):
-            first = 0.0
-        outputs[output] = np.full(t.shape, first)
-    return Manoeuvre(name, text, Trial(name, t, dict(inputs), outputs, synthetic=True))
-
-
-def next_trial(search: Search, survivors: Sequence[str], say: Say) -> dict[str, Any] | None:
-    """The manoeuvre with the largest gain, and how all of the menu compare; None with fewer than two survivors."""
-    known = [name for name in dict.fromkeys(survivors) if (name,) in search.fits]
-    top = max((search.fits[(name,)].evidence for name in known), default=0.0)
-    # One that lies far behind has not survived; the two leaders are compared in any case.
-    names = [n for k, n in enumerate(known) if k < 2 or search.fits[(n,)].evidence > top - _BEHIND][:_SURVIVORS]
-    if len(names) < 2:
+    `chances` are the survivors' probabilities; with that of "unknown", `unnamed` says what is missing in the equations.
+    """
+    rivals = Rivals(search, chances, unnamed)
+    if not rivals.before:
         return None
-    problem = search.problem
-    now = _information(search, problem, search.base.x, None)
-    sizes = {n: search.fits[(n,)].x[problem.columns[n]] - problem.mean[problem.columns[n]] for n in names}
-    before = _pairwise(problem, now, sizes)
-    least = min(before.values())
+    menu = Menu(search.problem)
     rows: list[dict[str, Any]] = []
-    options = menu(problem)
-    for k, option in enumerate(options):
-        say(f"Next trial: {option.name} ({k + 1} of {len(options)})")
+
+    def tried(names: Sequence[str], start: str) -> None:
+        option = menu.trial(names, start)
+        say(f"Next trial: {option.name}")
         try:
-            more = _information(search, problem, search.base.x, option)
-        except (ArithmeticError, ValueError):
-            continue
-        if more is None or now is None:
-            continue
-        after = _pairwise(problem, now + more, sizes)
-        value = min(after.values())
-        pair = min(after, key=lambda key: after[key])
-        rows.append({"manoeuvre": option.name, "text": option.text, "lambda": value, "weakest": list(pair)})
+            after = rivals.after(option.trial)
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return
+        if after is not None:
+            rows.append({"start": start, "phases": tuple(names), **_row(option, after, rivals)})
+
+    kept: list[tuple[str, tuple[str, ...]]] = [(start, ()) for start in menu.starts()]
+    for many in range(1, MOST + 1):
+        for start, begun in kept:
+            for name in menu.phases:
+                tried((*begun, name), start)
+        longest = sorted((row for row in rows if len(row["phases"]) == many), key=_worth)
+        best_of = {row["phases"]: row for row in longest}
+        leading = sorted(best_of.values(), key=_worth)[-_KEPT:]
+        kept = [(row["start"], row["phases"]) for row in leading]
     if not rows:
         return None
-    rows.sort(key=lambda row: -row["lambda"])
-    best = next(option for option in options if option.name == rows[0]["manoeuvre"])
+    # A longer trial must be worth it.
+    rows.sort(key=_worth, reverse=True)
+    best = menu.named(rows[0]["manoeuvre"])
+    before = _smallest(rivals.before)
     return {
-        "manoeuvre": rows[0]["manoeuvre"],
-        "text": rows[0]["text"],
-        "survivors": names,
-        "lambda_now": least,
+        **{key: rows[0][key] for key in ("manoeuvre", "text")},
+        "survivors": list(rivals.chances),
+        "lambda_now": min(before.values()),
         "lambda_then": rows[0]["lambda"],
-        "gain": rows[0]["lambda"] / max(least, _LEAST),
+        **{key: rows[0][key] for key in ("gain", "gains")},
         "pairs_now": [{"pair": list(pair), "lambda": value} for pair, value in before.items()],
-        "menu": rows,
+        "menu": [{key: row[key] for key in ("manoeuvre", "text", "lambda", "gain", "weakest")} for row in rows],
         "t": best.trial.t.tolist(),
         "inputs": {name: np.asarray(v).tolist() for name, v in best.trial.inputs.items()},
     }
 
 
-def _information(search: Search, problem: GapProblem, x: Array, option: Manoeuvre | None) -> Array | None:
-    """Information on coefficients and effects, initial states projected out, of the trials or of one more."""
-    shared = _shared(problem)
-    if option is None:
-        A = problem.whole(search.base.x, search.floor)
-        own: Array = A[:, problem.initial]
-        return _projected(A[:, shared], own, problem.sd[problem.initial])
-    values = dict(zip(problem.names, x))
-    cost = problem.cost_of(problem.model, (), values, Trials([option.trial]))
-    start = np.array([values.get(name, value) for name, value in zip(cost.names, cost.start)])
-    derivatives = cost.jacobian(start)
-    rows = max(int(group.rows.max()) for group in cost.groups if group.kind == "data") + 1
-    derivatives = derivatives[:rows]
-    if not np.isfinite(derivatives).all():
-        return None
-    step = float(np.median(np.diff(option.trial.t)))
-    for group in cost.groups:
-        if group.kind == "data":
-            options = [c for c in search.floor.channels if c.channel == group.channel]
-            if not options:
-                derivatives[group.rows] = 0.0
-                continue
-            noise = min(options, key=lambda c: abs(math.log(c.step / step)))
-            derivatives[group.rows] = noise.whiten(derivatives[group.rows])
-    count = len(shared)
-    order = [cost.names.index(problem.names[k]) for k in shared]
-    own = np.delete(derivatives, order, axis=1)
-    sd = np.full(own.shape[1], 1e3)
-    found = _projected(derivatives[:, order], own, sd)
-    assert found.shape == (count, count)
-    return found
+def _row(option: Manoeuvre, after: Table, rivals: Rivals) -> dict[str, Any]:
+    pairs = _smallest(after)
+    pair = min(pairs, key=lambda key: pairs[key])
+    gains = rivals.gains(after)
+    return {
+        "manoeuvre": option.name,
+        "text": option.text,
+        "lambda": pairs[pair],
+        "weakest": list(pair),
+        "gain": math.exp(rivals.mean({name: math.log(min(gain, _ENOUGH)) for name, gain in gains.items()})),
+        "score": rivals.mean({name: _chance(gain, name) for name, gain in gains.items()}),
+        "gains": gains,
+    }
 
 
-def _shared(problem: GapProblem) -> Indices:
-    """Columns that all trials share: coefficients and effects."""
-    return np.setdiff1d(np.arange(problem.size), problem.initial)
+def _worth(row: Mapping[str, Any]) -> float:
+    """What a trial is worth, less what it costs."""
+    return float(row["score"]) - _LONGER * len(row["phases"]) - (_ELSEWHERE if row["start"] else 0.0)
 
 
-def _projected(A: Array, own: Array, sd: Array) -> Array:
-    G = own.T @ own + np.diag(1.0 / sd**2)
-    cross = own.T @ A
-    return np.asarray(A.T @ A - cross.T @ np.linalg.solve(G, cross))
+def _chance(gain: float, name: str) -> float:
+    """Chance that a trial which is foretold this factor brings twice."""
+    unsure = _UNSURER if name == UNKNOWN else _UNSURE
+    return 0.5 * math.erfc((math.log(_TWICE) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * unsure))
 
 
-def _pairwise(
-    problem: GapProblem, information: Array | None, sizes: Mapping[str, Array]
-) -> dict[tuple[str, str], float]:
-    """Smaller lambda of both directions for each pair, under the priors of coefficients and of the other effect."""
-    assert information is not None
-    shared = _shared(problem).tolist()
-    at = {name: [shared.index(k) for k in problem.columns[name]] for name in sizes}
-    held = [shared.index(k) for k in problem.coefficients]
-    sd = problem.sd[shared]
-    found = {}
-    for a, b in itertools.combinations(sizes, 2):
-        both = []
-        for one, other in ((a, b), (b, a)):
-            out = [*held, *at[other]]
-            G = information[np.ix_(out, out)] + np.diag(1.0 / sd[out] ** 2)
-            cross = information[np.ix_(out, at[one])]
-            left = information[np.ix_(at[one], at[one])] - cross.T @ np.linalg.solve(G, cross)
-            both.append(float(sizes[one] @ left @ sizes[one]))
-        found[(a, b)] = min(both)
+def _smallest(table: Table) -> Table:
+    """The smaller of both directions, by pair in alphabetical order; of what is no rival there is one only."""
+    found: Table = {}
+    for (s, r), value in table.items():
+        pair = (min(s, r), max(s, r))
+        found[pair] = min(value, found.get(pair, math.inf))
     return found

@@ -13,7 +13,8 @@ from seatruth.effects import Effect
 from seatruth.gap.diagnosis import Diagnosis, towards
 from seatruth.gap.fit import Fit, fit
 from seatruth.gap.how_far import how_far
-from seatruth.gap.next_trial import menu, next_trial
+from seatruth.gap.menu import Menu
+from seatruth.gap.next_trial import next_trial
 from seatruth.gap.probability import UNKNOWN, Candidate, Verdict, apart, inclusion, lambda_of, powerless
 from seatruth.gap.probes import equations
 from seatruth.gap.problem import Array, GapProblem
@@ -26,8 +27,10 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trials
 
 _RIVALS = 6
-_RIVAL = 2.0
-"""Lambda of its own from which an effect takes part in the search for the next trial."""
+_LEADING = 4
+"""Single causes that lead, between which the next trial is to tell beside those of the verdict."""
+_HARDLY = 1e-3
+"""Probability below which a third cause and those after it are out."""
 _SEEN = 9.0
 """Lambda of its own from which it makes sense to ask what an effect is taken for."""
 _CONFUSED = 25.0
@@ -76,18 +79,27 @@ class Parts:
         return how_far(self.found, self.probed[0] if self.probed else None, rivals, self.say)
 
     def suggestion(self) -> dict[str, Any] | None:
-        ranked = inclusion(self.answers, list(self.problem.effects))
-        names = sorted(ranked, key=lambda name: -ranked[name])
-        # One that was fitted at next to nothing is no rival: there is nothing of it to be told from.
-        names = [n for n in names if (n,) in self.found.fits and lambda_of(self.found, self.problem, n) > _RIVAL]
-        survivors = list(dict.fromkeys([*self.judged.together, *self.judged.effects, *names]))
-        found = next_trial(self.found, survivors, self.say)
+        found = next_trial(self.plain, self._survivors(), self.say, self.probed[0] if self.probed else None)
         return None if found is None else {**found, **self._expected(str(found["manoeuvre"]))}
+
+    def _survivors(self) -> dict[str, float]:
+        """Causes that the verdict leaves open, with their probabilities: its set, what it names, what alone leads."""
+        chances = inclusion(self.answers, list(self.problem.effects))
+        alone = [c.effects[0] for c in self.answers if len(c.effects) == 1 and c.effects[0] in chances]
+        leading = [name for k, name in enumerate(alone) if k < 2 or chances[name] > _HARDLY]
+        names = list(dict.fromkeys([*self.judged.together, *self.judged.effects, *leading[:_LEADING]]))
+        for name in names:
+            key = (name,)
+            if key in self.found.fits and key not in self.plain.fits:
+                self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.found.fits[key].x)
+        found = {name: max(chances[name], _HARDLY) for name in names if (name,) in self.plain.fits}
+        unknown = next((c.probability for c in self.answers if c.effects == (UNKNOWN,)), 0.0)
+        return {**found, UNKNOWN: unknown} if unknown > _HARDLY else found
 
     def _expected(self, manoeuvre: str) -> dict[str, Any]:
         """The motion that the fitted model expects of a manoeuvre of the menu, and the units of what is in it."""
         problem = self.problem
-        trial = next(option.trial for option in menu(problem) if option.name == manoeuvre)
+        trial = Menu(problem).named(manoeuvre).trial
         values = dict(zip(problem.names, self.best.x))
         cost = problem.cost_of(problem.model, (), values, Trials([trial]))
         y = cost.predict(np.array([values.get(name, x) for name, x in zip(cost.names, cost.start)]), [trial])[0]

@@ -212,8 +212,7 @@ def next_trial(diagnosis: Diagnosis, album: Album) -> Section | None:
     new = diagnosis.next_trial
     if new is None:
         return None
-    known = words.titles(diagnosis)
-    survivors = ", ".join(known.get(name, name) for name in new["survivors"])
+    survivors = ", ".join(words.surviving(diagnosis, name) for name in new["survivors"])
     pictures = [
         album.picture(
             curves.next_inputs(diagnosis),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.gap.diagnosis import Diagnosis, answer
+from seatruth.gap.probability import UNKNOWN
 from seatruth.report.numbers import MINUS, Shown, listed, number, percent, shown
 
 SURE = 0.9
@@ -307,15 +308,21 @@ def next_in_words(diagnosis: Diagnosis) -> str:
     new = diagnosis.next_trial
     if new is None:
         return "No two causes survive that a further trial would have to tell apart."
-    pair = listed([titles(diagnosis).get(name, name) for name in new["menu"][0]["weakest"]])
+    pair = listed([surviving(diagnosis, name) for name in new["menu"][0]["weakest"]])
     text = f"{new['manoeuvre']} ({new['text']})"
-    if not new["lambda_then"] > max(0.01, _HARDLY**2 * new["lambda_now"]):
+    now, then = math.sqrt(max(new["lambda_now"], 0.0)), math.sqrt(max(new["lambda_then"], 0.0))
+    if not (new["gain"] > _HARDLY**2 or then > max(0.1, _HARDLY * now)):
         return f"None on the menu would tell {pair} apart noticeably better than these trials; the best is {text}."
-    now, then = number(math.sqrt(max(new["lambda_now"], 0.0)), 2), number(math.sqrt(new["lambda_then"]), 2)
     return (
-        f"{text}. The least distance between two surviving causes ({pair}) would grow from {now} to {then} standard "
-        "deviations."
+        f"{text}. The true cause's distance to the nearest other one would grow about "
+        f"{number(math.sqrt(max(new['gain'], 1.0)), 2)}-fold, in the mean over the survivors; the least of any two "
+        f"({pair}) would go from {number(now, 2)} to {number(then, 2)} standard deviations."
     )
+
+
+def surviving(diagnosis: Diagnosis, name: str) -> str:
+    """A survivor's title."""
+    return "something without a name" if name == UNKNOWN else titles(diagnosis).get(name, name)
 
 
 def weak_in_words(diagnosis: Diagnosis) -> str:

@@ -1,8 +1,7 @@
-"""Where, how far, next: false alarms under noise, closure against hand-made folds, and what a further trial adds."""
+"""Where and how far: false alarms under noise, and closure against hand-made folds."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,9 +13,6 @@ import small_case as small
 
 from seatruth.effects import load_effects
 from seatruth.gap.how_far import Fold, _closure, how_far
-from seatruth.gap.next_trial import menu, next_trial
-from seatruth.gap.parts import Parts
-from seatruth.gap.probability import candidates, detectable, powerless, verdict
 from seatruth.gap.problem import GapProblem
 from seatruth.gap.search import Search, floor_of, search
 from seatruth.gap.where import by_channel, in_region, in_time, shares
@@ -139,42 +135,3 @@ def test_trials_left_out_are_predicted_by_the_effect_that_the_others_choose(foun
     assert got["closure"]["value"] > 0.95
     assert got["errors"]["effect"] < 1.5
     assert math.isnan(got["errors"]["flexible"])
-
-
-def test_the_menu_stays_within_what_the_trials_did(problem: GapProblem) -> None:
-    widest = max(float(np.abs(t.inputs["delta"]).max()) for t in problem.trials)
-    options = menu(problem)
-    assert len({option.name for option in options}) == len(options)
-    for option in options:
-        assert float(np.abs(option.trial.inputs["delta"]).max()) <= 1.5 * widest
-        assert option.trial.duration == pytest.approx(max(t.duration for t in problem.trials), abs=1.0)
-    assert any("turn" in option.name for option in options)
-    assert any("reciprocal" in option.name for option in options)
-
-
-def test_a_further_trial_never_takes_information_away(found: Search) -> None:
-    got = next_trial(found, ["rudder_offset", "gyro_bias"], quiet)
-    assert got is not None
-    sizes = [row["lambda"] for row in got["menu"]]
-    assert sizes == sorted(sizes, reverse=True)
-    assert got["lambda_then"] == sizes[0]
-    assert min(sizes) >= got["lambda_now"] * (1.0 - 1e-9)
-    assert got["gain"] >= 1.0 - 1e-9
-    assert set(got["inputs"]) == {"delta"}
-    assert len(got["t"]) == len(got["inputs"]["delta"])
-
-
-def test_one_survivor_needs_no_further_trial(found: Search) -> None:
-    assert next_trial(found, ["rudder_offset"], quiet) is None
-
-
-def test_the_suggestion_comes_with_the_motion_that_is_expected(problem: GapProblem, found: Search) -> None:
-    answers = candidates(found, [])
-    least = detectable(found)
-    judged = dataclasses.replace(verdict(answers, powerless(found, least), 4), together=("rudder_offset", "gyro_bias"))
-    parts = Parts(problem.study, problem, found, found, [], answers, judged, least, [], quiet, 0)
-    got = parts.suggestion()
-    assert got is not None
-    assert set(got["motion"]) == {"r", "psi"}
-    assert len(got["motion"]["r"]) == len(got["t"])
-    assert got["units"]["r"] == "rad/s"
