@@ -41,8 +41,8 @@ def problem(folder: Path) -> GapProblem:
 
 @pytest.fixture(scope="module")
 def found(problem: GapProblem) -> Search:
-    floor, full = floor_of(problem, quiet)
-    return search(problem, floor, full.x, quiet)
+    floor, full, plain = floor_of(problem, quiet)
+    return search(problem, floor, full.x, plain.x, quiet)
 
 
 @pytest.fixture(scope="module")
