@@ -121,7 +121,10 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     for _ in range(ROUNDS):
         # Pilots steer otherwise when a cause grows, so that its size has to be looked at again.
         records = recorded([*main, *others])
-        grown, starts = _sized(family, records, coefficients, noise, main, wanted, starts)
+        sized = _sized(family, records, coefficients, noise, main, wanted, starts)
+        if sized is None:
+            return None  # of such a case nobody could say how large its cause is
+        grown, starts = sized
         if grown == main:
             break
         main = grown
@@ -141,11 +144,15 @@ def _sized(
     main: list[Present],
     wanted: Sequence[float],
     starts: list[Point | None],
-) -> tuple[list[Present], list[Point | None]]:
-    """Causes grown until their lambdas under the inputs of these records are the wanted ones; refits to them."""
+) -> tuple[list[Present], list[Point | None]] | None:
+    """Causes grown until their lambdas under the inputs of these records are the wanted ones, and refits to them; None
+    where a refit does not settle.
+    """
     powers, before, steps = [2.0] * len(main), [0.0] * len(main), [0.0] * len(main)
     for _ in range(GROWTHS if main else 0):
         fits = [judged(family, records, coefficients, noise, main, k, starts[k]).fit for k in range(len(main))]
+        if not all(fit.settled for fit in fits):
+            return None
         starts, now = [fit.point for fit in fits], [max(fit.left, 1e-9) for fit in fits]
         if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
             break
@@ -249,7 +256,7 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, starts: Seque
         judged(family, case.records, case.coefficients, case.noise, case.causes, k, starts[k]) for k in range(count)
     ]
     if not all(one.fit.settled for one in seen):
-        return None  # of such a case nobody could say how large its cause is
+        return None
     each = [one.fit.left for one in seen]
     if plan.kind == "confounded" and each[0] < 25.0 and attempt < TRIES - 1:
         return None

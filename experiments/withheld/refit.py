@@ -22,7 +22,7 @@ from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record
 from withheld.referee import Point, Rig, Signatures, left_over, marginal, spans
 
-STEPS = 40
+STEPS = 20
 """Levenberg-Marquardt steps at most."""
 ENOUGH = 0.03
 """Relative fall of the misfit that another step would bring, below which the minimum is reached."""
