@@ -108,21 +108,28 @@ def stated(pair: Pair) -> tuple[float, bool] | None:
     return (float(best[0]["probability"]), is_right(pair[0], best[0]["effects"])) if best else None
 
 
+def rivals_of(pair: Pair) -> list[str]:
+    """From what the cause is to be told: the other effects among the first candidates and in the set; [] where the
+    cause is not among those."""
+    truth, verdict = pair
+    if len(truth["effects"]) != 1 or not truth["pairs"]:
+        return []
+    cause, before = truth["effects"][0], next(iter(truth["pairs"].values()))
+    alive = {c["effects"][0] for c in verdict["candidates"][:SURVIVORS] if len(c["effects"]) == 1} | set(verdict["set"])
+    return sorted(name for name in alive - {cause} if name in before) if cause in alive else []
+
+
 def doubled(pair: Pair) -> float | None:
     """Factor by which the suggested trial raises the smallest pairwise lambda between the cause and its rivals.
 
-    The rivals are the other effects among the first candidates and in the set; None where the truth is not among
-    those, or where the referee cannot run what was suggested. "next" of the truth was made by the referee for the
-    suggested manoeuvre. Where rivals are left and nothing was suggested, nothing is gained: 1.
+    None where there are no rivals, or where the referee cannot run what was suggested. "next" of the truth was made by
+    the referee for the suggested manoeuvre. Where rivals are left and nothing was suggested, nothing is gained: 1.
     """
     truth, verdict = pair
-    if len(truth["effects"]) != 1 or not truth["pairs"]:
+    rivals = rivals_of(pair)
+    if not rivals:
         return None
-    cause, before = truth["effects"][0], next(iter(truth["pairs"].values()))
-    alive = {c["effects"][0] for c in verdict["candidates"][:SURVIVORS] if len(c["effects"]) == 1} | set(verdict["set"])
-    rivals = [name for name in alive - {cause} if name in before]
-    if cause not in alive or not rivals:
-        return None
+    before = next(iter(truth["pairs"].values()))
     if not verdict["next_trial"]:
         return 1.0
     after = truth.get("next", {})

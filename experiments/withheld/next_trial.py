@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,11 @@ Orders = tuple[float, float, float]
 """From so many seconds on: angle, share of the revolutions."""
 
 
-def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[str, float]:
-    """Pairwise lambda of the cause against every other effect with the suggested trial; {} if it is on no menu."""
+def pairs_after(
+    truth: Mapping[str, Any], public: Path, manoeuvre: str, rivals: Collection[str] | None = None
+) -> dict[str, float]:
+    """Pairwise lambda of the cause against these effects (all others where None) with the suggested trial; {} if it is
+    on no menu."""
     family = families()[truth["family"]]
     records = read(family, truth, public)
     trial = suggested(family, records, manoeuvre)
@@ -50,6 +53,7 @@ def pairs_after(truth: Mapping[str, Any], public: Path, manoeuvre: str) -> dict[
     names = NAMES[family.name]
     others = [one for one in family.mechanisms if one.key in names and one.key != cause["key"]]
     others = [one for one in others if truth["ordered"] or not one.orders]
+    others = [one for one in others if rivals is None or names[one.key] in rivals]
     try:
         found = judged(family, [*records, *added], truth["coefficients"], noise, acting, 0)
         after = pairs(found, others)

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from seatruth.errors import BadInput
 from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
-from withheld.measures import Measure, Pair, groups, measures, top
+from withheld.measures import Measure, Pair, groups, measures, rivals_of, top
 from withheld.next_trial import pairs_after
 from withheld.same import plain_truth, plain_verdict, twins
 from withheld.seal import digest_file, log, note, write
@@ -76,10 +76,13 @@ def pairs_of(
 ) -> list[Pair]:
     """(truth, verdict) of a program; with `referee`, what its suggested trials would tell is worked out and kept."""
     verdicts = {name: oracle(truth) for name, truth in truths.items()} if program == ORACLE else said(out, program)
-    asked = [name for name, own in verdicts.items() if referee and own["next_trial"] and _one_cause(truths[name])]
-    kept = {name: out / "verdicts" / program / "next" / f"{name}.json" for name in asked}
-    missing = [name for name in asked if not kept[name].exists()]
-    jobs = [(truths[name], out / "public" / name, verdicts[name]["next_trial"], kept[name]) for name in missing]
+    asked = {name: _rivals(truths[name], own) for name, own in verdicts.items() if referee and own["next_trial"]}
+    kept = {name: out / "verdicts" / program / "next" / f"{name}.json" for name, rivals in asked.items() if rivals}
+    jobs = [
+        (truths[name], out / "public" / name, verdicts[name]["next_trial"], asked[name], file)
+        for name, file in kept.items()
+        if not file.exists()
+    ]
     Parallel(n_jobs=max(1, min(workers, len(jobs))))(delayed(_next_judged)(*job) for job in jobs)
     found: list[Pair] = []
     for name, own in verdicts.items():
@@ -90,16 +93,20 @@ def pairs_of(
     return found
 
 
-def _one_cause(truth: Mapping[str, Any]) -> bool:
-    """Whether the referee has pairs of a case to measure anew."""
-    return len(truth["effects"]) == 1 and bool(truth["pairs"])
+def _rivals(truth: Mapping[str, Any], own: Mapping[str, Any]) -> list[str]:
+    """Effects from which a case's cause is to be told, by all their names."""
+    twin = twins()
+    found = rivals_of((plain_truth(truth, twin), plain_verdict(own, twin)))
+    return [name for values in truth["pairs"].values() for name in values if twin.get(name, name) in found]
 
 
-def _next_judged(truth: Mapping[str, Any], public: Path, suggested: Mapping[str, Any], kept: Path) -> None:
+def _next_judged(
+    truth: Mapping[str, Any], public: Path, suggested: Mapping[str, Any], rivals: Sequence[str], kept: Path
+) -> None:
     """Runs one suggested trial in reality and keeps what it would tell."""
     # Its matrices are small: threads of the linear algebra in every worker only stand in each other's way.
     with threadpool_limits(limits=1, user_api="blas"):
-        after = pairs_after(truth, public, suggested["manoeuvre"])
+        after = pairs_after(truth, public, suggested["manoeuvre"], rivals)
     kept.parent.mkdir(exist_ok=True)
     write(kept, json.dumps(after) + "\n")
 

@@ -102,7 +102,7 @@ def test_scores_do_not_depend_on_the_number_of_workers(tmp_path: Path, monkeypat
         place.mkdir(parents=True)
         hashes = {}
         for name in truths:
-            said = verdict(name, [(["trim"], 0.6)], next_trial={"manoeuvre": f"zigzag {name}"})
+            said = verdict(name, [(["trim"], 0.6), (["a"], 0.4)], next_trial={"manoeuvre": f"zigzag {name}"})
             (place / f"{name}.json").write_text(json.dumps(said))
             hashes[name] = digest_file(place / f"{name}.json")
         (place / "manifest.json").write_text(json.dumps({"verdicts": hashes}))
@@ -114,6 +114,6 @@ def test_scores_do_not_depend_on_the_number_of_workers(tmp_path: Path, monkeypat
     assert found[1] == found[2]
 
 
-def told(truth: Any, public: Path, words: str) -> dict[str, float]:
+def told(truth: Any, public: Path, words: str, rivals: Any) -> dict[str, float]:
     """What the referee would say."""
     return {"a": float(len(words)) + float(str(truth["case"])[1:])}
