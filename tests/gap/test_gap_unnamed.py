@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seatruth.gap.diagnose import _held
+from seatruth.gap.diagnose import _helping
 from seatruth.gap.discrepancy import DiscrepantFloor, discrepant
 from seatruth.gap.fit import fit
 from seatruth.gap.noise import Series, white_floor
@@ -26,6 +27,8 @@ from seatruth.gap.probability import (
 )
 from seatruth.gap.problem import Linear
 from seatruth.gap.sentences import sentence
+
+diagnosing = importlib.import_module("seatruth.gap.diagnose")  # the package has a function of this name
 
 
 class Valley:
@@ -114,16 +117,38 @@ def test_a_sensor_that_drifts_speaks_for_no_cause() -> None:
     assert best.effects == ()
 
 
-@pytest.mark.parametrize(("closure", "kind"), [(-0.4, "unknown"), (0.7, "effects"), (float("nan"), "effects")])
-def test_effects_beside_something_unnamed_must_help_on_trials_left_out(closure: float, kind: str) -> None:
-    judged = Verdict("effects", ("wind",), (), 0.9, beside=True)
-    answers = [Candidate(("wind",), 0.9, 50.0, 0.85), Candidate((UNKNOWN,), 0.1, 40.0)]
-    held = _held(judged, {"closure": {"value": closure}}, answers)
+@pytest.mark.parametrize(("kept", "kind"), [((), "unknown"), (("wind",), "effects")])
+def test_effects_beside_something_unnamed_must_help_on_trials_left_out(
+    monkeypatch: pytest.MonkeyPatch, kept: tuple[str, ...], kind: str
+) -> None:
+    monkeypatch.setattr(diagnosing, "lasting", lambda found, effects: kept)
+    search: Any = SimpleNamespace(problem=SimpleNamespace(trials=[None] * 4))
+    judged = Verdict("effects", ("trim", "wind"), (), 0.8, beside=True)
+    answers = [
+        Candidate(("trim", "wind"), 0.8, 50.0, 0.8),
+        Candidate(("wind",), 0.1, 45.0, 0.05),
+        Candidate((UNKNOWN,), 0.1, 40.0),
+    ]
+    held = _helping(judged, search, answers)
     assert held.kind == kind
     if kind == "unknown":
         assert held.probability == pytest.approx(0.95)
+    else:
+        assert (held.effects, held.together, held.beside) == (("wind",), (), True)
+        assert held.probability == pytest.approx(0.9)
     plain = Verdict("effects", ("wind",), (), 0.9)
-    assert _held(plain, {"closure": {"value": closure}}, answers) is plain
+    assert _helping(plain, search, answers) is plain
+
+
+def test_what_all_likely_answers_have_in_common_is_named_beside_something_unnamed() -> None:
+    answers = [
+        Candidate(("trim", "wind"), 0.4, 50.0, 0.4),
+        Candidate(("current", "wind"), 0.35, 49.0, 0.35),
+        Candidate((UNKNOWN,), 0.25, 40.0),
+    ]
+    said = verdict(answers, [], 5)
+    assert (said.kind, said.effects, said.beside) == ("effects", ("wind",), True)
+    assert said.probability == pytest.approx(0.75)
 
 
 def test_the_sentence_says_so() -> None:
@@ -193,13 +218,16 @@ def test_where_noise_is_all_there_are_no_missing_forces() -> None:
 def test_what_acts_beside_something_unnamed_is_shared_out_anew() -> None:
     first = [Candidate(("wind",), 0.5, 100.0, 0.45), Candidate((UNKNOWN,), 0.4, 90.0), Candidate((), 0.1, 0.0)]
     besides = [Candidate(("current",), 0.7, 20.0), Candidate((), 0.3, 0.0)]
-    found = {c.effects: c for c in beside_unnamed(first, besides)}
+    found = {c.effects: c for c in beside_unnamed(first, besides, unnamed(first))}
     assert sum(c.probability for c in found.values()) == pytest.approx(1.0)
     assert unnamed(first) == pytest.approx(0.85)
     assert found[("current",)].probability == pytest.approx(0.85 * 0.7)
     assert found[("current",)].beside == pytest.approx(0.85 * 0.7)
     assert found[(UNKNOWN,)].probability == pytest.approx(0.85 * 0.3)
     assert found[("wind",)].probability == pytest.approx(0.05)
+    astray = {c.effects: c.probability for c in beside_unnamed(first, besides, 1.0)}
+    assert astray[("current",)] == pytest.approx(0.7)
+    assert astray[("wind",)] == 0.0
 
 
 def test_beside_something_unnamed_a_named_effect_is_a_second_cause() -> None:

@@ -79,7 +79,7 @@ def test_the_same_seed_gives_the_same_cells(problem: GapProblem) -> None:
 
 def test_the_parts_of_the_misfit_add_up(problem: GapProblem, found: Search) -> None:
     best = found.fits[("rudder_offset",)]
-    split = shares(found.base, found.base, best, problem.rows)
+    split = shares(found.base.misfit, found.base.misfit, best.misfit, problem.rows)
     assert sum(split[key] for key in ("noise", "parameters", "effects", "left")) == pytest.approx(1.0)
     assert split["parameters"] == pytest.approx(0.0)
     assert split["effects"] > 0.9
@@ -130,7 +130,7 @@ def test_where_refitting_leaves_only_noise_there_is_no_closure() -> None:
 
 
 def test_trials_left_out_are_predicted_by_the_effect_that_the_others_choose(found: Search) -> None:
-    got = how_far(found, None, [("rudder_offset",), ("gyro_bias",)], quiet)
+    got = how_far(found, found, None, [("rudder_offset",), ("gyro_bias",)], quiet)
     assert [fold["chosen"] for fold in got["folds"]] == [["rudder_offset"]] * 4
     assert got["closure"]["value"] > 0.95
     assert got["errors"]["effect"] < 1.5

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,11 @@ from seatruth.effects import Effect, available
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.gap.diagnosis import Diagnosis
 from seatruth.gap.discrepancy import discrepant
+from seatruth.gap.lasting import lasting
+from seatruth.gap.led import astray, led, led_floor
 from seatruth.gap.parts import Parts
 from seatruth.gap.probability import (
-    UNKNOWN,
+    SURE,
     Candidate,
     Verdict,
     apart,
@@ -29,7 +30,7 @@ from seatruth.gap.probability import (
     verdict,
 )
 from seatruth.gap.problem import GapProblem, whole_trials
-from seatruth.gap.search import Say, Search, floor_of, search
+from seatruth.gap.search import Say, Search, extended, floor_of, search
 from seatruth.gap.unknown import Probes, probes
 from seatruth.models.blackbox import BlackBox
 from seatruth.trials.check import check_trials
@@ -76,10 +77,14 @@ def diagnose(
         probed = _probed(problem, found, findings)
         answers = candidates(found, probed)
         plain = found
-        if unnamed(answers) > _UNNAMED and not found.cut:
+        if not found.cut:
             found, answers = _beside(problem, found, probed, answers, say)
         least = detectable(found)
         judged = verdict(answers, powerless(found, least), len(problem.effects), lambda a, b: apart(found, a, b))
+        try:
+            judged = _helping(judged, found, answers)
+        except KeyboardInterrupt:
+            found.cut = True
         parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"
@@ -87,7 +92,6 @@ def diagnose(
         try:
             if left_out and not found.cut:
                 extra["how_far"] = parts.shrinkage()
-                parts.judged = judged = _held(judged, extra["how_far"], answers)
             if suggest and not found.cut:
                 extra["next_trial"] = parts.suggestion()
         except KeyboardInterrupt:
@@ -99,34 +103,64 @@ def diagnose(
 def _beside(
     problem: GapProblem, found: Search, probed: Sequence[Probes], answers: list[Candidate], say: Say
 ) -> tuple[Search, list[Candidate]]:
-    """Looks for named effects anew, beside missing forces as large as the trials ask for with the best one named."""
-    singles = [one for one in probed if len(one.at.effects) == 1]
-    floor = discrepant(max(singles or probed, key=lambda one: one.at.evidence)) if probed else None
-    if floor is None:
-        return found, answers
-    say("Beside what has no name")
-    near = max((one.at for one in singles or probed), key=lambda at: at.evidence)
+    """Looks for named effects anew where the model lacks something without a name: led along the recorded speeds, or
+    beside missing forces as large as the trials ask for where no speed is recorded.
+    """
+
+    def more(text: str) -> None:
+        say(f"Beside what has no name: {text}")
+
     try:
-        again = search(problem, floor, near.x, found.base.x, lambda text: say(f"Beside what has no name: {text}"))
+        best = max(found.fits.values(), key=lambda one: one.evidence)
+        chance = 1.0 if astray(problem, best) else unnamed(answers)
+        if chance <= _UNNAMED:
+            return found, answers
+        say("Beside what has no name")
+        again = _led(problem, found, probed, more) or _pushed(problem, found, probed, more)
     except KeyboardInterrupt:
         found.cut = True
         return found, answers
-    if not np.isfinite(again.base.cost):
+    if again is None or not np.isfinite(again.base.cost):
         return found, answers
     again.beside = 1
-    return again, beside_unnamed(answers, candidates(again, []))
+    return again, beside_unnamed(answers, candidates(again, []), chance)
 
 
-def _held(judged: Verdict, how_far: Mapping[str, Any], answers: Sequence[Candidate]) -> Verdict:
-    """Refuses to name effects beside something unnamed that do not help on the trials left out.
+def _led(problem: GapProblem, found: Search, probed: Sequence[Probes], say: Say) -> Search | None:
+    other = led(problem)
+    if other is None:
+        return None
+    begun = led_floor(other, [found.base.x, *(one.at.x for one in probed), problem.start])
+    if begun is None:
+        return None
+    floor, full, plain = begun
+    again = search(other, floor, full.x, plain.x, say, largest=2)
+    if np.isfinite(again.base.cost) and not again.cut:
+        extended(again, say)
+    return again
+
+
+def _pushed(problem: GapProblem, found: Search, probed: Sequence[Probes], say: Say) -> Search | None:
+    singles = [one for one in probed if len(one.at.effects) == 1]
+    floor = discrepant(max(singles or probed, key=lambda one: one.at.evidence)) if probed else None
+    if floor is None:
+        return None
+    near = max((one.at for one in singles or probed), key=lambda at: at.evidence)
+    return search(problem, floor, near.x, found.base.x, say)
+
+
+def _helping(judged: Verdict, found: Search, answers: Sequence[Candidate]) -> Verdict:
+    """Of effects that are named beside something unnamed those that help on trials left out.
 
     Where the model is wrong in ways that no effect describes, an effect can take up some of that for a while.
     """
-    closure = (how_far.get("closure") or {}).get("value", math.nan)
-    if not judged.beside or not judged.effects or not closure <= 0.0:
+    if not judged.beside or not judged.effects or len(found.problem.trials) < 2:
         return judged
-    unnamed = sum(c.probability if c.effects == (UNKNOWN,) else c.beside for c in answers)
-    return Verdict("unknown", (), (), unnamed)
+    kept = lasting(found, judged.effects)
+    chance = sum(c.probability for c in answers if set(kept) <= set(c.effects)) if kept else 0.0
+    if chance < SURE:
+        return Verdict("unknown", (), (), unnamed(answers))
+    return Verdict("effects", kept, (), chance, True)
 
 
 def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

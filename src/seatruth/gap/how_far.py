@@ -50,20 +50,27 @@ class Fold:
     flexible: float
 
 
-def how_far(search: Search, flexible: Probes | None, rivals: Sequence[tuple[str, ...]], say: Say) -> dict[str, Any]:
-    """Folds, and closure with its interval (jackknife over trials)."""
+def how_far(
+    search: Search, plain: Search, flexible: Probes | None, rivals: Sequence[tuple[str, ...]], say: Say
+) -> dict[str, Any]:
+    """Folds, and closure with its interval (jackknife over trials).
+
+    `search` says which hypotheses the other trials favour. Where its runs are led, they are fitted anew to whole runs,
+    as `plain` has them, before they predict.
+    """
     problem = search.problem
     if len(problem.trials) < 2:
         return {"folds": [], "closure": None, "why": "One trial alone: nothing can be left out."}
     folds, least = [], handicap(search)
     for number, trial in enumerate(problem.trials):
         say(f"Left out: {trial.name} ({number + 1} of {len(problem.trials)})")
-        folds.append(_fold(search, flexible, rivals, least, number, trial))
+        folds.append(_fold(search, plain, flexible, rivals, least, number, trial))
     return {"folds": [_row(fold) for fold in folds], **_closure(folds)}
 
 
 def _fold(
     search: Search,
+    plain: Search,
     flexible: Probes | None,
     rivals: Sequence[tuple[str, ...]],
     least: Callable[[tuple[str, ...]], float],
@@ -82,7 +89,10 @@ def _fold(
         gain = found.evidence - base.evidence - least(found.effects)
         if gain > ahead:
             ahead, best = gain, found
-    predictor = _Predictor(problem, trial, {name: floor.sd[name] for name in floor.sd})
+    if problem.lead is not None:
+        base = fit(plain.problem, (), plain.floor, plain.base.x, steps=_STEPS, without=number)
+        best = base if not best.effects else in_whole_runs(plain, best, number)
+    predictor = _Predictor(plain.problem, plain.problem.trials[number], dict(floor.sd))
     before = predictor.error(problem.start)
     errors = predictor.error(base.x)
     return Fold(
@@ -94,6 +104,18 @@ def _fold(
         effect=errors if best is base else predictor.error(best.x),
         flexible=_flexible(flexible, base, number, predictor) if flexible is not None else math.nan,
     )
+
+
+def in_whole_runs(plain: Search, led: Fit, without: int | None = None) -> Fit:
+    """The hypothesis of a led fit, fitted to whole runs: from what these give the coefficients, and the led effects."""
+    problem = plain.problem
+    own = np.concatenate([problem.columns[name] for name in led.effects])
+    found = []
+    for start in (plain.base.x, led.x):
+        x = start.copy()
+        x[own] = led.x[own]
+        found.append(fit(problem, led.effects, plain.floor, x, steps=_STEPS, without=without))
+    return min(found, key=lambda one: one.cost)
 
 
 class _Predictor:

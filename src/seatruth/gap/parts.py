@@ -12,9 +12,10 @@ from seatruth.costs.study import Study
 from seatruth.effects import Effect
 from seatruth.gap.diagnosis import Diagnosis, towards
 from seatruth.gap.fit import Fit, fit
-from seatruth.gap.how_far import how_far
+from seatruth.gap.how_far import how_far, in_whole_runs
 from seatruth.gap.menu import Menu
 from seatruth.gap.next_trial import next_trial
+from seatruth.gap.noise import NoiseFloor
 from seatruth.gap.probability import UNKNOWN, Candidate, Verdict, apart, inclusion, lambda_of, powerless
 from seatruth.gap.probes import equations
 from seatruth.gap.problem import Array, GapProblem
@@ -71,12 +72,34 @@ class Parts:
         """The verdict's fit against noise alone: what the gap is measured with."""
         key = self.best.effects
         if key not in self.plain.fits:
-            self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.best.x)
+            if self.found.problem.lead is None:
+                self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.best.x)
+            else:
+                self.plain.fits[key] = in_whole_runs(self.plain, self.best)
         return self.plain.fits[key]
+
+    @property
+    def _floor(self) -> NoiseFloor:
+        """What the gap is compared with. Where runs stray, what they leave is no noise, however slow: led ones know."""
+        return self.plain.floor if self.found.problem.lead is None else self.found.floor
+
+    def _misfit(self, at: Fit) -> float:
+        """Sum of squared errors in multiples of the noise."""
+        if self.found.problem.lead is None:
+            return at.misfit
+        problem = self.problem
+        sd = np.array([self._floor.sd.get(name, 1.0) for name in problem.outputs])
+        return float(np.sum((problem.errors(at.x, at.active) / sd[problem.channel_of]) ** 2))
+
+    def _simulated(self) -> Fit:
+        """The fit whose values the model is to be simulated with."""
+        return self.best if self.found.problem.lead is None else self._shown()
 
     def shrinkage(self) -> dict[str, Any]:
         rivals = [c.effects for c in self.answers if c.effects in self.found.fits and c.effects][:_RIVALS]
-        return how_far(self.found, self.probed[0] if self.probed else None, rivals, self.say)
+        if self.judged.beside and self.judged.effects:
+            rivals = [tuple(sorted(self.judged.effects)), *rivals]
+        return how_far(self.found, self.plain, self.probed[0] if self.probed else None, rivals, self.say)
 
     def suggestion(self) -> dict[str, Any] | None:
         found = next_trial(self.plain, self._survivors(), self.say, self.probed[0] if self.probed else None)
@@ -100,7 +123,7 @@ class Parts:
         """The motion that the fitted model expects of a manoeuvre of the menu, and the units of what is in it."""
         problem = self.problem
         trial = Menu(problem).named(manoeuvre).trial
-        values = dict(zip(problem.names, self.best.x))
+        values = dict(zip(problem.names, self._simulated().x))
         cost = problem.cost_of(problem.model, (), values, Trials([trial]))
         y = cost.predict(np.array([values.get(name, x) for name, x in zip(cost.names, cost.start)]), [trial])[0]
         channels = (*problem.model.inputs, *problem.model.outputs)
@@ -112,8 +135,9 @@ class Parts:
     def diagnosis(self, reasons: Mapping[str, str], outcome: Mapping[str, Any], extra: Mapping[str, Any]) -> Diagnosis:
         problem, plain = self.problem, self.plain
         fits = {"before": self.before, "refit": plain.base, "effect": self._shown()}
-        gap = by_channel(problem, plain.floor, fits)
-        split = shares(self.before, plain.base, fits["effect"], problem.rows)
+        gap = by_channel(problem, self._floor, fits)
+        before, refit, best = (self._misfit(fits[name]) for name in ("before", "refit", "effect"))
+        split = shares(before, refit, best, problem.rows)
         which = self._which()
         where = {
             "places": self._places(),
@@ -139,7 +163,7 @@ class Parts:
             ],
             effects=[self._about(effect) for effect in problem.effects.values()],
             left_out=dict(reasons),
-            noise=noise_table(plain.floor),
+            noise=noise_table(self._floor),
             gap=gap,
             shares=split,
             where=where,
@@ -331,7 +355,7 @@ class Parts:
         }
 
     def _augmented(self) -> dict[str, Any]:
-        values = dict(zip(self.problem.names, self.best.x.tolist()))
+        values = dict(zip(self.problem.names, self._simulated().x.tolist()))
         kept = dict(self.problem.cost.space.nominal().items())
         kept.update({name: value for name, value in values.items() if name in kept})
         dropped = {

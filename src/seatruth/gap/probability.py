@@ -123,10 +123,13 @@ def unnamed(found: Sequence[Candidate]) -> float:
     return sum(c.probability if c.effects == (UNKNOWN,) else c.beside for c in found)
 
 
-def beside_unnamed(found: Sequence[Candidate], besides: Sequence[Candidate]) -> list[Candidate]:
-    """Answers in which what acts beside something unnamed is shared out anew, as `besides` say."""
-    chances = {c.effects: [c.probability - c.beside, 0.0, c.evidence] for c in found if c.effects != (UNKNOWN,)}
-    chance = unnamed(found)
+def beside_unnamed(found: Sequence[Candidate], besides: Sequence[Candidate], chance: float) -> list[Candidate]:
+    """Answers in which what acts beside something unnamed, with this probability, is shared out as `besides` say."""
+    before = 1.0 - unnamed(found)
+    rest = (1.0 - chance) / before if before > 1e-9 else 0.0
+    chances = {
+        c.effects: [rest * (c.probability - c.beside), 0.0, c.evidence] for c in found if c.effects != (UNKNOWN,)
+    }
     for c in besides:
         entry = chances.setdefault(c.effects or (UNKNOWN,), [0.0, 0.0, c.evidence])
         entry[0] += chance * c.probability
@@ -227,6 +230,12 @@ def verdict(
         return Verdict("unknown", (), (), best.probability)
     if best.probability >= SURE and not _doubles(best, named, near):
         return Verdict("effects", best.effects, (), best.probability, best.beside > 0.5 * best.probability)
+    if sum(c.beside for c in named) > 0.5 * cause:
+        # Beside something unnamed many effects take part; those that all likely answers have in common are named.
+        chances = {name: sum(c.probability for c in named if name in c.effects) for c in named for name in c.effects}
+        common = tuple(name for name in chances if chances[name] >= SURE)
+        if common:
+            return Verdict("effects", common, (), min(chances[name] for name in common), True)
     # Rivals of the same number: what is said of a second effect is not that the first is another.
     rivals = [c for c in named if len(c.effects) == len(best.effects)]
     total = sum(c.probability for c in rivals)

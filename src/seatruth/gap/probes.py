@@ -27,9 +27,10 @@ EQUATIONS: Mapping[str, str] = {
     **{"v_x": "surge", "v_z": "sway", "v_y": "heave", "omega_x": "roll", "omega_y": "yaw", "omega_z": "pitch"},
 }
 """Equation of motion by the state whose rate it gives."""
-_KINEMATIC = frozenset(
+KINEMATIC = frozenset(
     ("x", "y", "z", "phi", "theta", "psi", "depth", "xi", "zeta", "x_0", "y_0", "z_0", "x0", "y0", "z0", "varphi")
 )
+"""States whose rates follow from the other states alone."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def equations(model: Model) -> dict[str, str]:
     return {
         channel.name: EQUATIONS.get(channel.name, channel.name)
         for channel in base.states
-        if channel.name not in _KINEMATIC
+        if channel.name not in KINEMATIC
     }
 
 

@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,13 +58,28 @@ class _Part:
     columns: Indices
 
 
-class GapProblem:
-    """See the module. `effects` by name are those that may act; `names` are the entries of x."""
+class Lead(Protocol):
+    """Changes what is simulated."""
 
-    def __init__(self, study: Study, effects: Sequence[Effect], *, threads: int | None = None) -> None:
-        self.study, self.threads = study, threads
+    def model(self, model: Model) -> Model: ...
+    def trial(self, trial: Trial) -> Trial: ...
+
+
+class GapProblem:
+    """See the module. `effects` by name are those that may act; `names` are the entries of x.
+
+    `lead` changes the model with its effects, and each trial, into what is simulated instead (`led.py`); `plain` is the
+    problem in which nothing is changed.
+    """
+
+    def __init__(
+        self, study: Study, effects: Sequence[Effect], *, threads: int | None = None, lead: Lead | None = None,
+        plain: GapProblem | None = None,
+    ) -> None:  # fmt: skip
+        self.study, self.threads, self.lead = study, threads, lead
+        self.plain: GapProblem = self if plain is None else plain
         self.effects = {effect.name: effect for effect in effects}
-        self.model: Model = with_effects(study.model, list(effects))
+        self.model = self._with(list(effects))
         own = set(study.model.nominal())
         told = {parameter.name: parameter for parameter in study.parameters}
         bounds: dict[str, Parameter] = {}
@@ -81,7 +97,8 @@ class GapProblem:
                 parameters[place] = parameters[place].but(prior=prior)
         self.parameters = tuple(parameters)
         outputs = [channel.name for channel in self.model.outputs]
-        self.trials = Trials([_from_zero(trial) for trial in thinned(list(study.trials), outputs)])
+        trials = list(study.trials) if lead is None else [lead.trial(trial) for trial in study.trials]
+        self.trials = Trials([_from_zero(trial) for trial in thinned(trials, outputs)])
         self.cost = self._cost(self.model, self.parameters)
         cost = self.cost
         self.names = cost.names
@@ -117,6 +134,10 @@ class GapProblem:
         for columns in self.columns.values():
             self.sd[columns] *= WIDER
 
+    def _with(self, effects: Sequence[Effect]) -> Model:
+        model = with_effects(self.study.model, effects)
+        return model if self.lead is None else self.lead.model(model)
+
     def active(self, effects: Sequence[str]) -> Indices:
         """Columns of x that a hypothesis frees: the nuisances and the parameters of these effects."""
         return np.sort(np.concatenate([self.nuisance, *(self.columns[name] for name in effects)]))
@@ -129,7 +150,7 @@ class GapProblem:
             if names == tuple(self.effects):
                 cost = self.cost
             else:
-                model = with_effects(self.study.model, [self.effects[name] for name in names])
+                model = self._with([self.effects[name] for name in names])
                 known = {p.name: p for p in self.parameters}
                 cost = self._cost(model, [known[p.name] for p in model.parameters])
             place = {name: k for k, name in enumerate(self.names)}

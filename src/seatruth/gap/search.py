@@ -33,6 +33,10 @@ _MUCH = 10.0
 """Cost by which a set must be ahead of its part for the part to be fitted again."""
 MORE = 3.0
 """Rise of the log-evidence on the screen from which one effect more is worth a fit."""
+_MOST = 8
+"""Effects at once."""
+_WORTH = 6.0
+"""Rise of the log-evidence from which a further one is worth it."""
 ROUNDS = 3
 """Alternations between the fullest fit and the noise that it leaves."""
 _FULL_STEPS = 8
@@ -73,17 +77,19 @@ class Search:
         return ranked[:most]
 
 
-def floor_of(problem: GapProblem, say: Say) -> tuple[NoiseFloor, Fit, Fit]:
+def floor_of(problem: GapProblem, say: Say, most: Mapping[str, float] | None = None) -> tuple[NoiseFloor, Fit, Fit]:
     """The noise floor, the fullest fit (coefficients, initial states, every effect at once, under their priors) and the
     plain one, without effects.
 
     It begins with white noise of the size that the study states, or that neighbouring samples show. A floor begun with
-    the errors of the unfitted model would take the gap's slow drift for the noise's memory, and keep it.
+    the errors of the unfitted model would take the gap's slow drift for the noise's memory, and keep it. `most` gives
+    by channel what else is known of how large noise can be.
     """
     least = _half_digit(problem)
     sizes = _sizes(problem, least)
     floor = white_floor(problem.series, sizes)
-    most = {n: _STATED * float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
+    stated = {n: float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
+    most = {name: _STATED * sd for name, sd in {**(most or {}), **stated}.items()}
     names = list(problem.effects)
     x = problem.start
     plain = fit(problem, (), floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
@@ -144,9 +150,9 @@ def _sizes(problem: GapProblem, least: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def search(problem: GapProblem, floor: NoiseFloor, near: Array, plain: Array, say: Say) -> Search:
+def search(problem: GapProblem, floor: NoiseFloor, near: Array, plain: Array, say: Say, *, largest: int = 3) -> Search:
     """Screens and fits. `near` (K,) is where the fullest fit ended, a second start for every hypothesis; `plain` (K,)
-    is where the one without effects did.
+    is where the one without effects did. Sets of up to `largest` effects are looked at.
 
     An interrupt once the model without effects is fitted ends it with what there is (`cut`).
     """
@@ -158,13 +164,13 @@ def search(problem: GapProblem, floor: NoiseFloor, near: Array, plain: Array, sa
     _secants(found)
     found.screens[()] = effect_screen(found.base, problem, floor, {k: v[1] for k, v in found.starts.items()})
     try:
-        _widened(found, near, say)
+        _widened(found, near, say, largest)
     except KeyboardInterrupt:
         found.cut = True
     return found
 
 
-def _widened(found: Search, near: Array, say: Say) -> None:
+def _widened(found: Search, near: Array, say: Say, largest: int) -> None:
     """Fits effects alone, in pairs and by threes."""
     problem = found.problem
     singles = _ranked(found.screens[()], problem)
@@ -174,7 +180,7 @@ def _widened(found: Search, near: Array, say: Say) -> None:
         say(f"Effects one by one: {name} ({k + 1} of {min(many, len(singles))})")
         _fitted(found, (name,), near)
     _freed(found)
-    for size in (2, 3):
+    for size in range(2, largest + 1):
         for _number, leader in enumerate(f for f in found.leaders(LEADERS) if len(f.effects) == size - 1):
             own = _screened(found, leader)
             wanted = [n for n in _ranked(own, problem) if _gain(own, n) > (MORE if size > 2 else -1.0)]
@@ -185,6 +191,24 @@ def _widened(found: Search, near: Array, say: Say) -> None:
         if size == 2:
             for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
                 _fitted(found, pair, near)
+
+
+def extended(found: Search, say: Say) -> None:
+    """Adds effects to the leading set while its evidence rises, and leaves out what is no longer needed.
+
+    A model that is wrong in many ways has many causes, none of which shows well before the others are in.
+    """
+    lead = found.leaders(1)[0]
+    while len(lead.effects) < _MOST:
+        say(f"Effects by {len(lead.effects) + 1}: {', '.join(lead.effects)}, and one more")
+        names = _ranked(_screened(found, lead), found.problem)[:ADDITIONS]
+        best = max((_fitted(found, (*lead.effects, name), lead.x) for name in names), key=lambda one: one.evidence)
+        if best.evidence < lead.evidence + _WORTH:
+            break
+        lead = best
+        for name in lead.effects:
+            rest = _fitted(found, tuple(other for other in lead.effects if other != name), lead.x)
+            lead = rest if rest.evidence > lead.evidence else lead
 
 
 def _freed(found: Search) -> None:

@@ -62,24 +62,25 @@ def noise_table(floor: NoiseFloor) -> list[dict[str, Any]]:
     ]
 
 
-def shares(before: Fit, refit: Fit, best: Fit, rows: int) -> dict[str, float]:
+def shares(before: float, refit: float, best: float, rows: int) -> dict[str, float]:
     """The misfit of the model as it was believed, split: noise, parameters, named effects, what is left.
 
-    Parts of the sum of squares of whitened errors; they add up to 1.
+    Parts of the sum of squares of errors in multiples of the noise, which is given before and after the refit and with
+    the best effects; they add up to 1.
     """
-    total = max(before.misfit, 1e-300)
-    noise = min(float(rows), best.misfit, total)
-    left = max(0.0, min(best.misfit, total) - noise)
-    effects = max(0.0, min(refit.misfit, total) - min(best.misfit, total))
+    total = max(before, 1e-300)
+    noise = min(float(rows), best, total)
+    left = max(0.0, min(best, total) - noise)
+    effects = max(0.0, min(refit, total) - min(best, total))
     parameters = max(0.0, total - noise - left - effects)
     return {
         "noise": noise / total,
         "parameters": parameters / total,
         "effects": effects / total,
         "left": left / total,
-        "misfit_before": before.misfit / rows,
-        "misfit_refit": refit.misfit / rows,
-        "misfit_effects": best.misfit / rows,
+        "misfit_before": before / rows,
+        "misfit_refit": refit / rows,
+        "misfit_effects": best / rows,
     }
 
 
