@@ -138,6 +138,8 @@ def test_effects_beside_something_unnamed_must_help_on_trials_left_out(
         assert held.probability == pytest.approx(0.9)
     plain = Verdict("effects", ("wind",), (), 0.9)
     assert _helping(plain, search, answers) is plain
+    doubtful = [Candidate(("trim", "wind"), 0.5, 50.0, 0.3), Candidate(("wind",), 0.05, 45.0), Candidate((), 0.45, 0.0)]
+    assert _helping(judged, search, doubtful).kind == "underpowered"
 
 
 def test_what_all_likely_answers_have_in_common_is_named_beside_something_unnamed() -> None:

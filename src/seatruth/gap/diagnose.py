@@ -26,6 +26,7 @@ from seatruth.gap.probability import (
     candidates,
     detectable,
     powerless,
+    undecided,
     unnamed,
     verdict,
 )
@@ -159,7 +160,8 @@ def _helping(judged: Verdict, found: Search, answers: Sequence[Candidate]) -> Ve
     kept = lasting(found, judged.effects)
     chance = sum(c.probability for c in answers if set(kept) <= set(c.effects)) if kept else 0.0
     if chance < SURE:
-        return Verdict("unknown", (), (), unnamed(answers))
+        rest = unnamed(answers)
+        return Verdict("unknown", (), (), rest) if rest >= SURE else undecided(answers)
     return Verdict("effects", kept, (), chance, True)
 
 

@@ -223,7 +223,7 @@ def verdict(
     if best.effects == ():
         rival = max((c.probability for c in found[1:]), default=0.0)
         if rival > RIVAL * best.probability:
-            return Verdict("underpowered", (), _leading(named), cause)
+            return undecided(found)
         kind: Kind = "no_gap" if len(powerless) <= possible // 2 else "underpowered"
         return Verdict(kind, (), (), best.probability)
     if best.effects == (UNKNOWN,):
@@ -250,10 +250,16 @@ def verdict(
     covered = sum(c.probability for c in named if set(c.effects) & set(together))
     beside = sum(c.beside for c in named) > 0.5 * cause
     if covered < SURE:
-        return Verdict("underpowered", (), _leading(named), cause)
+        return undecided(found)
     if len(together) == len(best.effects):
         return Verdict("effects", best.effects, (), covered, beside)
     return Verdict("inseparable", best.effects, tuple(together), covered, beside)
+
+
+def undecided(found: Sequence[Candidate]) -> Verdict:
+    """No cause stands out; the likeliest effects are given."""
+    named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
+    return Verdict("underpowered", (), _leading(named), sum(c.probability for c in named))
 
 
 def _leading(named: Sequence[Candidate]) -> tuple[str, ...]:
