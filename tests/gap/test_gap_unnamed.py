@@ -129,17 +129,19 @@ def test_effects_beside_something_unnamed_must_help_on_trials_left_out(
         Candidate(("wind",), 0.1, 45.0, 0.05),
         Candidate((UNKNOWN,), 0.1, 40.0),
     ]
-    held = _helping(judged, search, answers)
+    held, left = _helping(judged, search, answers)
+    assert sum(c.probability for c in left) == pytest.approx(1.0)
+    assert not any(set(c.effects) & ({"trim", "wind"} - set(kept)) for c in left)
     assert held.kind == kind
     if kind == "unknown":
-        assert held.probability == pytest.approx(0.95)
+        assert held.probability == pytest.approx(1.0)
     else:
         assert (held.effects, held.together, held.beside) == (("wind",), (), True)
         assert held.probability == pytest.approx(0.9)
     plain = Verdict("effects", ("wind",), (), 0.9)
-    assert _helping(plain, search, answers) is plain
-    doubtful = [Candidate(("trim", "wind"), 0.5, 50.0, 0.3), Candidate(("wind",), 0.05, 45.0), Candidate((), 0.45, 0.0)]
-    assert _helping(judged, search, doubtful).kind == "underpowered"
+    assert _helping(plain, search, answers) == (plain, answers)
+    doubtful = [Candidate(("trim", "wind"), 0.4, 50.0, 0.3), Candidate(("wind",), 0.15, 45.0), Candidate((), 0.45, 0.0)]
+    assert _helping(judged, search, doubtful)[0].kind == "underpowered"
 
 
 def test_what_all_likely_answers_have_in_common_is_named_beside_something_unnamed() -> None:

@@ -26,6 +26,7 @@ from seatruth.gap.probability import (
     candidates,
     detectable,
     powerless,
+    refused,
     undecided,
     unnamed,
     verdict,
@@ -83,7 +84,7 @@ def diagnose(
         least = detectable(found)
         judged = verdict(answers, powerless(found, least), len(problem.effects), lambda a, b: apart(found, a, b))
         try:
-            judged = _helping(judged, found, answers)
+            judged, answers = _helping(judged, found, answers)
         except KeyboardInterrupt:
             found.cut = True
         parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
@@ -150,19 +151,20 @@ def _pushed(problem: GapProblem, found: Search, probed: Sequence[Probes], say: S
     return search(problem, floor, near.x, found.base.x, say)
 
 
-def _helping(judged: Verdict, found: Search, answers: Sequence[Candidate]) -> Verdict:
-    """Of effects that are named beside something unnamed those that help on trials left out.
+def _helping(judged: Verdict, found: Search, answers: list[Candidate]) -> tuple[Verdict, list[Candidate]]:
+    """Of effects that are named beside something unnamed those that help on trials left out; the others are no answer.
 
     Where the model is wrong in ways that no effect describes, an effect can take up some of that for a while.
     """
     if not judged.beside or not judged.effects or len(found.problem.trials) < 2:
-        return judged
+        return judged, answers
     kept = lasting(found, judged.effects)
+    answers = refused(answers, [name for name in judged.effects if name not in kept])
     chance = sum(c.probability for c in answers if set(kept) <= set(c.effects)) if kept else 0.0
-    if chance < SURE:
-        rest = unnamed(answers)
-        return Verdict("unknown", (), (), rest) if rest >= SURE else undecided(answers)
-    return Verdict("effects", kept, (), chance, True)
+    if chance >= SURE:
+        return Verdict("effects", kept, (), chance, True), answers
+    rest = unnamed(answers)
+    return (Verdict("unknown", (), (), rest) if rest >= SURE else undecided(answers)), answers
 
 
 def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

@@ -21,6 +21,7 @@ from scipy.stats import t as student
 
 from seatruth.costs.trajectory import TrajectoryCost
 from seatruth.gap.fit import Fit, fit
+from seatruth.gap.noise import white_floor
 from seatruth.gap.probability import handicap
 from seatruth.gap.probes import ProbedModel
 from seatruth.gap.problem import Array, GapProblem
@@ -90,8 +91,8 @@ def _fold(
         if gain > ahead:
             ahead, best = gain, found
     if problem.lead is not None:
-        base = fit(plain.problem, (), plain.floor, plain.base.x, steps=_STEPS, without=number)
-        best = base if not best.effects else in_whole_runs(plain, best, number)
+        led, base = best, in_whole_runs(search, plain, base, None, number, _STEPS)
+        best = in_whole_runs(search, plain, led, base, number, _STEPS) if led.effects else base
     predictor = _Predictor(plain.problem, plain.problem.trials[number], dict(floor.sd))
     before = predictor.error(problem.start)
     errors = predictor.error(base.x)
@@ -106,16 +107,31 @@ def _fold(
     )
 
 
-def in_whole_runs(plain: Search, led: Fit, without: int | None = None) -> Fit:
-    """The hypothesis of a led fit, fitted to whole runs: from what these give the coefficients, and the led effects."""
+def in_whole_runs(
+    search: Search, plain: Search, led: Fit, base: Fit | None = None, without: int | None = None, steps: int = 25
+) -> Fit:
+    """The hypothesis of a led fit, fitted to whole runs: what leaves the least squares in multiples of the noise.
+
+    Runs that stray have many valleys. So it begins from several points, and against the noise as whole runs show it as
+    well. `base` is such a fit of the model without effects: what an effect adds begins there, too.
+    """
     problem = plain.problem
-    own = np.concatenate([problem.columns[name] for name in led.effects])
-    found = []
-    for start in (plain.base.x, led.x):
-        x = start.copy()
-        x[own] = led.x[own]
-        found.append(fit(problem, led.effects, plain.floor, x, steps=_STEPS, without=without))
-    return min(found, key=lambda one: one.cost)
+    floor = white_floor(problem.series, search.floor.sd)
+    starts = [plain.base.x, led.x]
+    if base is not None and led.effects:
+        mixed = base.x.copy()
+        own = np.concatenate([problem.columns[name] for name in led.effects])
+        mixed[own] = led.x[own]
+        starts = [base.x, mixed, led.x]
+    found = [
+        fit(problem, led.effects, at, x, steps=steps, without=without) for at in (plain.floor, floor) for x in starts
+    ]
+
+    def missed(one: Fit) -> float:
+        errors = problem.whitened(one.x, floor, one.active, without)
+        return float(errors @ errors) if np.isfinite(errors).all() else np.inf
+
+    return min(found, key=missed)
 
 
 class _Predictor:

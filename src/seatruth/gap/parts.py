@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -71,12 +72,17 @@ class Parts:
     def _shown(self) -> Fit:
         """The verdict's fit against noise alone: what the gap is measured with."""
         key = self.best.effects
+        if self.found.problem.lead is not None:
+            return self._in_whole_runs[1]
         if key not in self.plain.fits:
-            if self.found.problem.lead is None:
-                self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.best.x)
-            else:
-                self.plain.fits[key] = in_whole_runs(self.plain, self.best)
+            self.plain.fits[key] = fit(self.problem, key, self.plain.floor, self.best.x)
         return self.plain.fits[key]
+
+    @cached_property
+    def _in_whole_runs(self) -> tuple[Fit, Fit]:
+        """The model without effects and with those of the verdict, fitted to whole runs, where the search led them."""
+        base = in_whole_runs(self.found, self.plain, self.found.base)
+        return base, in_whole_runs(self.found, self.plain, self.best, base) if self.best.effects else base
 
     @property
     def _floor(self) -> NoiseFloor:
@@ -134,7 +140,8 @@ class Parts:
 
     def diagnosis(self, reasons: Mapping[str, str], outcome: Mapping[str, Any], extra: Mapping[str, Any]) -> Diagnosis:
         problem, plain = self.problem, self.plain
-        fits = {"before": self.before, "refit": plain.base, "effect": self._shown()}
+        whole = plain.base if self.found.problem.lead is None else self._in_whole_runs[0]
+        fits = {"before": self.before, "refit": whole, "effect": self._shown()}
         gap = by_channel(problem, self._floor, fits)
         before, refit, best = (self._misfit(fits[name]) for name in ("before", "refit", "effect"))
         split = shares(before, refit, best, problem.rows)

@@ -256,6 +256,19 @@ def verdict(
     return Verdict("inseparable", best.effects, tuple(together), covered, beside)
 
 
+def refused(found: Sequence[Candidate], effects: Sequence[str]) -> list[Candidate]:
+    """The answers without these effects; what named nothing else is something unnamed."""
+    merged: dict[tuple[str, ...], Candidate] = {}
+    for c in found:
+        key = tuple(name for name in c.effects if name not in effects)
+        key = key if key or not c.effects else (UNKNOWN,)
+        beside = 0.0 if key in ((), (UNKNOWN,)) else c.beside
+        old = merged.get(key, Candidate(key, 0.0, -math.inf))
+        best = max(old.evidence, c.evidence)
+        merged[key] = Candidate(key, old.probability + c.probability, best, old.beside + beside)
+    return sorted(merged.values(), key=lambda c: -c.probability)
+
+
 def undecided(found: Sequence[Candidate]) -> Verdict:
     """No cause stands out; the likeliest effects are given."""
     named = [c for c in found if c.effects and c.effects != (UNKNOWN,)]
