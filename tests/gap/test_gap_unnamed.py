@@ -117,31 +117,45 @@ def test_a_sensor_that_drifts_speaks_for_no_cause() -> None:
     assert best.effects == ()
 
 
-@pytest.mark.parametrize(("kept", "kind"), [((), "unknown"), (("wind",), "effects")])
+def searched(courses: tuple[float, ...] = (0.0, 2.0, 4.0, 1.0)) -> Any:
+    """A search of effects of which the wind keeps its direction on earth; trials steer these courses."""
+    effects = {
+        "trim": SimpleNamespace(family="loading", needs_states=("q",)),
+        "wind": SimpleNamespace(family="environment", needs_states=("u", "psi")),
+    }
+    trials = [SimpleNamespace(outputs={"psi": np.full(3, course)}) for course in courses]
+    return SimpleNamespace(problem=SimpleNamespace(trials=trials, effects=effects))
+
+
+@pytest.mark.parametrize(("lasts", "kind", "chance"), [((), "unknown", 1.0), (("wind",), "effects", 0.9)])
 def test_effects_beside_something_unnamed_must_help_on_trials_left_out(
-    monkeypatch: pytest.MonkeyPatch, kept: tuple[str, ...], kind: str
+    monkeypatch: pytest.MonkeyPatch, lasts: tuple[str, ...], kind: str, chance: float
 ) -> None:
-    monkeypatch.setattr(diagnosing, "lasting", lambda found, effects: kept)
-    search: Any = SimpleNamespace(problem=SimpleNamespace(trials=[None] * 4))
+    monkeypatch.setattr(diagnosing, "lasting", lambda found, effects: tuple(name for name in effects if name in lasts))
     judged = Verdict("effects", ("trim", "wind"), (), 0.8, beside=True)
     answers = [
         Candidate(("trim", "wind"), 0.8, 50.0, 0.8),
         Candidate(("wind",), 0.1, 45.0, 0.05),
         Candidate((UNKNOWN,), 0.1, 40.0),
     ]
-    held, left = _helping(judged, search, answers)
+    held, left = _helping(judged, searched(), answers)
     assert sum(c.probability for c in left) == pytest.approx(1.0)
-    assert not any(set(c.effects) & ({"trim", "wind"} - set(kept)) for c in left)
-    assert held.kind == kind
-    if kind == "unknown":
-        assert held.probability == pytest.approx(1.0)
-    else:
-        assert (held.effects, held.together, held.beside) == (("wind",), (), True)
-        assert held.probability == pytest.approx(0.9)
+    assert not any(set(c.effects) & ({"trim", "wind"} - set(lasts)) for c in left)
+    assert (held.kind, held.effects, held.probability) == (kind, lasts, pytest.approx(chance))
     plain = Verdict("effects", ("wind",), (), 0.9)
-    assert _helping(plain, search, answers) == (plain, answers)
+    assert _helping(plain, searched(), answers) == (plain, answers)
     doubtful = [Candidate(("trim", "wind"), 0.4, 50.0, 0.3), Candidate(("wind",), 0.15, 45.0), Candidate((), 0.45, 0.0)]
-    assert _helping(judged, search, doubtful)[0].kind == "underpowered"
+    assert _helping(judged, searched(), doubtful)[0].kind == "underpowered"
+
+
+def test_on_one_course_nothing_that_keeps_its_direction_on_earth_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosing, "lasting", lambda found, effects: effects)
+    judged = Verdict("effects", ("trim", "wind"), (), 0.9, beside=True)
+    answers = [Candidate(("trim", "wind"), 0.9, 50.0, 0.9), Candidate((UNKNOWN,), 0.1, 40.0)]
+    held, left = _helping(judged, searched((0.0, 0.1, 0.2, 0.1)), answers)
+    assert held.effects == ("trim",)
+    assert not any("wind" in c.effects for c in left)
+    assert _helping(judged, searched(), answers)[0].effects == ("trim", "wind")
 
 
 def test_what_all_likely_answers_have_in_common_is_named_beside_something_unnamed() -> None:

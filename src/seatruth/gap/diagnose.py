@@ -19,12 +19,14 @@ from seatruth.gap.led import astray, led, led_floor
 from seatruth.gap.parts import Parts
 from seatruth.gap.probability import (
     SURE,
+    UNKNOWN,
     Candidate,
     Verdict,
     apart,
     beside_unnamed,
     candidates,
     detectable,
+    inclusion,
     powerless,
     refused,
     undecided,
@@ -38,6 +40,8 @@ from seatruth.models.blackbox import BlackBox
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
+_ROUNDS = 5
+"""How often answers are looked at anew once some of their effects are refused."""
 _UNNAMED = 0.3
 """Probability of something unnamed from which named effects are looked for beside it."""
 
@@ -152,19 +156,38 @@ def _pushed(problem: GapProblem, found: Search, probed: Sequence[Probes], say: S
 
 
 def _helping(judged: Verdict, found: Search, answers: list[Candidate]) -> tuple[Verdict, list[Candidate]]:
-    """Of effects that are named beside something unnamed those that help on trials left out; the others are no answer.
+    """Of effects that are named beside something unnamed those that these trials can tell from what a model has wrong,
+    and that help on trials left out; the others are no answer.
 
-    Where the model is wrong in ways that no effect describes, an effect can take up some of that for a while.
+    On one course whatever keeps its direction on earth is a force ahead or abeam, as the model's own may lack one. And
+    an effect can take up some of what is missing for a while.
     """
-    if not judged.beside or not judged.effects or len(found.problem.trials) < 2:
+    problem = found.problem
+    if not judged.beside or not judged.effects or len(problem.trials) < 2:
         return judged, answers
-    kept = lasting(found, judged.effects)
-    answers = refused(answers, [name for name in judged.effects if name not in kept])
-    chance = sum(c.probability for c in answers if set(kept) <= set(c.effects)) if kept else 0.0
-    if chance >= SURE:
-        return Verdict("effects", kept, (), chance, True), answers
+    if _on_one_course(problem):
+        answers = refused(answers, [name for name, effect in problem.effects.items() if _points(effect)])
+    for _ in range(_ROUNDS):
+        named = [c for c in answers if c.effects and c.effects != (UNKNOWN,)]
+        if not named:
+            break
+        chances = inclusion(named, list(problem.effects))
+        asked = {*named[0].effects, *(name for name, chance in chances.items() if chance >= SURE)}
+        kept = lasting(found, tuple(sorted(asked)))
+        if set(kept) == asked:
+            break
+        answers = refused(answers, [name for name in asked if name not in kept])
+    chances = inclusion(answers, list(problem.effects))
+    common = tuple(name for name, chance in chances.items() if chance >= SURE)
+    if common:
+        return Verdict("effects", common, (), min(chances[name] for name in common), True), answers
     rest = unnamed(answers)
     return (Verdict("unknown", (), (), rest) if rest >= SURE else undecided(answers)), answers
+
+
+def _points(effect: Effect) -> bool:
+    """Whether an effect keeps its direction on earth."""
+    return effect.family == "environment" and "psi" in effect.needs_states
 
 
 def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:
@@ -223,12 +246,16 @@ def _doubts(study: Study, problem: GapProblem) -> list[Finding]:
             if same:
                 text = f"Trials {one.name!r} and {other.name!r} hold the same data: they count twice."
                 found.append(Finding("error", "duplicate", text, where, "Leave one out.", one.name))
-    courses = [_course(trial) for trial in problem.trials]
-    known = [c for c in courses if c is not None]
-    if known and all(abs(np.angle(np.exp(1j * (c - known[0])))) < 0.5 for c in known) and not _turns(problem):
+    if _on_one_course(problem):
         text = "All trials keep to one course: a current, a heading bias and a wind look alike there."
         found.append(Finding("warning", "one-course", text, where, "Add a reciprocal run or a full turn."))
     return found
+
+
+def _on_one_course(problem: GapProblem) -> bool:
+    known = [c for c in (_course(trial) for trial in problem.trials) if c is not None]
+    alike = all(abs(np.angle(np.exp(1j * (c - known[0])))) < 0.5 for c in known)
+    return bool(known) and alike and not _turns(problem)
 
 
 def _course(trial: Any) -> float | None:
