@@ -173,6 +173,7 @@ def test_the_sentence_says_so() -> None:
     row = {"name": "wind", "title": "steady wind", "in_words": "2 m/s", "parameters": []}
     said = {"kind": "effects", "effects": ["wind"], "set": [], "probability": 0.9, "beside": True, "powerless": []}
     text = sentence(said, [row], {}, None, {"equation": "yaw"})
+    assert text.startswith("A part of the gap comes from steady wind")
     assert "Beside that acts something that is not in the library, most like a force in yaw." in text
     assert "Beside" not in sentence({**said, "beside": False}, [row], {}, None, {"equation": "yaw"})
 

@@ -18,7 +18,8 @@ def sentence(
     kind, chance = verdict["kind"], f"probability {verdict['probability']:.0%}"
     if kind == "effects":
         causes = " and ".join(_cause(by_name[name]) for name in verdict["effects"])
-        return f"The gap comes from {causes} ({chance}).{_beside(verdict, unnamed)}{_shrinks(how_far)}"
+        gap = "A part of the gap" if verdict["beside"] else "The gap"
+        return f"{gap} comes from {causes} ({chance}).{_beside(verdict, unnamed)}{_shrinks(how_far)}"
     if kind == "inseparable":
         titles = ", ".join(by_name[name]["title"] for name in verdict["set"])
         rest = _beside(verdict, unnamed)

@@ -42,6 +42,7 @@ NEAR = 11.0
 """Pairwise lambda below which two effects count as not told apart."""
 _WORTH = 0.05
 """Probability from which the next likeliest answer is mentioned."""
+_BESIDE = " Beside that acts something that is not in the library."
 _CLOSES = 0.02
 """Closure below which nothing closes."""
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")
@@ -229,7 +230,8 @@ def verdict_in_words(diagnosis: Diagnosis) -> str:
         return readable(str(said["sentence"]))
     by_name, known = {row["name"]: row for row in diagnosis.which}, titles(diagnosis)
     causes = [f"{known[name]} ({parameters_in_words(by_name[name])})" for name in said["effects"]]
-    text = f"The gap comes from {listed(causes)}, with probability {chance(said['probability'])}."
+    whole, rest = ("A part of the gap", _BESIDE) if said["beside"] else ("The gap", "")
+    text = f"{whole} comes from {listed(causes)}, with probability {chance(said['probability'])}.{rest}"
     closure = (diagnosis.how_far or {}).get("closure")
     if not closure or not closure["value"] > _CLOSES:
         return text
@@ -245,7 +247,7 @@ def which_in_words(diagnosis: Diagnosis) -> str:
     known = titles(diagnosis)
     if said["kind"] == "effects":
         causes = [f"{known[name]}: {parameters_in_words(by_name[name])}" for name in said["effects"]]
-        rest = " Beside that acts something that is not in the library." if said["beside"] else ""
+        rest = _BESIDE if said["beside"] else ""
         return f"{'; '.join(causes)}. Probability {sure}.{rest}{_runner_up(diagnosis)}"
     if said["kind"] == "inseparable":
         return f"One of {listed([known[name] for name in said['set']], 8)}. Together: probability {sure}."
