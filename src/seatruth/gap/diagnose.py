@@ -26,6 +26,7 @@ from seatruth.gap.probability import (
     beside_unnamed,
     candidates,
     detectable,
+    in_common,
     inclusion,
     powerless,
     refused,
@@ -40,8 +41,6 @@ from seatruth.models.blackbox import BlackBox
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
-_ROUNDS = 5
-"""How often answers are looked at anew once some of their effects are refused."""
 _UNNAMED = 0.3
 """Probability of something unnamed from which named effects are looked for beside it."""
 
@@ -90,7 +89,8 @@ def diagnose(
         try:
             judged, answers = _helping(judged, found, answers)
         except KeyboardInterrupt:
-            found.cut = True
+            # What was not asked for on trials left out is not named.
+            judged, found.cut = undecided(answers), True
         parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"
@@ -167,20 +167,17 @@ def _helping(judged: Verdict, found: Search, answers: list[Candidate]) -> tuple[
         return judged, answers
     if _on_one_course(problem):
         answers = refused(answers, [name for name, effect in problem.effects.items() if _points(effect)])
-    for _ in range(_ROUNDS):
-        named = [c for c in answers if c.effects and c.effects != (UNKNOWN,)]
-        if not named:
-            break
+    # Each round refuses an effect at least, or has asked for all that may be named.
+    while named := [c for c in answers if c.effects and c.effects != (UNKNOWN,)]:
         chances = inclusion(named, list(problem.effects))
         asked = {*named[0].effects, *(name for name, chance in chances.items() if chance >= SURE)}
         kept = lasting(found, tuple(sorted(asked)))
         if set(kept) == asked:
             break
         answers = refused(answers, [name for name in asked if name not in kept])
-    chances = inclusion(answers, list(problem.effects))
-    common = tuple(name for name, chance in chances.items() if chance >= SURE)
-    if common:
-        return Verdict("effects", common, (), min(chances[name] for name in common), True), answers
+    common = in_common(answers)
+    if common is not None:
+        return common, answers
     rest = unnamed(answers)
     return (Verdict("unknown", (), (), rest) if rest >= SURE else undecided(answers)), answers
 

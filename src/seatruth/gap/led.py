@@ -64,9 +64,7 @@ def led(problem: GapProblem) -> GapProblem | None:
     found = gains(problem)
     if not found:
         return None
-    return GapProblem(
-        problem.study, list(problem.effects.values()), threads=problem.threads, lead=Led(found), plain=problem
-    )
+    return GapProblem(problem.study, list(problem.effects.values()), threads=problem.threads, lead=Led(found))
 
 
 class LedModel(Model):
@@ -137,7 +135,7 @@ def _most_noise(problem: GapProblem) -> dict[str, float]:
     stated = {name for name, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
     unstated = [name for name in problem.outputs if name not in stated]
     other = led(problem) if unstated else None
-    begun = None if other is None or other.lead is None else led_floor(other, [problem.start])
+    begun = None if other is None else led_floor(other, [problem.start])
     if begun is None:
         return {}
     led_names = set(gains(problem))

@@ -232,10 +232,9 @@ def verdict(
         return Verdict("effects", best.effects, (), best.probability, best.beside > 0.5 * best.probability)
     if sum(c.beside for c in named) > 0.5 * cause:
         # Beside something unnamed many effects take part; those that all likely answers have in common are named.
-        chances = {name: sum(c.probability for c in named if name in c.effects) for c in named for name in c.effects}
-        common = tuple(name for name in chances if chances[name] >= SURE)
-        if common:
-            return Verdict("effects", common, (), min(chances[name] for name in common), True)
+        common = in_common(found)
+        if common is not None:
+            return common
     # Rivals of the same number: what is said of a second effect is not that the first is another.
     rivals = [c for c in named if len(c.effects) == len(best.effects)]
     total = sum(c.probability for c in rivals)
@@ -254,6 +253,13 @@ def verdict(
     if len(together) == len(best.effects):
         return Verdict("effects", best.effects, (), covered, beside)
     return Verdict("inseparable", best.effects, tuple(together), covered, beside)
+
+
+def in_common(found: Sequence[Candidate]) -> Verdict | None:
+    """The effects that are sure enough, whatever acts with them, beside something unnamed; None if there are none."""
+    names = dict.fromkeys(name for c in found for name in c.effects if c.effects != (UNKNOWN,))
+    chances = {name: chance for name, chance in inclusion(found, list(names)).items() if chance >= SURE}
+    return Verdict("effects", tuple(chances), (), min(chances.values()), True) if chances else None
 
 
 def refused(found: Sequence[Candidate], effects: Sequence[str]) -> list[Candidate]:

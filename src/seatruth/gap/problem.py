@@ -68,16 +68,13 @@ class Lead(Protocol):
 class GapProblem:
     """See the module. `effects` by name are those that may act; `names` are the entries of x.
 
-    `lead` changes the model with its effects, and each trial, into what is simulated instead (`led.py`); `plain` is the
-    problem in which nothing is changed.
+    `lead` changes the model with its effects, and each trial, into what is simulated instead (`led.py`).
     """
 
     def __init__(
-        self, study: Study, effects: Sequence[Effect], *, threads: int | None = None, lead: Lead | None = None,
-        plain: GapProblem | None = None,
-    ) -> None:  # fmt: skip
+        self, study: Study, effects: Sequence[Effect], *, threads: int | None = None, lead: Lead | None = None
+    ) -> None:
         self.study, self.threads, self.lead = study, threads, lead
-        self.plain: GapProblem = self if plain is None else plain
         self.effects = {effect.name: effect for effect in effects}
         self.model = self._with(list(effects))
         own = set(study.model.nominal())
