@@ -20,7 +20,7 @@ from seatruth import Budget, Study
 from seatruth.costs import cost_of
 from seatruth.manoeuvres import Manoeuvre, run_manoeuvre
 from seatruth.models.torpedo import Torpedo324
-from seatruth.models.torpedo_sets import TIES
+from seatruth.models.torpedo_parameters import TIES
 from seatruth.optimizers import minimise
 from seatruth.trials import Trial, Trials
 from seatruth.uncertainty import excitation

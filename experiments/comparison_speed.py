@@ -32,7 +32,7 @@ from scipy.optimize import least_squares
 
 from seatruth import Study
 from seatruth.comparison import Comparison, Noise, Problem, compare
-from seatruth.comparison.bench import Bench, Setting
+from seatruth.comparison.realisation import Bench, Setting
 from seatruth.costs import cost_of
 from seatruth.manoeuvres import Stepper
 from seatruth.optimizers import from_callable

@@ -23,8 +23,7 @@ from seatruth.costs import formula_study
 from seatruth.manoeuvres import Manoeuvre, Sawtooth, Trim, run_manoeuvre
 from seatruth.models.glider import Glider
 from seatruth.models.torpedo import Torpedo
-from seatruth.study import parse, read_text
-from seatruth.studyfile import build
+from seatruth.study import build, parse, read_text
 from seatruth.trials import Trial
 
 SHIPS = Path(__file__).resolve().parent / "real_ships"

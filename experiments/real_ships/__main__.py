@@ -19,8 +19,7 @@ import pandas as pd
 
 from seatruth import Study, Trials, identify
 from seatruth.models import Parameter
-from seatruth.study import parse, read_text
-from seatruth.studyfile import build
+from seatruth.study import build, parse, read_text
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.costs.base import Ability, Array
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
 VARIANTS = ("A", "A_prime", "B_component", "B_scalar", "C", "D")

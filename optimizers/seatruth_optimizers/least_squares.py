@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from seatruth.costs.base import Ability, Array
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
 _ROUGH = 1e-3

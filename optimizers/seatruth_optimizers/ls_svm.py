@@ -20,7 +20,8 @@ from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.metrics.pairwise import rbf_kernel
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
-from seatruth.costs.base import Ability, Array, Block
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Block
 from seatruth.errors import BadInput
 from seatruth.optimizers import Optimizer, Problem, option
 

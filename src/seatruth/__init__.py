@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seatruth.comparison import Comparison, compare
+    from seatruth.diagnosis import Diagnosis, diagnose
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
-    from seatruth.gap import Diagnosis, diagnose
     from seatruth.identification import Study, identify
     from seatruth.models import BlackBox, Model, Parameter, Prior, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise

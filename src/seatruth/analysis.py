@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
 from seatruth.costs.study import Study, StudyCost
 from seatruth.errors import SeatruthError
@@ -17,17 +18,16 @@ from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
+from seatruth.statistics.autoregressive import autocorrelation, colour_of
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step, Trial
-from seatruth.uncertainty.coloured import autocorrelation, colour_of
 from seatruth.uncertainty.covariance import Covariance, at_bound, covariance, pressed
-from seatruth.uncertainty.degeneracy import degeneracies
 from seatruth.uncertainty.identifiability import identifiability, tied, trade_offs, verdict
 from seatruth.uncertainty.prediction import prediction_intervals
 from seatruth.uncertainty.sensitivity import sensitivity
+from seatruth.uncertainty.structural_identifiability import degeneracies
 
-Array = NDArray[np.float64]
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
 _EQUATION_ERROR = Finding(

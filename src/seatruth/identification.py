@@ -16,10 +16,10 @@ from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_o
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
-from seatruth.optimizers.ledger import Progress
+from seatruth.optimizers.evaluator import Progress
+from seatruth.storage.checkpoint import Pieces, pieces_beside
 from seatruth.uncertainty import leave_one_out, profiles
-from seatruth.uncertainty.leave_out import by_rows, pooled
-from seatruth.uncertainty.pieces import Pieces, pieces_beside
+from seatruth.uncertainty.cross_validation import by_rows, pooled
 
 __all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
 

@@ -19,10 +19,10 @@ from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers,
 
 from seatruth import BadInput, SeatruthError
 from seatruth.comparison import Noise, Problem, Standing, compare, standing
-from seatruth.comparison.bench import Bench, Setting
+from seatruth.comparison.realisation import Bench, Setting
 from seatruth.comparison.runner import STORE
 from seatruth.comparison.store import Store
-from seatruth.comparison.work import jobs_of, work
+from seatruth.comparison.worker import jobs_of, work
 from seatruth.optimizers import from_callable, make
 
 HERE = Path(__file__).parent
@@ -120,7 +120,7 @@ sys.path[:0] = [{here!r}, {above!r}]
 from pathlib import Path
 from small_comparison import small, glide
 from seatruth.comparison import compare
-from seatruth.comparison.work import jobs_of
+from seatruth.comparison.worker import jobs_of
 comparison = small(problems=[glide(costs=("trajectory", "regression"))], seeds=1)
 jobs_of(comparison, list(comparison.runs))
 def kernels():

@@ -10,7 +10,7 @@ import pytest
 from known_runs import VISCOUS, Yaw, YawGain, dive, diving_parameters, yaw_trials
 
 from seatruth.costs import Study, cost_of
-from seatruth.costs.differences import differences
+from seatruth.costs.finite_differences import differences
 from seatruth.costs.regression import RegressionCost
 from seatruth.errors import BadInput
 from seatruth.models.diving_plane import DivingPlane

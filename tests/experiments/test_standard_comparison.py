@@ -15,7 +15,7 @@ import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import standard_comparison  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import standard_comparison_systems as systems  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 
-from seatruth.comparison.bench import Bench, Setting  # noqa: E402
+from seatruth.comparison.realisation import Bench, Setting  # noqa: E402
 
 
 def test_quick_mode_leaves_a_whole_result(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note
 from withheld.verdicts import verdict
 
-from seatruth.gap.menu import Menu
+from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.trials.trial import Trial as Log
 
 

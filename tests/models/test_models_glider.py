@@ -18,7 +18,7 @@ from seatruth.manoeuvres.gliding import PUMP
 from seatruth.models import Model
 from seatruth.models.base import Surroundings
 from seatruth.models.glider import Glider
-from seatruth.models.glider_sets import GLIDERS
+from seatruth.models.glider_parameters import GLIDERS
 from seatruth.testing.models import ModelConformance
 from seatruth.trials import Trial
 

@@ -16,7 +16,7 @@ from seatruth.manoeuvres import Manoeuvre, Straight, run_manoeuvre
 from seatruth.models import Model, load_model
 from seatruth.models.torpedo import Torpedo, Torpedo324, solved
 from seatruth.models.torpedo_channels import CHANNELS, channel
-from seatruth.models.torpedo_sets import TIES
+from seatruth.models.torpedo_parameters import TIES
 from seatruth.testing.models import ModelConformance
 from seatruth.trials import Trial
 

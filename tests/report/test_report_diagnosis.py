@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from seatruth.gap.diagnosis import Diagnosis, answer, towards
+from seatruth.diagnosis.results import Diagnosis, answer, towards
 from seatruth.report.diagnosis import words
 from seatruth.report.page import render
 from seatruth.trials.finding import Finding

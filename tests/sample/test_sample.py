@@ -100,8 +100,7 @@ def test_no_code_but_the_generator_names_the_truth() -> None:
 
 def test_the_study_reads_the_files() -> None:
     from seatruth.models import load_model
-    from seatruth.study import parse
-    from seatruth.studyfile import trial_files
+    from seatruth.study import parse, trial_files
 
     path = sample.FOLDER / sample.STUDY
     file, problems = parse(path.read_text(), str(path))

@@ -14,16 +14,17 @@ import numpy as np
 import pytest
 from known_models import Lag, plain_model, record_of
 
-import seatruth.simulate.compiled as compiled
+import seatruth.simulate.compiler.compiled as compiled
 from seatruth.simulate import fingerprint, simulator
-from seatruth.simulate.kernels import marching
-from seatruth.simulate.trace import trace
+from seatruth.simulate.compiler.kernels import marching
+from seatruth.simulate.compiler.trace import trace
 
 SCRIPT = """
 import sys, numpy as np
 sys.path.insert(0, {folder!r})
 from mine import Mine
-from seatruth.simulate import compiled, simulator
+from seatruth.simulate import simulator
+from seatruth.simulate.compiler import compiled
 from seatruth.trials.trial import Trial
 compiles = []
 plain = compiled._compile

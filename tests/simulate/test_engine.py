@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from known_models import Blowing, Lag, exact_lag, record_of
 
-import seatruth.simulate.program
+import seatruth.simulate.compiler.program
 from seatruth.errors import BadInput
 from seatruth.models import load_model
 from seatruth.models.base import Model
@@ -151,7 +151,7 @@ def test_threads_and_lanes_do_not_change_a_bit(name: str, monkeypatch: pytest.Mo
     for threads in (1, 2, 3, 8, 64):
         for width in (8, 16):
             split = [(slice(0, 24), width), (slice(24, None), 24 - width)]
-            monkeypatch.setattr(seatruth.simulate.program, "_parts", lambda *_, split=split: split)
+            monkeypatch.setattr(seatruth.simulate.compiler.program, "_parts", lambda *_, split=split: split)
             sim = simulator(model, trials, free=free, threads=threads)
             weights = np.ones(sim.measured.shape)
             sums = sim.sums(theta, x0, weights)
@@ -353,7 +353,7 @@ def test_a_vanishing_parameter_is_a_parameter(monkeypatch: pytest.MonkeyPatch) -
 @settings(max_examples=200, deadline=None)
 @given(size=st.integers(1, 3000), trials=st.integers(1, 12), threads=st.integers(1, 64))
 def test_parts_cover_all_candidates_once(size: int, trials: int, threads: int) -> None:
-    parts = seatruth.simulate.program._parts(size, trials, threads)
+    parts = seatruth.simulate.compiler.program._parts(size, trials, threads)
     covered = np.concatenate([np.arange(size)[part] for part, _ in parts])
     assert covered.tolist() == list(range(size))
     assert {width for _, width in parts} <= {8, 16}

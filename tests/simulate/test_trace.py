@@ -16,8 +16,8 @@ from known_models import plain_model
 
 from seatruth.errors import PluginError
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
-from seatruth.simulate.graph import ordered
-from seatruth.simulate.trace import trace
+from seatruth.simulate.compiler.graph import ordered
+from seatruth.simulate.compiler.trace import trace
 
 SLOPE = 2.5
 TABLE = (math.sin, math.cos)

@@ -14,7 +14,7 @@ from known_motion import Array, altered, zigzag
 from seatruth.trials import Channel, Finding, Trial, check_trials, findings_table
 from seatruth.trials.check import check_trial, excitation_table
 from seatruth.trials.check.excitation import reversals
-from seatruth.trials.check.tools import squared_correlation
+from seatruth.trials.check.helpers import squared_correlation
 
 GOOD = zigzag(amplitude=0.5, period=80)
 DEG = 180 / np.pi

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.fitted import Group
+from seatruth.costs.study_cost import Group
 from seatruth.identification import Study, cost_of
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
+from seatruth.storage.checkpoint import Pieces
 from seatruth.trials.trial import Trial, Trials
 from seatruth.uncertainty import covariance, excitation, identifiability, sensitivity, tied, trade_offs, verdict
-from seatruth.uncertainty.pieces import Pieces
 
 
 def three() -> list[Parameter]:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from seatruth.costs.fitted import Group
+from seatruth.costs.study_cost import Group
 from seatruth.uncertainty import autocorrelation, colour_of, covariance
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from seatruth import load_study
-from seatruth.gap import Diagnosis, diagnose
+from seatruth.diagnosis import Diagnosis, diagnose
 
 OF_CAUSE = ("name", "probability", "log_evidence", "lambda", "in_words", "parameters")
 

@@ -17,10 +17,10 @@ import pandas as pd
 
 from seatruth import BadInput, Channel, Parameter, Study, Trial, Trials
 from seatruth.effects import available
-from seatruth.effects.terms import into_body
+from seatruth.effects.kinematics import into_body
 from seatruth.effects.weather import wind_force
+from seatruth.models.geometry import Body
 from seatruth.models.mmg import MMGShipOrdered
-from seatruth.models.vehicle import Body
 
 WIND = available()["wind"]
 _SHIP, _SIZE = MMGShipOrdered.rhs, MMGShipOrdered.dimensions

@@ -18,8 +18,8 @@ from seatruth.errors import BadInput, nearest
 from seatruth.study import Plan, read_plan
 
 if TYPE_CHECKING:
+    from seatruth.diagnosis import Diagnosis
     from seatruth.effects import Effect
-    from seatruth.gap import Diagnosis
 
 AUGMENTED = "augmented.toml"
 REPORT = "report.html"
@@ -75,7 +75,7 @@ def run(
     quiet: bool = False,
 ) -> Result:
     """Diagnoses, saves, reports and shows one plan. `effects` are names, patterns and files; all installed if empty."""
-    from seatruth.gap import diagnose as diagnose_study
+    from seatruth.diagnosis import diagnose as diagnose_study
     from seatruth.report import write_report
 
     try:
@@ -146,7 +146,7 @@ def _effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict
 
 def _augmented(diagnosis: Diagnosis, plan: Plan, specs: Mapping[str, str]) -> Path | None:
     """Writes the study file with the named effects and the identified values; None where the study has no file."""
-    from seatruth.studyfile.augment import augmented
+    from seatruth.study.augment import augmented
 
     if plan.source is None:
         return None

@@ -59,7 +59,7 @@ def run(
     """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
     from seatruth.identification import identify as identify_study
     from seatruth.optimizers import StaleCheckpoint
-    from seatruth.uncertainty.pieces import pieces_beside
+    from seatruth.storage.checkpoint import pieces_beside
 
     checkpoint = plan.folder / CHECKPOINT
     try:

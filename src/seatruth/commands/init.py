@@ -11,7 +11,7 @@ import typer
 from seatruth.commands.common import JsonFile, Result, say, write_text
 from seatruth.errors import BadInput
 from seatruth.models import load_model
-from seatruth.studyfile.template import template
+from seatruth.study.template import template
 from seatruth.trials import read_columns
 
 

@@ -14,8 +14,8 @@ from seatruth.commands.common import JsonFile, Result, console, say, table
 from seatruth.costs.registry import KINDS
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
-from seatruth.studyfile.reference import kind
-from seatruth.studyfile.schema import COST_KEYS, CostTable
+from seatruth.study.reference import kind
+from seatruth.study.schema import COST_KEYS, CostTable
 
 
 class What(StrEnum):

@@ -14,9 +14,9 @@ results = compare(comparison, "zigzags-result", workers=4)
 results.overall, results.ranking("accuracy"), results.sentences
 """
 
-from seatruth.comparison.definition import Comparison, Problem, Run
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.results import Results
 from seatruth.comparison.runner import Standing, compare, standing
+from seatruth.comparison.spec import Comparison, Problem, Run
 
 __all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "Standing", "compare", "standing"]

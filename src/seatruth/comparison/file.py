@@ -11,14 +11,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
 
-from seatruth.comparison.definition import TARGETS, Comparison, Problem, definition
 from seatruth.comparison.noise import KINDS, Noise
+from seatruth.comparison.spec import TARGETS, Comparison, Problem, definition
 from seatruth.optimizers import Optimizer
 from seatruth.study import Plan, parsed, read_plan, read_text
-from seatruth.studyfile import solver as solvers
-from seatruth.studyfile.problems import Problems, add_schema_errors
-from seatruth.studyfile.reference import rows
-from seatruth.studyfile.schema import OpenTable, OptimizerTable, Table
+from seatruth.study import solver as solvers
+from seatruth.study.reference import rows
+from seatruth.study.schema import OpenTable, OptimizerTable, Table
+from seatruth.study.validation import Problems, add_schema_errors
 
 
 def _entries(value: Any) -> Any:

@@ -13,12 +13,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.trials.trial import Step, Trial
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from seatruth.arrays import Array
+
 Histories = Mapping[str, tuple[Any, Any, Any]]
 PLACE = ["problem", "cost", "noise", "level"]
 _FLOOR = 0.01

@@ -17,12 +17,11 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.stats import friedmanchisquare, rankdata, wilcoxon
 
+from seatruth.arrays import Array
 from seatruth.comparison.optimisation import PLACE, evaluations_to, records
 
-Array = NDArray[np.float64]
 Score = Literal["fit", "effort", "accuracy"]
 SCORES: dict[str, str] = {
     "fit": "excess of the cost over the best known fit",

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from seatruth.comparison import estimation, optimisation, ranks, words
-from seatruth.comparison.definition import Comparison
+from seatruth.comparison import estimation, optimisation, ranks, text
+from seatruth.comparison.spec import Comparison
 
 if TYPE_CHECKING:
     from seatruth.comparison.store import Store
@@ -146,9 +146,9 @@ class Results:
         return ranks.ranking(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])))
 
     @cached_property
-    def sentences(self) -> list[words.Verdict]:
-        """What came out, in plain words."""
-        return words.verdicts(self)
+    def sentences(self) -> list[text.Verdict]:
+        """What came out, in plain text."""
+        return text.verdicts(self)
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """All tables by name."""

@@ -13,10 +13,10 @@ from typing import Any, Literal
 import joblib
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from seatruth.comparison.definition import Comparison, Run
 from seatruth.comparison.results import Results
+from seatruth.comparison.spec import Comparison, Run
 from seatruth.comparison.store import Store
-from seatruth.comparison.work import Done, Job, jobs_of, work
+from seatruth.comparison.worker import Done, Job, jobs_of, work
 from seatruth.errors import BadInput, Interrupted, SeatruthError
 
 STORE = "comparison.sqlite"

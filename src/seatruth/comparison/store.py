@@ -20,7 +20,7 @@ from typing import Any
 
 import pandas as pd
 
-from seatruth.comparison.work import Done
+from seatruth.comparison.worker import Done
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.provenance import provenance
 

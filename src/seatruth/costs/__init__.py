@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 from seatruth.costs.base import Ability, Block, Cost, Regression
 
 if TYPE_CHECKING:
-    from seatruth.costs.fitted import Group, StudyCost
     from seatruth.costs.formula import FormulaCost, formula_study
+    from seatruth.costs.parameter_space import ParameterSpace
     from seatruth.costs.registry import KINDS, CostKind
     from seatruth.costs.regression import RegressionCost
-    from seatruth.costs.space import ParameterSpace
     from seatruth.costs.study import Study, cost_of
+    from seatruth.costs.study_cost import Group, StudyCost
     from seatruth.costs.trajectory import TrajectoryCost
 
 # Loaded when first used: optimizers need the interface only, and the engine behind the others takes time to import.

@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 
-Array = NDArray[np.float64]
 Ability = Literal["values", "residuals", "derivatives", "regression"]
 
 

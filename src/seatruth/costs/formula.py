@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from seatruth.costs.base import Array, Regression
-from seatruth.costs.fitted import Group, StudyCost, prior_groups
+from seatruth.arrays import Array
+from seatruth.costs.base import Regression
 from seatruth.costs.linear import SAME, SAME_BY_DIFFERENCES, Linear, blocks_of
 from seatruth.costs.noise import Noise
 from seatruth.costs.study import Deviation, Study
+from seatruth.costs.study_cost import Group, StudyCost, prior_groups
 from seatruth.errors import BadInput, nearest
 from seatruth.models.formula import Callback, Formula
 from seatruth.models.parameter import Parameter

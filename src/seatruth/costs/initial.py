@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.costs.pieces import Piece, spread_of
+from seatruth.arrays import Array, Indices
+from seatruth.costs.segments import Piece, spread_of
 from seatruth.costs.study import Study
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _CLOSE = 1e-4
 """Standard deviation of a joint between pieces, as a part of how far the state moves. Small beside what data say of a

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.costs.base import Array, Block
+from seatruth.arrays import Array
+from seatruth.costs.base import Block
 from seatruth.costs.noise import Noise
-from seatruth.costs.space import ParameterSpace
+from seatruth.costs.parameter_space import ParameterSpace
 
 Function = Callable[[Array], Array]
 SAME = 1e-9

@@ -21,14 +21,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from seatruth.arrays import Array, Flags, Indices
 from seatruth.errors import BadInput
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 _FEWEST = 5
 """Samples from which a deviation can be estimated."""

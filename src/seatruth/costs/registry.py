@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from seatruth.costs.fitted import StudyCost
     from seatruth.costs.study import Study
+    from seatruth.costs.study_cost import StudyCost
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.costs.base import Array, Regression
-from seatruth.costs.differences import recorded
-from seatruth.costs.fitted import Group, StudyCost, prior_groups
+from seatruth.arrays import Array
+from seatruth.costs.base import Regression
+from seatruth.costs.finite_differences import recorded
 from seatruth.costs.linear import Linear, blocks_of
 from seatruth.costs.noise import Noise
 from seatruth.costs.study import Study
+from seatruth.costs.study_cost import Group, StudyCost, prior_groups
 from seatruth.errors import BadInput
 from seatruth.models.blackbox import BlackBox
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian

@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from seatruth.costs.fitted import Group, StudyCost
-from seatruth.costs.space import ParameterSpace
+from seatruth.costs.parameter_space import ParameterSpace
+from seatruth.costs.study_cost import Group, StudyCost
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.blackbox import BlackBox

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from seatruth.costs.base import Ability, Array, Regression
-from seatruth.costs.fitted import Group, StudyCost, prior_groups
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Regression
 from seatruth.costs.initial import initial_states, joints
 from seatruth.costs.noise import Noise
-from seatruth.costs.pieces import cut, state_at
+from seatruth.costs.segments import cut, state_at
 from seatruth.costs.study import Study
+from seatruth.costs.study_cost import Group, StudyCost, prior_groups
 from seatruth.models.blackbox import BlackBox
 from seatruth.simulate import Simulator, simulator
 from seatruth.trials.trial import Trial, Trials

@@ -7,8 +7,8 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from seatruth.effects.base import EQUATIONS, Effect, dimensions_of, effects_by_name
+from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.extended import ExtendedModel, with_effects
-from seatruth.effects.outside import ExtendedBlackBox
 from seatruth.errors import BadInput, PluginError
 from seatruth.models.user_file import is_file, load_object
 

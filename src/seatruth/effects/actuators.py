@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import LONGEST_STEP, QUICKEST, delayed, followers, lagging, within
+from seatruth.effects.kinematics import LONGEST_STEP, QUICKEST, delayed, followers, lagging, within
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 

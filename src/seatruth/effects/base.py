@@ -22,12 +22,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from seatruth.effects.names import Names
+from seatruth.effects.channel_aliases import Names
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record, takes_surroundings
 from seatruth.models.blackbox import BlackBox
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 Hook = Callable[..., Any]

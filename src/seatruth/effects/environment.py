@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import into_body, sinking
+from seatruth.effects.kinematics import into_body, sinking
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 

@@ -9,13 +9,13 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.names import Names, View
-from seatruth.effects.outside import ExtendedBlackBox
+from seatruth.effects.black_box import ExtendedBlackBox
+from seatruth.effects.channel_aliases import Names, View
 from seatruth.errors import BadInput
 from seatruth.models.base import Model, record, takes_surroundings
 from seatruth.models.blackbox import BlackBox
+from seatruth.models.geometry import Body
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Body
 
 
 class ExtendedModel(Model):

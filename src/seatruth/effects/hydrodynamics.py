@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import through_water
+from seatruth.effects.kinematics import through_water
 from seatruth.models.parameter import Parameter
 
 ADDED_MASS = (

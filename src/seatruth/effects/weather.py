@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.terms import G, into_body
+from seatruth.effects.kinematics import G, into_body
 from seatruth.models.parameter import Parameter
 
 AIR = 1.226

@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 _STILL = math.radians(1.0)
 """A rudder that moves by less than this is not being moved on purpose."""
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from seatruth.effects.environment import carried
@@ -20,7 +19,6 @@ from seatruth.manoeuvres.plans import Manoeuvre
 from seatruth.models.base import Model, Surroundings, call, record, takes_surroundings
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 Around = Callable[[float, Any], Surroundings]
 """From the time and the state to what acts on the vehicle."""
 

@@ -2,9 +2,9 @@
 
 from seatruth.models.base import Model, Surroundings
 from seatruth.models.blackbox import BlackBox
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.registry import available, broken, load_model
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 __all__ = [

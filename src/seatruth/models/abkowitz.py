@@ -19,9 +19,9 @@ import math
 from typing import Any
 
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.mmg import EAST, HEADING, NORTH, RUDDER, SURGE, SWAY, YAW_RATE
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Dimensions
 
 _SOURCE = "[L] Chislett and Strom-Tejsen 1965, Mariner"
 _BREADTH, _DRAFT = 23.17 / 160.93, 8.23 / 160.93

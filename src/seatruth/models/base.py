@@ -23,8 +23,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 

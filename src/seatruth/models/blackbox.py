@@ -6,15 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 Function = Callable[[Trial, dict[str, float], dict[str, float] | None], Mapping[str, Any]]
 
 

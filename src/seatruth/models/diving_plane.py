@@ -13,8 +13,8 @@ import math
 from typing import Any
 
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 _NPS = "[L] Healey and Lienard 1993, NPS AUV II"

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.expression import Expression, equation, names_in
 from seatruth.models.blackbox import BlackBox
@@ -15,7 +15,6 @@ from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 Callback = Callable[[Mapping[str, Array], Mapping[str, float]], Any]
 
 

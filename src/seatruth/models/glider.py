@@ -2,8 +2,8 @@
 
 Equations: multibody model as Sun, Wang and Sang 2019 describe it; the printed equations are lost, the form here is a
 reconstruction [R] from the momentum theorems with the hydrodynamic forces of the underwater-glider literature. Values:
-`seatruth.models.glider_sets`. Body axes at the centre of buoyancy: x forward, y to starboard in the wing plane, z to
-the belly; earth z down, psi clockwise; alpha = atan(w/u), beta = asin(v/V) of the velocity through the water.
+`seatruth.models.glider_parameters`. Body axes at the centre of buoyancy: x forward, y to starboard in the wing plane,
+z to the belly; earth z down, psi clockwise; alpha = atan(w/u), beta = asin(v/V) of the velocity through the water.
 
 * Three bodies: hull (m_h at x_h, 0, z_h), sliding mass (m_p at the input x_p, 0, z_p) and net buoyancy (the input m_b
   at x_b on the axis; negative lightens). Shifts of x_p and m_b are slow: their own momentum is left out [R].
@@ -19,9 +19,9 @@ from typing import Any, ClassVar
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
-from seatruth.models.glider_sets import GLIDERS, PETREL_II
+from seatruth.models.geometry import Dimensions
+from seatruth.models.glider_parameters import GLIDERS, PETREL_II
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 TINY_2 = 1e-12

@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
-from seatruth.models.vehicle import Dimensions
 from seatruth.trials.channel import Channel
 
 _BODY = "[S] a 324 mm body, chosen here"

@@ -24,9 +24,9 @@ from typing import Any, ClassVar
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
-from seatruth.models.ship_sets import KVLCC2, SHIPS
-from seatruth.models.vehicle import Dimensions
+from seatruth.models.ship_parameters import KVLCC2, SHIPS
 from seatruth.trials.channel import Channel
 
 TINY_SPEED_2 = 1e-12

@@ -23,8 +23,8 @@ from typing import Any, ClassVar, NamedTuple
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
-from seatruth.models.torpedo_sets import SOURCES, parameters
-from seatruth.models.vehicle import Dimensions
+from seatruth.models.geometry import Dimensions
+from seatruth.models.torpedo_parameters import SOURCES, parameters
 from seatruth.trials.channel import Channel
 
 U = Channel("u", "m/s", "forward velocity over ground")

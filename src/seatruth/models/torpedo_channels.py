@@ -38,7 +38,7 @@ from seatruth.models.torpedo import (
     thrust,
     yawing,
 )
-from seatruth.models.torpedo_sets import parameters
+from seatruth.models.torpedo_parameters import parameters
 from seatruth.trials.channel import Channel
 
 _AHEAD = Channel("a_x", "m/s2", "kinematic acceleration at the origin, forward")

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 
 Code = Literal["converged", "budget", "stall", "deadline", "interrupted", "failed", "target"]

@@ -12,7 +12,7 @@ import numpy as np
 from seatruth.costs.base import Ability
 from seatruth.errors import BadInput
 from seatruth.optimizers.base import Optimizer
-from seatruth.optimizers.ledger import StageOver
+from seatruth.optimizers.evaluator import StageOver
 from seatruth.optimizers.problem import Problem, solve
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 
 REACH = 10.0

@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.costs.base import Array, Cost
+from seatruth.arrays import Array
+from seatruth.costs.base import Cost
 from seatruth.errors import BadInput, SeatruthError
 
 try:

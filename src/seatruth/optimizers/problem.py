@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from seatruth.costs.base import Ability, Array, Regression
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Regression
 from seatruth.optimizers.budget import Code
-from seatruth.optimizers.ledger import Ledger, StageOver
+from seatruth.optimizers.evaluator import Ledger, StageOver
 
 if TYPE_CHECKING:
     from seatruth.optimizers.base import Optimizer

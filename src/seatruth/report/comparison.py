@@ -11,7 +11,7 @@ import pandas as pd
 
 from seatruth.comparison.noise import KINDS
 from seatruth.comparison.ranks import SCORES, Ranking
-from seatruth.comparison.words import level_label
+from seatruth.comparison.text import level_label
 from seatruth.report.blocks import Block, Column, Heading, Notes, Pictures, Section, Text, table
 from seatruth.report.figures import comparison as figures
 from seatruth.report.numbers import count, listed, number, percent, seconds

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
-from seatruth.gap.diagnosis import Diagnosis
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.blocks import Section
 from seatruth.report.diagnosis import diagnosis_facts, diagnosis_sections
 from seatruth.report.numbers import moment

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.report.numbers import Shown, as_float, shown
-from seatruth.trials.standard import STANDARD_CHANNELS
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from seatruth.models.base import Model
 from seatruth.models.blackbox import BlackBox
 from seatruth.simulate.blackbox import BlackBoxSimulator
+from seatruth.simulate.compiler.program import fingerprint
 from seatruth.simulate.engine import CompiledSimulator, Jacobian, Outputs, Simulator, Sums
 from seatruth.simulate.grid import Hold
-from seatruth.simulate.program import fingerprint
 from seatruth.simulate.rates import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.simulate.threads import thread_count
 from seatruth.trials.trial import Trial

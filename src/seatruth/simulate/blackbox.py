@@ -7,15 +7,14 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.blackbox import BlackBox
 from seatruth.simulate.engine import Jacobian, Outputs, Sums, first_states, measurements, setting
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 _REACH = 6.0e-6
 """Relative reach of a central difference: the cube root of the rounding error."""
 

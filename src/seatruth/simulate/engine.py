@@ -11,14 +11,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array, Flags
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.grid import Hold, grid
-from seatruth.simulate.program import Program, program
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _MOST_RECORD = 256 * 1024 * 1024
 """Bytes of lanes that a recording call holds at a time."""
 

@@ -11,11 +11,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Hold = Literal["linear", "zero"]
 _LONG = 1.5

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.blackbox import BlackBox
+from seatruth.simulate.compiler.program import program
 from seatruth.simulate.engine import Setting, setting
-from seatruth.simulate.program import program
 from seatruth.simulate.threads import thread_count
-
-Array = NDArray[np.float64]
 
 
 def evaluate_rhs(

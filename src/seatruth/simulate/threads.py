@@ -7,7 +7,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor, wait
 
 from seatruth.errors import BadInput
-from seatruth.simulate.compiled import Kernel
+from seatruth.simulate.compiler.compiled import Kernel
 
 THREADS = "SEATRUTH_THREADS"
 """Environment variable: threads of a simulation where none are asked for."""

@@ -16,8 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.effects import EQUATIONS, Effect, with_effects
 from seatruth.models import available
 from seatruth.models.base import Model
@@ -26,7 +26,6 @@ from seatruth.testing.models import RANGES
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
-Array = NDArray[np.float64]
 STEP = 0.05
 """s: short enough for quick models too, as a small vehicle that is told to go fast."""
 

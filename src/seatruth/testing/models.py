@@ -22,14 +22,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.manoeuvres import Stepper
 from seatruth.models.base import Model, Surroundings, record, takes_surroundings
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
-
-Array = NDArray[np.float64]
 
 RANGES: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(("x", "y", "z"), (-1e4, 1e4)),

@@ -25,7 +25,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Ability, Array, Cost
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Cost
 from seatruth.errors import BadInput
 from seatruth.optimizers import Budget, Chain, Coordinates, Ledger, Optimizer, Outcome, Problem, Stop, minimise
 from seatruth.testing.problems import Known, Wrapped, known_problems

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.costs.base import Ability, Array, Block, Cost, Regression
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Block, Cost, Regression
 from seatruth.models.parameter import Parameter
 
 ALL: frozenset[Ability] = frozenset({"values", "residuals", "derivatives", "regression"})

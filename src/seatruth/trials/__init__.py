@@ -9,7 +9,7 @@ from seatruth.trials.check import check_trials, excitation_table
 from seatruth.trials.finding import Finding, findings_table
 from seatruth.trials.prepare import STEPS, apply_steps
 from seatruth.trials.read import ColumnSpec, read_columns, read_trial
-from seatruth.trials.standard import STANDARD_CHANNELS
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Step, Trial, Trials
 
 __all__ = [

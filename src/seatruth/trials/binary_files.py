@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.errors import BadInput, nearest
-from seatruth.trials import mat_child
+from seatruth.trials import mat_subprocess
 from seatruth.trials.tables import Table, named
 
 
@@ -74,15 +74,15 @@ def matlab(file: Path, data: bytes, variable: str | None = None) -> Table:
 
 
 def _vectors(file: Path, data: bytes) -> dict[str, Any]:
-    """Every vector in the file by its name, read in a process of its own (see mat_child)."""
-    child = Path(mat_child.__file__)
+    """Every vector in the file by its name, read in a process of its own (see mat_subprocess)."""
+    child = Path(mat_subprocess.__file__)
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
         [sys.executable, "-P", str(child)], input=data, capture_output=True, env=environment, check=False
     )
     if done.returncode != 0:
         said = done.stderr.decode("utf-8", "replace").strip()
-        why = f" ({said})" if done.returncode == mat_child.REFUSED and said else ""
+        why = f" ({said})" if done.returncode == mat_subprocess.REFUSED and said else ""
         raise BadInput(f"it is not a sound MATLAB file{why}", where=str(file), do="Save it again with -v7.")
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
         names = arrays["arr_0"].tolist()

@@ -22,11 +22,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.trials.condition import rows_where
-from seatruth.trials.standard import STANDARD_CHANNELS
-from seatruth.trials.tables import Array, Table, read_table
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
+from seatruth.trials.tables import Table, read_table
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from seatruth.uncertainty.coloured import Colour, autocorrelation, colour_of
+from seatruth.statistics.autoregressive import Colour, autocorrelation, colour_of
 from seatruth.uncertainty.covariance import Covariance, covariance
-from seatruth.uncertainty.degeneracy import degeneracies
+from seatruth.uncertainty.cross_validation import leave_one_out
 from seatruth.uncertainty.identifiability import identifiability, scale_of, tied, trade_offs, verdict
-from seatruth.uncertainty.leave_out import leave_one_out
+from seatruth.uncertainty.model_comparison import Preference, folds, left_out_errors, prefer
 from seatruth.uncertainty.prediction import Prediction, prediction_intervals
-from seatruth.uncertainty.preview import excitation
+from seatruth.uncertainty.prior_identifiability import excitation
 from seatruth.uncertainty.profile import profiles
-from seatruth.uncertainty.rivals import Preference, folds, left_out_errors, prefer
 from seatruth.uncertainty.sensitivity import sensitivity
+from seatruth.uncertainty.structural_identifiability import degeneracies
 
 __all__ = [
     "Colour",

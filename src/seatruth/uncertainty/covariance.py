@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from seatruth.costs.fitted import Group
-from seatruth.uncertainty.coloured import Colour, colour_of
+from seatruth.arrays import Array, Flags
+from seatruth.costs.study_cost import Group
+from seatruth.statistics.autoregressive import Colour, colour_of
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _BLIND = 1e-12
 """Directions whose part of the scaled information is below this are not seen by the data."""
 _AT_BOUND = 1e-6

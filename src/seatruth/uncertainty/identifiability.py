@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 from seatruth.uncertainty.covariance import Covariance
 
-Array = NDArray[np.float64]
 _MOST_WEAK = 6
 _NAMED = 0.99
 """Length of the part of a combination, itself of length 1, that lies in those named already."""

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
 from seatruth.trials.trial import Trial
 from seatruth.uncertainty.covariance import pressed
 
-Array = NDArray[np.float64]
 _BLIND = 1e-10
 """Part of a row's derivative that may lie where the fitted rows see nothing; beyond it the interval is infinite."""
 

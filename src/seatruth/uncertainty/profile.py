@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pandas as pd
 
-from seatruth.costs.base import Ability, Array, Cost
-from seatruth.costs.fitted import StudyCost
+from seatruth.arrays import Array
+from seatruth.costs.base import Ability, Cost
 from seatruth.costs.study import Study, cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.optimizers import Budget
-from seatruth.uncertainty.pieces import Pieces, in_order, refit
+from seatruth.storage.checkpoint import Pieces, in_order, refit
 
 POINTS = 9
 REACH = 3.0

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from seatruth.costs.fitted import StudyCost
+from seatruth.arrays import Array
+from seatruth.costs.study_cost import StudyCost
 
-Array = NDArray[np.float64]
 STEP = 0.1
 """Relative change of the parameter."""
 

@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from seatruth.gap.diagnosis import Diagnosis
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.diagnosis.words import NEAR, chance, in_titles, titles
 from seatruth.report.figures.style import (
     BLUE,

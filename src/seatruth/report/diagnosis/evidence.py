@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from seatruth.gap.diagnosis import Diagnosis
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import curves, maps, words
 from seatruth.report.numbers import number, shown

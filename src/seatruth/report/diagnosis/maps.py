@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from seatruth.gap.diagnosis import Diagnosis
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.diagnosis.words import channels
 from seatruth.report.figures.style import (
     BLUE,

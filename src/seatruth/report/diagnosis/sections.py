@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seatruth.gap.diagnosis import Diagnosis
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.blocks import Answer, Answers, Block, Notes, Section, Statement, Text
 from seatruth.report.diagnosis import causes, evidence, words
 from seatruth.report.numbers import count, moment, seconds

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.gap.diagnosis import Diagnosis, answer
-from seatruth.gap.probability import UNKNOWN
+from seatruth.diagnosis.posterior import UNKNOWN
+from seatruth.diagnosis.results import Diagnosis, answer
 from seatruth.report.numbers import MINUS, Shown, listed, number, percent, shown
 
 SURE = 0.9

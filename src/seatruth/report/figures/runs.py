@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.report.figures.style import (
     BLUE,
     CYCLE,
@@ -35,7 +35,6 @@ from seatruth.report.view import View, view
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate
 
-Array = NDArray[np.float64]
 START_DASHES = (0, (4, 2))
 _CELL = (4.8, 2.75)
 _LAGS = 60

@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
+from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.tools import Channels, degrees, found, has, unit_of
+from seatruth.trials.check.helpers import Channels, degrees, found, has, unit_of
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 
 def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.tools import Windows, degrees, found, has, integral, rms, squared_correlation, windows
+from seatruth.trials.check.helpers import Windows, degrees, found, has, integral, rms, squared_correlation, windows
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 Complex = NDArray[np.complex128]
 _KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.tools import (
+from seatruth.trials.check.helpers import (
     Channels,
     found,
     has,
@@ -18,7 +19,7 @@ from seatruth.trials.check.tools import (
     windows,
 )
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 _PAIRS = (("psi", "r"), ("theta", "q"), ("phi", "p"))
 _DEGREES = 180.0 / np.pi

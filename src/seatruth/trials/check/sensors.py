@@ -7,12 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.tools import found, resolution, typical_step
+from seatruth.trials.check.helpers import found, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.filters import hampel_outliers
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 
 def check_sensors(trial: Trial) -> Iterator[Finding]:

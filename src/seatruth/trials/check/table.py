@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatruth.trials.check.tools import Channels
+from seatruth.trials.check.helpers import Channels
 from seatruth.trials.finding import Finding, gravest_first
 from seatruth.trials.trial import Trial
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatruth.errors import nearest
 from seatruth.trials.check import limits
-from seatruth.trials.check.tools import Channels, found
+from seatruth.trials.check.helpers import Channels, found
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, SeatruthError, nearest
-from seatruth.trials.standard import STANDARD_CHANNELS
-from seatruth.trials.trial import Array, Step, Trial
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
+from seatruth.trials.trial import Step, Trial
 
 REGULAR = 0.02
 """Steps of time may differ by this part of their median and still be one rate: loggers write rounded times."""

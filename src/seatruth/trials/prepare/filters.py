@@ -10,6 +10,7 @@ import scipy.signal
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.prepare.base import (
     Options,
@@ -22,7 +23,7 @@ from seatruth.trials.prepare.base import (
     regular_step,
     with_channels,
 )
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal sample over its median absolute deviation."""

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import Field
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.prepare.base import Options, preparation, with_channels
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.trials.prepare.base import Options, preparation, regular_step, with_channels
 from seatruth.trials.prepare.filters import savgol_slope
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 Get = Callable[[str], Array]
 

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.prepare.base import (
     Options,
@@ -21,7 +22,7 @@ from seatruth.trials.prepare.base import (
     with_channels,
 )
 from seatruth.trials.read import place
-from seatruth.trials.trial import Array, Trial
+from seatruth.trials.trial import Trial
 
 
 class Cut(Options):

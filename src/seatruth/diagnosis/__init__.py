@@ -1,0 +1,8 @@
+"""The gap between simulator and sea: where it lies, which effect causes it, how far it shrinks, what to try next."""
+
+from __future__ import annotations
+
+from seatruth.diagnosis.pipeline import diagnose
+from seatruth.diagnosis.results import Diagnosis
+
+__all__ = ["Diagnosis", "diagnose"]

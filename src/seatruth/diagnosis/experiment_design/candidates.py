@@ -1,0 +1,175 @@
+"""The menu from which the next trial is put together: manoeuvres made of what the recorded trials did.
+
+Each input's range, the usual values and the length come from the trials themselves, so that it fits any model. A
+manoeuvre lasts as long as the longest trial; up to three can follow one another in one trial. Many trials are on
+record when a further one is asked for: one of the same length holds too little beside them to change much, and what
+single manoeuvres cannot tell apart, their sequence often does (a bias from a scale by another speed, say).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.problem import GapProblem
+from seatruth.trials.trial import Trial
+
+MOST = 3
+"""Manoeuvres in one trial."""
+THEN = ", then "
+COURSES = {"": 0.0, "beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
+"""Words before a trial, and by how much its first heading is turned."""
+SLOW_START = "slow start: "
+"""Words before a trial that begins at a part of the usual speed; for models that have no drive among their inputs."""
+_SLOW = 0.6
+"""Part of the usual drive in slow manoeuvres, and of the usual speed in a slow start."""
+_STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
+"""Parts of the largest angle in a staircase."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One manoeuvre: its name, what is done, and the inputs (n,) that are not held at their usual values."""
+
+    name: str
+    text: str
+    inputs: dict[str, Array]
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """One entry of the menu: a trial of one or more manoeuvres, in words and as inputs over time."""
+
+    name: str
+    text: str
+    trial: Trial
+
+
+class Menu:
+    """What can be asked of a vehicle, from its trials."""
+
+    def __init__(self, problem: GapProblem) -> None:
+        self.pattern = max(problem.trials, key=lambda trial: trial.duration)
+        self.step = float(np.median(np.diff(self.pattern.t)))
+        self.inputs = [channel.name for channel in problem.model.inputs]
+        self.turns = "psi" in problem.outputs
+        values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
+        self.usual = {name: float(np.median(v)) for name, v in values.items()}
+        self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
+        self.drives = [
+            n for n in self.inputs if abs(self.usual[n]) > 2.0 * float(np.std(values[n])) or n in ("n", "rpm")
+        ]
+        self.t = np.arange(0.0, self.pattern.duration - 0.5 * self.step, self.step)
+        self.phases = {phase.name: phase for phase in self._phases()}
+
+    @property
+    def seconds(self) -> float:
+        """Length of one manoeuvre."""
+        return self.pattern.duration
+
+    def starts(self) -> list[str]:
+        """Words for the first headings and speeds that can be chosen."""
+        slow = [SLOW_START] if not self.drives and "u" in self.pattern.outputs else []
+        return [*(list(COURSES) if self.turns else [""]), *slow]
+
+    def trial(self, names: Sequence[str], start: str = "") -> Manoeuvre:
+        """These manoeuvres one after another, in one trial that begins as the longest one did."""
+        many = len(names) * len(self.t) + 1
+        t = self.step * np.arange(many, dtype=np.float64)
+        inputs = {}
+        for name in self.inputs:
+            parts = [self.phases[n].inputs.get(name, np.full(self.t.shape, self.usual[name])) for n in names]
+            inputs[name] = np.concatenate([*parts, parts[-1][-1:]])
+        title = start + THEN.join(names)
+        texts = [self.phases[n].text for n in names]
+        if start == SLOW_START:
+            texts[0] = f"from {100 * _SLOW:.0f} % of the usual speed, {texts[0]}"
+        length = f"{len(names) * self.seconds:.3g} s in all"
+        text = f"{'; then '.join(texts)}; {length}"
+        return Manoeuvre(title, text, Trial(title, t, inputs, self._outputs(many, start), synthetic=True))
+
+    def named(self, words: str) -> Manoeuvre:
+        """The entry of this name; KeyError if there is none."""
+        start = next((word for word in (*COURSES, SLOW_START) if word and words.startswith(word)), "")
+        return self.trial(words.removeprefix(start).split(THEN), start)
+
+    def _outputs(self, many: int, start: str) -> dict[str, Array]:
+        """Outputs that stand for the first state, at the samples at which the recorded trials were compared."""
+        outputs = {}
+        for name, series in self.pattern.outputs.items():
+            finite = np.flatnonzero(np.isfinite(np.asarray(series)))
+            first = float(np.asarray(series)[finite[0]]) if finite.size else 0.0
+            if name == "psi":
+                first += COURSES.get(start, 0.0)
+            if name == "u" and start == SLOW_START:
+                first *= _SLOW
+            if name in ("v", "r", "p", "q", "phi"):
+                first = 0.0
+            outputs[name] = np.full(many, np.nan)
+            outputs[name][:: max(1, round(float(np.median(np.diff(finite)))) if finite.size > 1 else 1)] = first
+        return outputs
+
+    def _phases(self) -> list[Phase]:
+        steers = [name for name in self.inputs if name not in self.drives]
+        found = [phase for name in steers for phase in self._steered(name)]
+        for name in self.drives:
+            found += self._driven(name)
+            slow = {name: np.full(self.t.shape, _SLOW * self.usual[name])}
+            for other in steers:
+                for phase in self._steered(other)[:3]:
+                    text = f"{name} at {100 * _SLOW:.0f} %, {phase.text}"
+                    found.append(Phase(f"slow {phase.name}", text, {**slow, **phase.inputs}))
+        return [*found, Phase("straight run", "inputs held", {})]
+
+    def _steered(self, name: str) -> list[Phase]:
+        full, about, t = self.full[name], self.usual[name], self.t
+        half = self.seconds / 8.0
+        stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
+        return [
+            Phase(f"turn by +{name}", f"{name} hard over and held", {name: np.full(t.shape, about + full)}),
+            Phase(
+                f"turn by -{name}",
+                f"{name} hard over to the other side and held",
+                {name: np.full(t.shape, about - full)},
+            ),
+            Phase(
+                f"zigzag of {name}",
+                f"{name} hard over, alternating every {half:.3g} s",
+                {name: about + full * _square(t, half)},
+            ),
+            Phase(
+                f"small zigzag of {name}",
+                f"{name} at a quarter, alternating every {half / 2.5:.3g} s",
+                {name: about + full / 4 * _square(t, half / 2.5)},
+            ),
+            Phase(
+                f"wide zigzag of {name}",
+                f"{name} at a half, alternating every {2 * half:.3g} s",
+                {name: about + full / 2 * _square(t, 2 * half)},
+            ),
+            Phase(
+                f"staircase of {name}",
+                f"{name} in steps of {half:.3g} s: a quarter, a half, three quarters, none, the same to the other side",
+                {name: about + full * stairs},
+            ),
+        ]
+
+    def _driven(self, name: str) -> list[Phase]:
+        usual, t, end = self.usual[name], self.t, self.seconds
+        ramp = np.where((t < end / 3) | (t >= 2 * end / 3), 1.0, _SLOW)
+        stop = np.where(t < end / 4, 1.0, 0.0)
+        return [
+            Phase(f"steps of {name}", f"{name} to {100 * _SLOW:.0f} % and back, straight", {name: usual * ramp}),
+            Phase(
+                f"coast-down ({name} to zero)", f"{name} to zero after a quarter of {end:.3g} s", {name: usual * stop}
+            ),
+        ]
+
+
+def _square(t: Array, half: float) -> Array:
+    """+1 and -1 in turn, each for so long."""
+    return np.where(np.floor(t / half + 1e-9) % 2 == 0, 1.0, -1.0)

@@ -1,0 +1,217 @@
+"""Where the gap lies: by trial and channel, in time, and over the operating region.
+
+The size of the misfit is that of whitened errors: 1 where nothing but noise is left. Cells of time and region are
+tested by moving the errors' blocks about within each trial (so that their memory stays), and the false discovery rate
+over all cells is held at 5 % (Benjamini and Hochberg 1995).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2, false_discovery_control
+
+from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.noise import NoiseFloor
+from seatruth.diagnosis.problem import GapProblem
+
+BLOCKS = 12
+"""Parts of each trial that are looked at in time and moved about in tests."""
+CELLS = 4
+SECTORS = 8
+DRAWS = 400
+_RATE = 0.05
+_ANGLES = ("psi",)
+
+
+def by_channel(problem: GapProblem, floor: NoiseFloor, fits: Mapping[str, Fit]) -> list[dict[str, Any]]:
+    """Root mean square errors of each channel of each trial under several fits, beside the noise."""
+    errors = {name: problem.errors(fit.x) for name, fit in fits.items()}
+    rows = []
+    for group in problem.groups:
+        noise = floor.sd[group.channel]
+        unit = next(c.unit for c in problem.model.outputs if c.name == group.channel)
+        row: dict[str, Any] = {"trial": group.trial, "channel": group.channel, "unit": unit, "n": len(group.rows)}
+        for name, found in errors.items():
+            row[f"rmse_{name}"] = _rms(found[group.rows])
+        row["noise"] = noise
+        for name in errors:
+            row[f"multiple_{name}"] = row[f"rmse_{name}"] / noise
+        rows.append(row)
+    return rows
+
+
+def noise_table(floor: NoiseFloor) -> list[dict[str, Any]]:
+    """The noise of each channel: deviation, innovation, memory, samples and what they are worth."""
+    return [
+        {
+            "channel": c.channel,
+            "step_s": c.step,
+            "sd": c.sd,
+            "innovation": c.innovation,
+            "order": len(c.reflection),
+            "memory_s": c.memory,
+            "n": c.samples,
+            "n_eff": c.effective,
+        }
+        for c in floor.channels
+    ]
+
+
+def shares(before: float, refit: float, best: float, rows: int) -> dict[str, float]:
+    """The misfit of the model as it was believed, split: noise, parameters, named effects, what is left.
+
+    Parts of the sum of squares of errors in multiples of the noise, which is given before and after the refit and with
+    the best effects; they add up to 1.
+    """
+    total = max(before, 1e-300)
+    noise = min(float(rows), best, total)
+    left = max(0.0, min(best, total) - noise)
+    effects = max(0.0, min(refit, total) - min(best, total))
+    parameters = max(0.0, total - noise - left - effects)
+    return {
+        "noise": noise / total,
+        "parameters": parameters / total,
+        "effects": effects / total,
+        "left": left / total,
+        "misfit_before": before / rows,
+        "misfit_refit": refit / rows,
+        "misfit_effects": best / rows,
+    }
+
+
+def in_time(problem: GapProblem, at: Fit) -> list[dict[str, Any]]:
+    """Misfit of each trial in equal parts of its time, with the probability of more under noise alone."""
+    rows: list[dict[str, Any]] = []
+    squares = at.linear.errors**2
+    for number, trial in enumerate(problem.trials):
+        edges = np.linspace(0.0, trial.duration, BLOCKS + 1)
+        part = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, BLOCKS - 1)
+        for k in range(BLOCKS):
+            here = (problem.trial_of == number) & (part == k)
+            n = int(here.sum())
+            if n:
+                total = float(squares[here].sum())
+                rows.append(
+                    {
+                        "trial": trial.name,
+                        "from_s": float(edges[k]),
+                        "to_s": float(edges[k + 1]),
+                        "n": n,
+                        "misfit": total / n,
+                        "p": float(chi2.sf(total, n)),
+                    }
+                )
+    return _judged(rows)
+
+
+def in_region(problem: GapProblem, at: Fit, seed: int = 0) -> list[dict[str, Any]]:
+    """Misfit over cells of each variable of the motion and each input, against the other cells."""
+    variables = _variables(problem, at)
+    blocks = _blocks(problem)
+    squares = at.linear.errors**2
+    generator = np.random.default_rng(seed)
+    moved = [_moved(squares, blocks, generator) for _ in range(DRAWS)]
+    rows: list[dict[str, Any]] = []
+    for name, (unit, values) in variables.items():
+        for label, low, high, here in _cells(name, values):
+            n = int(here.sum())
+            if n < 20 or n > 0.9 * len(squares):
+                continue
+            size = float(squares[here].mean())
+            more = sum(float(other[here].mean()) >= size for other in moved)
+            rows.append(
+                {
+                    "variable": name,
+                    "unit": unit,
+                    "cell": label,
+                    "from": low,
+                    "to": high,
+                    "n": n,
+                    "misfit": size,
+                    "p": (1 + more) / (1 + DRAWS),
+                }
+            )
+    return _judged(rows)
+
+
+def _judged(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    if rows:
+        adjusted = false_discovery_control([row["p"] for row in rows])
+        for row, p in zip(rows, adjusted):
+            row["p_adjusted"] = float(p)
+            row["stands_out"] = bool(p < _RATE)
+    return rows
+
+
+def _variables(problem: GapProblem, at: Fit) -> dict[str, tuple[str, Array]]:
+    """What the motion was at each residual: unit and values (rows,)."""
+    states = problem.states(at.x)
+    names = [channel.name for channel in problem.model.states]
+    found: dict[str, tuple[str, Array]] = {}
+
+    def spread(of: Sequence[Array]) -> Array:
+        values = np.empty(problem.rows)
+        for number, series in enumerate(of):
+            here = problem.trial_of == number
+            values[here] = series[problem.sample_of[here]]
+        return values
+
+    if "u" in names and "v" in names:
+        u, v = names.index("u"), names.index("v")
+        found["speed"] = ("m/s", spread([np.hypot(s[:, u], s[:, v]) for s in states]))
+        found["drift angle"] = ("rad", spread([np.arctan2(-s[:, v], np.maximum(s[:, u], 1e-9)) for s in states]))
+    for name, title in (("r", "yaw rate"), ("q", "pitch rate"), ("psi", "heading"), ("z", "depth")):
+        if name in names:
+            k = names.index(name)
+            unit = problem.model.states[k].unit
+            found[title] = (unit, spread([s[:, k] for s in states]))
+    for channel in problem.model.inputs:
+        series = [np.asarray(trial.inputs[channel.name]) for trial in problem.trials]
+        found[channel.name] = (channel.unit, spread(series))
+    return found
+
+
+def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
+    if name == "heading":
+        width = 2.0 * math.pi / SECTORS
+        sector = np.floor((values + width / 2.0) / width).astype(int) % SECTORS
+        points = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+        return [(points[k], (k - 0.5) * width, (k + 0.5) * width, sector == k) for k in range(SECTORS)]
+    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, CELLS + 1)))
+    found = []
+    for low, high in itertools.pairwise(edges):
+        last = high == edges[-1]
+        here = (values >= low) & ((values <= high) if last else (values < high))
+        found.append((f"{low:.3g} to {high:.3g}", float(low), float(high), here))
+    return found
+
+
+def _blocks(problem: GapProblem) -> list[list[Indices]]:
+    """Rows of each trial's channels in blocks of time: for each trial and channel a list of equal blocks."""
+    found = []
+    for group in problem.groups:
+        size = max(1, len(group.rows) // BLOCKS)
+        count = len(group.rows) // size
+        found.append([group.rows[k * size : (k + 1) * size] for k in range(count)])
+    return found
+
+
+def _moved(squares: Array, blocks: Sequence[Sequence[Indices]], generator: np.random.Generator) -> Array:
+    """The squares with the blocks of each trial in another order, the same for all its channels of equal length."""
+    found = squares.copy()
+    orders: dict[int, Indices] = {}
+    for parts in blocks:
+        order = orders.setdefault(len(parts), generator.permutation(len(parts)))
+        for k, other in enumerate(order):
+            found[parts[k]] = squares[parts[int(other)]]
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan

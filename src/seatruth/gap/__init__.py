@@ -1,8 +1,0 @@
-"""The gap between simulator and sea: where it lies, which effect causes it, how far it shrinks, what to try next."""
-
-from __future__ import annotations
-
-from seatruth.gap.diagnose import diagnose
-from seatruth.gap.diagnosis import Diagnosis
-
-__all__ = ["Diagnosis", "diagnose"]

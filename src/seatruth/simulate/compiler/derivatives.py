@@ -1,0 +1,121 @@
+"""Derivatives of a graph of operations along a direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from seatruth.simulate.compiler.graph import COMPARISONS, Node, NotTraceable, is_constant, ordered
+
+
+def directional(roots: Iterable[Node], directions: Mapping[int, Node]) -> list[Node]:
+    """Derivatives of the roots along a direction: `directions` maps id(leaf) to the leaf's own derivative.
+
+    This is the first-order part of a complex step, kept apart from the value instead of scaled by 1e-20: comparisons,
+    `abs`, `min`, `max` and `if` act on the value. At a square root of zero the derivative is taken as zero.
+    """
+    roots = list(roots)
+    if not roots:
+        return []
+    graph = roots[0].graph
+    zero = graph.node(0.0)
+    found: dict[int, Node] = {}
+    for node in ordered(roots):
+        if node.op == "leaf":
+            found[id(node)] = directions.get(id(node), zero)
+        elif node.op == "constant" or node.op in COMPARISONS:
+            found[id(node)] = zero
+        else:
+            found[id(node)] = _derivative(node, [found[id(a)] for a in node.args])
+    return [found[id(root)] for root in roots]
+
+
+def _derivative(node: Node, d: list[Node]) -> Node:
+    make, const = node.graph.make, node.graph.node
+    if all(is_constant(x, 0.0) for x in d):
+        return const(0.0)
+    a = node.args[0]
+    match node.op:
+        case "add" | "sub":
+            return make(node.op, *d)
+        case "mul":
+            return d[0] * node.args[1] + a * d[1]
+        case "div":
+            return (d[0] - node * d[1]) / node.args[1]
+        case "neg":
+            return -d[0]
+        case "abs":
+            return node.graph.select(a < 0.0, -d[0], d[0])
+        case "sqrt":
+            return node.graph.select(a > 0.0, d[0] * (0.5 / node), const(0.0))
+        case "select":
+            return node.graph.select(a, d[1], d[2])
+        case "copysign":
+            turned = make("copysign", const(1.0), node.args[1]) * make("copysign", const(1.0), a)
+            return turned * d[0]
+        case "hypot":
+            along = (a * d[0] + node.args[1] * d[1]) / node
+            return node.graph.select(node > 0.0, along, const(0.0))
+        case "atan2":
+            b = node.args[1]
+            return (b * d[0] - a * d[1]) / (a * a + b * b)
+        case "pow":
+            return _power_derivative(node, d)
+        case "fmod":
+            return d[0] - make("trunc", a / node.args[1]) * d[1]
+        case "floor" | "ceil" | "trunc":
+            return const(0.0)
+    return _slope(node, a) * d[0]
+
+
+def _power_derivative(node: Node, d: list[Node]) -> Node:
+    a, b = node.args
+    total = b * node.graph.make("pow", a, b - 1.0) * d[0]
+    if not is_constant(d[1], 0.0):
+        total = total + node * node.graph.make("log", a) * d[1]
+    return total
+
+
+def _slope(node: Node, a: Node) -> Node:
+    """Derivative of a function of one variable."""
+    make = node.graph.make
+    match node.op:
+        case "sin":
+            return make("cos", a)
+        case "cos":
+            return -make("sin", a)
+        case "tan":
+            return 1.0 + node * node
+        case "asin":
+            return 1.0 / make("sqrt", 1.0 - a * a)
+        case "acos":
+            return -1.0 / make("sqrt", 1.0 - a * a)
+        case "atan":
+            return 1.0 / (1.0 + a * a)
+        case "sinh":
+            return make("cosh", a)
+        case "cosh":
+            return make("sinh", a)
+        case "tanh":
+            return 1.0 - node * node
+        case "asinh":
+            return 1.0 / make("sqrt", a * a + 1.0)
+        case "acosh":
+            return 1.0 / make("sqrt", a * a - 1.0)
+        case "atanh":
+            return 1.0 / (1.0 - a * a)
+        case "exp":
+            return node
+        case "expm1":
+            return node + 1.0
+        case "log":
+            return 1.0 / a
+        case "log1p":
+            return 1.0 / (1.0 + a)
+        case "log10":
+            return 1.0 / (a * math.log(10.0))
+        case "log2":
+            return 1.0 / (a * math.log(2.0))
+        case "cbrt":
+            return 1.0 / (3.0 * node * node)
+    raise NotTraceable(f"{node.op} has no derivative")

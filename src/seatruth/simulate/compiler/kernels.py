@@ -1,0 +1,303 @@
+"""The two kernels, as assembly.
+
+`marching`: lanes are candidates; each task takes one block of lanes through one trial, Runge-Kutta step by step.
+`mapping`: lanes are rows; each task evaluates nodes on one stretch of rows for one candidate.
+
+Both take their tasks from a shared counter until none is left, so any number of threads may run the same kernel on
+the same context, and what a task computes does not depend on who runs it. A context is a table of 64-bit words,
+addresses and sizes, in the order of MARCHING and MAPPING.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, Literal
+
+from seatruth.simulate.compiler.assembly import FLAGS, Writer, double
+from seatruth.simulate.compiler.emit import emit, frontier
+from seatruth.simulate.compiler.graph import BOTH, COMPARISONS, LANE, ROW, Node
+from seatruth.simulate.compiler.vector_maths import declarations, definitions
+
+Mode = Literal["sums", "record"]
+
+MARCHING: Final = (
+    *("counter", "tasks", "trials", "samples", "parameters", "first", "start", "substeps", "length", "stage_start"),
+    *("stage_features", "sample_features", "weighted", "weights", "squares", "end", "record"),
+)
+MAPPING: Final = ("counter", "tasks", "stretches", "stretch", "rows", "leaves", "parameters", "values")
+
+_STAGES = ((0.5, 1.0 / 6.0, 0), (0.5, 1.0 / 3.0, 1), (1.0, 1.0 / 3.0, 1), (0.0, 1.0 / 6.0, 2))
+"""Of the classical Runge-Kutta step: reach of the next stage, weight, and which of the step's three rows of inputs."""
+
+
+def row_features(roots: Sequence[Node]) -> list[Node]:
+    """What the roots need of inputs and time alone: computed once for all candidates."""
+    return frontier(roots, ROW, BOTH)
+
+
+def as_number(node: Node) -> Node:
+    """A feature as a number: a condition is 1 or 0."""
+    graph = node.graph
+    return graph.select(node, graph.node(1.0), graph.node(0.0)) if node.op in COMPARISONS else node
+
+
+def marching(
+    width: int,
+    mode: Mode,
+    states: Sequence[Node],
+    rates: Sequence[Node],
+    outputs: Sequence[Node],
+    parameters: Sequence[Node],
+    *,
+    unroll: bool = False,
+) -> str:
+    """Assembly of the kernel that simulates; `parameters` are the leaves that a candidate sets."""
+    w = Writer(width)
+    v = w.vector
+    context = {name: _word(w, n) for n, name in enumerate(MARCHING)}
+    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in MARCHING}
+    samples = context["samples"]
+    x = [w.put(f"alloca {v}, align 64") for _ in states]
+    sums = [w.put(f"alloca {v}, align 64") for _ in outputs] if mode == "sums" else []
+    reach, total = ([w.put(f"alloca {v}, align 64") for _ in states] for _ in range(2))
+    stage_row = w.put("alloca i64")
+    w.do("br label %next")
+
+    w.label("next")
+    task = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
+    more = w.put(f"icmp slt i64 {task}, {context['tasks']}")
+    w.do(f"br i1 {more}, label %task, label %exit")
+
+    w.label("task")
+    block = w.put(f"sdiv i64 {task}, {context['trials']}")
+    trial = w.put(f"srem i64 {task}, {context['trials']}")
+    known = {id(node): _lane(w, at["parameters"], block, len(parameters), n) for n, node in enumerate(parameters)}
+    roots = [*rates, *outputs]
+    known = emit(w, frontier(roots, LANE, BOTH), known)
+    for n, slot in enumerate(x):
+        w.do(f"store {v} {_lane(w, at['first'], task, len(states), n)}, ptr {slot}")
+    for q in sums:
+        w.do(f"store {v} {w.constant(0.0)}, ptr {q}")
+    begin = _load_integer(w, at["start"], trial)
+    after = _load_integer(w, at["start"], w.put(f"add i64 {trial}, 1"))
+    last = w.put(f"sub i64 {after}, 1")
+    w.do(f"store i64 {_load_integer(w, at['stage_start'], trial)}, ptr {stage_row}")
+    w.do("br label %sample")
+
+    w.label("sample")
+    k = w.name()
+    k_next = w.name()
+    w.lines.append(f"  {k} = phi i64 [ {begin}, %task ], [ {k_next}, %sampled ]")
+    here = dict(known)
+    for state, slot in zip(states, x):
+        here[id(state)] = w.put(f"load {v}, ptr {slot}")
+    here |= _features(w, row_features(outputs), at["sample_features"], k)
+    found = emit(w, outputs, here)
+    for d, output in enumerate(outputs):
+        y = found[id(output)]
+        if mode == "sums":
+            place = w.put(f"add i64 {w.put(f'mul i64 {k}, {len(outputs)}')}, {d}")
+            weight = w.splat(_load_double(w, at["weights"], place))
+            aim = w.splat(_load_double(w, at["weighted"], place))
+            error = w.put(f"fsub {FLAGS} {v} {aim}, {w.binary('fmul', weight, y, FLAGS)}")
+            old = w.put(f"load {v}, ptr {sums[d]}")
+            squared = w.binary("fmul", error, error, FLAGS)
+            w.do(f"store {v} {w.binary('fadd', old, squared, FLAGS)}, ptr {sums[d]}")
+        else:
+            row = w.put(f"add i64 {w.put(f'mul i64 {block}, {samples}')}, {k}")
+            _store_lane(w, at["record"], row, len(outputs), d, y)
+    at_end = w.put(f"icmp eq i64 {k}, {last}")
+    gone = w.put(f"xor i1 {_any_finite(w, [here[id(s)] for s in states])}, true")
+    stop = w.put(f"or i1 {at_end}, {gone}")
+    w.do(f"br i1 {stop}, label %done, label %interval")
+
+    w.label("interval")
+    steps = _load_integer(w, at["substeps"], k)
+    h = w.splat(_load_double(w, at["length"], k))
+    w.do("br label %step")
+
+    w.label("step")
+    j, j_next = w.name(), w.name()
+    w.lines.append(f"  {j} = phi i64 [ 0, %interval ], [ {j_next}, %stepped ]")
+    for a, b, c in zip(x, reach, total):
+        now = w.put(f"load {v}, ptr {a}")
+        w.do(f"store {v} {now}, ptr {b}")
+        w.do(f"store {v} {now}, ptr {c}")
+    row0 = w.put(f"load i64, ptr {stage_row}")
+    if unroll:
+        for ahead, share, third in _STAGES:
+            row = w.put(f"add i64 {row0}, {third}")
+            scale = w.binary("fmul", h, w.constant(share), FLAGS), w.binary("fmul", h, w.constant(ahead), FLAGS)
+            _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale, final=ahead == 0.0)
+        w.do("br label %stepped")
+    else:
+        w.do("br label %stage")
+        w.label("stage")
+        m, m_next = w.name(), w.name()
+        w.lines.append(f"  {m} = phi i64 [ 0, %step ], [ {m_next}, %stage ]")
+        row = w.put(f"add i64 {row0}, {_load_integer(w, '@stage.row', m)}")
+        shares = w.splat(_load_double(w, "@stage.share", m)), w.splat(_load_double(w, "@stage.ahead", m))
+        scale = w.binary("fmul", h, shares[0], FLAGS), w.binary("fmul", h, shares[1], FLAGS)
+        _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale, final=False)
+        w.do(f"{m_next} = add i64 {m}, 1")
+        w.do(f"br i1 {w.put(f'icmp eq i64 {m_next}, 4')}, label %stepped, label %stage, !llvm.loop !1")
+
+    w.label("stepped")
+    for a, c in zip(x, total):
+        w.do(f"store {v} {w.put(f'load {v}, ptr {c}')}, ptr {a}")
+    w.do(f"store i64 {w.put(f'add i64 {row0}, 3')}, ptr {stage_row}")
+    w.do(f"{j_next} = add i64 {j}, 1")
+    w.do(f"br i1 {w.put(f'icmp slt i64 {j_next}, {steps}')}, label %step, label %sampled")
+
+    w.label("sampled")
+    w.do(f"{k_next} = add i64 {k}, 1")
+    w.do("br label %sample")
+
+    w.label("done")
+    for s, slot in enumerate(x):
+        _store_lane(w, at["end"], task, len(states), s, w.put(f"load {v}, ptr {slot}"))
+    for d, q in enumerate(sums):
+        _store_lane(w, at["squares"], task, len(outputs), d, w.put(f"load {v}, ptr {q}"))
+    w.do("br label %next")
+    return _module(w)
+
+
+def _stage(
+    w: Writer,
+    states: Sequence[Node],
+    rates: Sequence[Node],
+    known: dict[int, str],
+    x: Sequence[str],
+    reach: Sequence[str],
+    total: Sequence[str],
+    features: str,
+    row: str,
+    scale: tuple[str, str],
+    *,
+    final: bool,
+) -> None:
+    v = w.vector
+    here = dict(known)
+    for state, slot in zip(states, reach):
+        here[id(state)] = w.put(f"load {v}, ptr {slot}")
+    here |= _features(w, row_features(rates), features, row)
+    found = emit(w, rates, here)
+    for n, rate in enumerate(rates):
+        change = found[id(rate)]
+        old = w.put(f"load {v}, ptr {total[n]}")
+        w.do(f"store {v} {w.binary('fadd', old, w.binary('fmul', scale[0], change, FLAGS), FLAGS)}, ptr {total[n]}")
+        if not final:
+            base = w.put(f"load {v}, ptr {x[n]}")
+            ahead = w.binary("fadd", base, w.binary("fmul", scale[1], change, FLAGS), FLAGS)
+            w.do(f"store {v} {ahead}, ptr {reach[n]}")
+
+
+def mapping(width: int, leaves: Sequence[Node], parameters: Sequence[Node], roots: Sequence[Node]) -> str:
+    """Assembly of the kernel that evaluates nodes on rows; `leaves` change by row, `parameters` by candidate."""
+    w = Writer(width)
+    v = w.vector
+    context = {name: _word(w, n) for n, name in enumerate(MAPPING)}
+    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in MAPPING}
+    rows = context["rows"]
+    w.do("br label %next")
+
+    w.label("next")
+    task = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
+    more = w.put(f"icmp slt i64 {task}, {context['tasks']}")
+    w.do(f"br i1 {more}, label %task, label %exit")
+
+    w.label("task")
+    candidate = w.put(f"sdiv i64 {task}, {context['stretches']}")
+    number = w.put(f"srem i64 {task}, {context['stretches']}")
+    first = w.put(f"mul i64 {candidate}, {len(parameters)}")
+    known = {}
+    for n, node in enumerate(parameters):
+        place = w.put(f"add i64 {first}, {n}")
+        known[id(node)] = w.splat(_load_double(w, at["parameters"], place))
+    known = emit(w, frontier(roots, LANE, BOTH), known)
+    begin = w.put(f"mul i64 {number}, {context['stretch']}")
+    wanted = w.put(f"add i64 {begin}, {context['stretch']}")
+    over = w.put(f"icmp sgt i64 {wanted}, {context['rows']}")
+    end = w.put(f"select i1 {over}, i64 {context['rows']}, i64 {wanted}")
+    w.do("br label %row")
+
+    w.label("row")
+    k, k_next = w.name(), w.name()
+    w.lines.append(f"  {k} = phi i64 [ {begin}, %task ], [ {k_next}, %row ]")
+    here = dict(known)
+    for n, node in enumerate(leaves):
+        place = w.put(f"add i64 {w.put(f'mul i64 {rows}, {n}')}, {k}")
+        here[id(node)] = w.put(f"load {v}, ptr {_element(w, at['leaves'], place)}, align 8")
+    found = emit(w, roots, here)
+    base = w.put(f"mul i64 {candidate}, {len(roots)}")
+    for n, root in enumerate(roots):
+        line = w.put(f"add i64 {base}, {n}")
+        place = w.put(f"add i64 {w.put(f'mul i64 {rows}, {line}')}, {k}")
+        w.do(f"store {v} {found[id(root)]}, ptr {_element(w, at['values'], place)}, align 8")
+    w.do(f"{k_next} = add i64 {k}, {width}")
+    w.do(f"br i1 {w.put(f'icmp slt i64 {k_next}, {end}')}, label %row, label %next")
+    return _module(w)
+
+
+def _module(w: Writer) -> str:
+    def table(name: str, kind: str, values: Sequence[str]) -> str:
+        items = ", ".join(f"{kind} {value}" for value in values)
+        return f"@{name} = private unnamed_addr constant [{len(values)} x {kind}] [{items}]\n"
+
+    return (
+        table("stage.ahead", "double", [double(stage[0]) for stage in _STAGES])
+        + table("stage.share", "double", [double(stage[1]) for stage in _STAGES])
+        + table("stage.row", "i64", [str(stage[2]) for stage in _STAGES])
+        + declarations(w.width)
+        + '!1 = distinct !{!1, !2}\n!2 = !{!"llvm.loop.unroll.disable"}\n'
+        + definitions(w.width)
+        + f"define void @kernel(ptr noalias %context) nounwind {{\nentry:\n{w.text()}\nexit:\n  ret void\n}}\n"
+    )
+
+
+def _word(w: Writer, index: int) -> str:
+    return _load_integer(w, "%context", str(index))
+
+
+def _element(w: Writer, base: str, index: str) -> str:
+    return w.put(f"getelementptr inbounds double, ptr {base}, i64 {index}")
+
+
+def _load_integer(w: Writer, base: str, index: str) -> str:
+    place = w.put(f"getelementptr inbounds i64, ptr {base}, i64 {index}")
+    return w.put(f"load i64, ptr {place}")
+
+
+def _load_double(w: Writer, base: str, index: str) -> str:
+    return w.put(f"load double, ptr {_element(w, base, index)}")
+
+
+def _lane_place(w: Writer, base: str, row: str, size: int, item: int) -> str:
+    line = w.put(f"add i64 {w.put(f'mul i64 {row}, {size}')}, {item}")
+    return _element(w, base, w.put(f"mul i64 {line}, {w.width}"))
+
+
+def _lane(w: Writer, base: str, row: str, size: int, item: int) -> str:
+    """One vector of the array base[row][item][lane]."""
+    return w.put(f"load {w.vector}, ptr {_lane_place(w, base, row, size, item)}, align 8")
+
+
+def _store_lane(w: Writer, base: str, row: str, size: int, item: int, value: str) -> None:
+    w.do(f"store {w.vector} {value}, ptr {_lane_place(w, base, row, size, item)}, align 8")
+
+
+def _features(w: Writer, nodes: Sequence[Node], base: str, row: str) -> dict[int, str]:
+    found = {}
+    for k, node in enumerate(nodes):
+        place = w.put(f"add i64 {w.put(f'mul i64 {row}, {len(nodes)}')}, {k}")
+        value = w.splat(_load_double(w, base, place))
+        found[id(node)] = w.compare("une", value, w.constant(0.0)) if node.op in COMPARISONS else value
+    return found
+
+
+def _any_finite(w: Writer, values: Sequence[str]) -> str:
+    """Whether a lane is left whose states are all finite."""
+    total = values[0]
+    for value in values[1:]:
+        total = w.add(total, value)
+    return w.any(w.compare("olt", w.intrinsic("fabs", total), w.constant(float("inf"))))

@@ -1,0 +1,295 @@
+"""From a model's plain functions to the graph of its equations.
+
+The functions run on nodes instead of numbers. Names that mean `math`, NumPy's scalar functions, `abs`, `min`, `max`
+are answered with functions of nodes, in the model's own functions and in every plain Python function that they call.
+An `if` on a variable is followed both ways, and the results are merged.
+"""
+
+from __future__ import annotations
+
+import builtins
+import math
+import sysconfig
+import types
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatruth.errors import PluginError, SeatruthError
+from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.simulate.compiler.graph import BINARY, BOTH, LANE, ROW, UNARY, Graph, Node, NotTraceable
+
+_MOST_PATHS = 1024
+_OPERATORS = ("neg", "add", "sub", "mul", "div")
+_NUMPY_NAMES = {
+    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh"},
+    **{"arctanh": "atanh", "arctan2": "atan2", "absolute": "abs", "fabs": "abs", "power": "pow"},
+}
+_STANDARD = sysconfig.get_paths()["stdlib"]
+_SAME = ("float64", "float32", "asarray", "array", "real")
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What a model computes: `rates` (S,) and `outputs` (D,) over leaves state, input, parameter, time."""
+
+    graph: Graph
+    rates: tuple[Node, ...]
+    outputs: tuple[Node, ...]
+    states: tuple[Node, ...]
+    inputs: tuple[Node, ...]
+    parameters: tuple[Node, ...]
+    time: Node
+
+
+def trace(model: Model) -> Equations:
+    """The equations of a model; PluginError, with the file and line, where they cannot be compiled."""
+    graph = Graph()
+    states = tuple(graph.leaf("state", k, BOTH) for k in range(len(model.states)))
+    inputs = tuple(graph.leaf("input", k, ROW) for k in range(len(model.inputs)))
+    parameters = tuple(graph.leaf("parameter", k, LANE) for k in range(len(model.parameters)))
+    time = graph.leaf("time", 0, ROW)
+    s = record("States", model.states)(*states)
+    i = record("Inputs", model.inputs)(*inputs)
+    p = record("Parameters", model.parameters)(*parameters)
+    e = Surroundings(t=time)
+
+    def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
+        given = (s, i, p, e) if takes_surroundings(function) else (s, i, p)
+        found = _explore(graph, model, role, Shims(graph).rebuilt(function), given, size)
+        # Equal nodes are one object, so the same equations give the same nodes.
+        if any(
+            a is not b for a, b in zip(found, _explore(graph, model, role, Shims(graph).rebuilt(function), given, size))
+        ):
+            raise PluginError(
+                f"{role} gives other equations each time it runs: random numbers, or something that it changes itself",
+                where=f"model {model.name!r}",
+                do="Let it depend on states, inputs and parameters alone.",
+            )
+        return found
+
+    rates = run("rhs", model.rhs, len(states))
+    if model.output is None:
+        named = {channel.name: node for channel, node in zip(model.states, states)}
+        outputs = tuple(named[channel.name] for channel in model.outputs)
+    else:
+        outputs = run("output", model.output, len(model.outputs))
+    return Equations(graph, rates, outputs, states, inputs, parameters, time)
+
+
+def _explore(
+    graph: Graph, model: Model, role: str, function: Callable[..., Any], given: tuple[Any, ...], size: int
+) -> tuple[Node, ...]:
+    """Runs the function along every way through its conditions and merges what it gives."""
+    runs = 0
+
+    def follow(decided: tuple[bool, ...]) -> tuple[Node, ...]:
+        nonlocal runs
+        runs += 1
+        if runs > _MOST_PATHS:
+            raise NotTraceable(f"there are more than {_MOST_PATHS} ways through its conditions")
+        graph.path, graph.given, graph.asked = [], decided, 0
+        returned = function(*given)
+        if returned is None or isinstance(returned, (Node, int, float)):
+            what = "nothing" if returned is None else "one bare value"
+            raise NotTraceable(f"it returns {what}, not a tuple of {size}")
+        values = tuple(returned)
+        if len(values) != size:
+            raise NotTraceable(f"it returns {len(values)} values, {size} are declared")
+        result = tuple(graph.node(value) for value in values)
+        path = list(graph.path)
+        # The last open decision is turned first, so that the innermost conditions merge first.
+        for depth in range(len(path) - 1, len(decided) - 1, -1):
+            turned = follow((*(way for _, way in path[:depth]), False))
+            result = tuple(graph.select(path[depth][0], a, b) for a, b in zip(result, turned))
+        return result
+
+    try:
+        return follow(())
+    except SeatruthError:
+        raise
+    except Exception as problem:
+        raise PluginError(
+            f"{role} cannot be compiled: {_reason(problem)}",
+            where=_place(model, problem),
+            do="Use arithmetic, comparisons, `if`, and the functions of `math`, or wrap the model as a BlackBox.",
+        ) from problem
+
+
+def _reason(problem: Exception) -> str:
+    if isinstance(problem, NotTraceable):
+        return str(problem)
+    if "'Node'" in str(problem):
+        return "it gives a variable to a function that needs plain numbers"
+    return f"{type(problem).__name__}: {problem}"
+
+
+def _place(model: Model, problem: Exception) -> str:
+    """The line of the model's own code that failed: the last one outside the engine and the libraries."""
+    place = f"model {model.name!r}"
+    step = problem.__traceback__
+    found = ""
+    while step is not None:
+        file = Path(step.tb_frame.f_code.co_filename)
+        own = file.parent != Path(__file__).parent and "site-packages" not in file.parts
+        if own and not file.is_relative_to(_STANDARD):
+            found = f"{file.name}, line {step.tb_lineno}"
+        step = step.tb_next
+    return f"{place}, {found}" if found else place
+
+
+class Shims:
+    """Functions of nodes in place of those of `math`, NumPy and Python, and copies of functions that use them."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self._rebuilt: dict[int, Any] = {}
+        self.functions: dict[str, Callable[..., Any]] = {
+            **{op: self._function(op) for op in (*UNARY, *BINARY) if op not in _OPERATORS},
+            **{"fabs": self._function("abs"), "min": self._extreme(graph.smaller), "max": self._extreme(graph.larger)},
+            **{"minimum": self._extreme(graph.smaller), "maximum": self._extreme(graph.larger)},
+            **{
+                "log": self._log,
+                "sign": self._sign,
+                "where": self._where,
+                "clip": self._clip,
+                "square": lambda a: a * a,
+            },
+            **{"degrees": lambda a: a * (180.0 / math.pi), "radians": lambda a: a * (math.pi / 180.0)},
+            **{"deg2rad": lambda a: a * (math.pi / 180.0), "rad2deg": lambda a: a * (180.0 / math.pi)},
+        }
+        for theirs, ours in _NUMPY_NAMES.items():
+            self.functions[theirs] = self.functions[ours]
+        self._objects: dict[int, Any] = {}
+        for module in (math, np):
+            for name, function in self.functions.items():
+                if hasattr(module, name):
+                    self._objects[id(getattr(module, name))] = function
+        for name in ("abs", "min", "max", "pow"):
+            self._objects[id(getattr(builtins, name))] = self.functions[name]
+        for plain in (float, *(getattr(np, name) for name in _SAME)):
+            self._objects.setdefault(id(plain), _same(plain))
+
+    def rebuilt(self, function: Any) -> Any:
+        """A copy of a Python function whose names lead to functions of nodes."""
+        if not isinstance(function, types.FunctionType):
+            return self._objects.get(id(function), function)
+        known = self._rebuilt.get(id(function))
+        if known is not None:
+            return known
+        names = _names(function.__code__)
+        space: dict[str, Any] = {"__builtins__": builtins, "__name__": function.__module__}
+        copy = types.FunctionType(
+            function.__code__, space, function.__name__, function.__defaults__, self._cells(function)
+        )
+        copy.__kwdefaults__ = function.__kwdefaults__
+        self._rebuilt[id(function)] = copy  # before its names are looked into: it may call itself
+        for name in names:
+            if name in function.__globals__:
+                space[name] = self._value(function.__globals__[name])
+            elif hasattr(builtins, name):
+                space[name] = self._value(getattr(builtins, name))
+        return copy
+
+    def _cells(self, function: types.FunctionType) -> tuple[types.CellType, ...] | None:
+        if function.__closure__ is None:
+            return None
+        cells = []
+        for cell in function.__closure__:
+            try:
+                cells.append(types.CellType(self._value(cell.cell_contents)))
+            except ValueError:  # not yet filled
+                cells.append(cell)
+        return tuple(cells)
+
+    def _value(self, value: Any) -> Any:
+        if isinstance(value, types.ModuleType):
+            return _Module(self, value)
+        if isinstance(value, types.MethodType):
+            return types.MethodType(self.rebuilt(value.__func__), value.__self__)
+        if isinstance(value, staticmethod):
+            return self.rebuilt(value.__func__)
+        if isinstance(value, (list, tuple)) and any(callable(item) for item in value) and type(value) in (list, tuple):
+            return type(value)(self._value(item) for item in value)
+        return self.rebuilt(value) if callable(value) else value
+
+    def _function(self, op: str) -> Callable[..., Any]:
+        plain = UNARY.get(op) or BINARY[op]
+
+        def apply(*args: Any) -> Any:
+            if not any(isinstance(a, Node) for a in args):
+                return plain(*args)
+            return self.graph.make(op, *(self.graph.node(a) for a in args))
+
+        apply.__name__ = op
+        return apply
+
+    def _extreme(self, pick: Callable[[Node, Node], Node]) -> Callable[..., Any]:
+        def apply(*args: Any) -> Any:
+            items = list(args[0]) if len(args) == 1 else list(args)
+            result = self.graph.node(items[0])
+            for item in items[1:]:
+                result = pick(result, self.graph.node(item))
+            return result.value if result.op == "constant" else result
+
+        return apply
+
+    def _log(self, a: Any, base: Any = None) -> Any:
+        found = self.graph.make("log", self.graph.node(a))
+        return found if base is None else found / self.graph.make("log", self.graph.node(base))
+
+    def _sign(self, a: Any) -> Node:
+        node = self.graph.node(a)
+        return self.graph.select(
+            node > 0.0, self.graph.node(1.0), self.graph.select(node < 0.0, self.graph.node(-1.0), self.graph.node(0.0))
+        )
+
+    def _where(self, condition: Any, yes: Any, no: Any) -> Any:
+        if not isinstance(condition, Node):
+            return yes if condition else no
+        return self.graph.select(condition, self.graph.node(yes), self.graph.node(no))
+
+    def _clip(self, a: Any, low: Any, high: Any) -> Node:
+        node = self.graph.node(a)
+        return self.graph.smaller(self.graph.larger(node, self.graph.node(low)), self.graph.node(high))
+
+
+class _Module:
+    """A module whose functions are those of nodes."""
+
+    def __init__(self, shims: Shims, module: types.ModuleType) -> None:
+        self._shims, self._module = shims, module
+
+    def __getattr__(self, name: str) -> Any:
+        return self._shims._value(getattr(self._module, name))
+
+
+def _same(plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A conversion that leaves a node as it is."""
+
+    def convert(value: Any = 0.0, *rest: Any, **options: Any) -> Any:
+        if isinstance(value, Node):
+            return value
+        if isinstance(value, Sequence) and not isinstance(value, str) and _holds_node(value):
+            return np.array(value, dtype=object)
+        return plain(value, *rest, **options)
+
+    return convert
+
+
+def _holds_node(value: Any) -> bool:
+    if isinstance(value, Node):
+        return True
+    return isinstance(value, (list, tuple)) and any(_holds_node(item) for item in value)
+
+
+def _names(code: types.CodeType) -> set[str]:
+    """Every global name that a function or a function inside it uses."""
+    found = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            found |= _names(constant)
+    return found

@@ -1,0 +1,132 @@
+"""From a parsed study file to a Study: the model, its parameters, the trials and how they are compared."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from seatruth.effects import load_effects, with_effects
+from seatruth.models import load_model
+from seatruth.models.parameter import Parameter
+from seatruth.study import expressions, formula, noise, parameters, trial_files
+from seatruth.study.schema import COST_KEYS, StudyFile
+from seatruth.study.validation import Problems
+
+if TYPE_CHECKING:
+    from seatruth.identification import Study
+
+
+def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
+    """The study; None where something is wrong with it (`problems` says what)."""
+    _check_kind(file, problems)
+    if file.formula is not None:
+        return _of_formula(file, source, name, problems) if file.model is None else None
+    if file.model is None:
+        return None
+    model = None
+    with problems.at("model", "use"):
+        model = load_model(file.model.use, source.parent, file.model.set)
+    if model is not None and file.model.effects:
+        plain, model = model, None
+        with problems.at("model", "effects"):
+            model = with_effects(plain, load_effects(file.model.effects, source.parent))
+    found = trial_files.recordings(file, source.parent, problems)
+    if model is None:
+        return None
+    declared = parameters.merged(model.parameters, file.model, file.parameters, problems)
+    expressions.check(declared, file.model.constraints, problems)
+    if not any(parameter.vary for parameter in declared):
+        problems.add(
+            ("model", "vary"), "no parameter varies", "Name those to identify: vary = [...] in [model], or vary = true."
+        )
+    sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
+    initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
+    trials, holdout = trial_files.read(file, model, found, problems, synthetic=file.study.synthetic)
+    if problems:
+        return None
+    # Loaded here: the engine behind it takes half a second to import, and a wrong study file is told before that.
+    from seatruth.identification import Study
+
+    options: dict[str, Any] = {key: getattr(file.cost, key) for key in COST_KEYS[file.cost.kind]}
+    if "initial_sd" in options:
+        options["initial_sd"] = initial
+    with problems.at("study"):
+        return Study(
+            name=name,
+            model=model,
+            trials=trials,
+            holdout=holdout,
+            parameters=declared,
+            constraints=tuple(file.model.constraints),
+            cost=file.cost.kind,
+            noise=sd,
+            provenance=_provenance(file, source, found),
+            **options,
+        )
+    return None
+
+
+def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
+    """The study of a static formula."""
+    made = formula.parts(file, source.parent, problems)
+    if made is None:
+        return None
+    expressions.check(made.parameters, (), problems)
+    if not any(parameter.vary for parameter in made.parameters):
+        problems.add(("parameters",), "no parameter varies", "Set vary = true for those to identify.")
+    sd = noise.deviations(file.noise, made.model.outputs, ("noise",), problems)
+    trials = formula.read(file, made, problems)
+    if problems:
+        return None
+    from seatruth.identification import Study
+
+    with problems.at("study"):
+        return Study(
+            name=name,
+            model=made.model,
+            trials=trials,
+            parameters=made.parameters,
+            cost="formula",
+            noise=sd,
+            provenance=_provenance(file, source, [made.table]),
+        )
+    return None
+
+
+def profiled(
+    patterns: Sequence[str], declared: Sequence[Parameter], path: tuple[str, ...], problems: Problems
+) -> tuple[str, ...]:
+    """The free parameters that the patterns take."""
+    free = [parameter.name for parameter in declared if parameter.vary]
+    return tuple(parameters.expand(patterns, free, path, "free parameter", problems)) if declared else ()
+
+
+def _check_kind(file: StudyFile, problems: Problems) -> None:
+    """One model or one formula, and only options of the cost that is used."""
+    if file.model is not None and file.formula is not None:
+        problems.add(("formula",), "the study has both a model and a formula", "Remove [model] or [formula].")
+    elif file.formula is not None:
+        if "kind" in file.cost.model_fields_set and file.cost.kind != "formula":
+            problems.add(("cost", "kind"), f"a formula has no {file.cost.kind} cost", 'Set kind = "formula".')
+    elif file.cost.kind == "formula":
+        problems.add(("cost", "kind"), "a formula cost needs a formula", "Add [formula] with its expression.")
+    elif file.model is None:
+        problems.add((), "the study names no model", 'Add [model] with use = "...", see `seatruth list models`.')
+    own = "formula" if file.formula is not None else file.cost.kind
+    allowed = COST_KEYS[own]
+    for key in file.cost.model_fields_set - {"kind", *allowed}:
+        owners = [kind for kind, keys in COST_KEYS.items() if key in keys]
+        problems.add(("cost", key), f"{key!r} is no option of a {own} cost", f"It belongs to: {', '.join(owners)}.")
+
+
+def _provenance(file: StudyFile, source: Path, found: Sequence[trial_files.Recording]) -> dict[str, Any]:
+    """Which files the study came from, by the hash of their bytes; names without the folders of this machine."""
+    hashes = {recording.path.name: _sha256(recording.path) for recording in found}
+    return {"study_file": source.name, "study_sha256": _sha256(source), "file_sha256": hashes}
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,116 @@
+"""The reference of the study file, written from the schema's own descriptions so that it cannot drift from it."""
+
+from __future__ import annotations
+
+import inspect
+import types
+import typing
+from typing import Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from seatruth.study import schema
+from seatruth.trials.prepare import STEPS
+
+_TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
+    ("[study]", schema.StudyTable),
+    ("[model]", schema.ModelTable),
+    ("[formula]", schema.FormulaTable),
+    ("[parameters.NAME]", schema.ParameterTable),
+    ("prior = { ... } of a parameter", schema.PriorTable),
+    ("[time]", schema.TimeTable),
+    ("[channels.NAME]", schema.ChannelTable),
+    ("[files]", schema.FilesTable),
+    ("[[trials]]", schema.TrialTable),
+    ("[[prepare]]", schema.PrepareTable),
+    ("[noise]", schema.StudyFile),
+    ("[cost]", schema.CostTable),
+    ("[optimizer]", schema.OptimizerTable),
+    ("[budget]", schema.BudgetTable),
+    ("[output]", schema.OutputTable),
+)
+
+NOISE = (
+    'One entry a channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
+    '"estimate" (the default) to take it from the residuals.'
+)
+
+
+def markdown() -> str:
+    """The tables of docs/study-file.md, from the heading "Reference" on."""
+    parts = ["## Reference", ""]
+    for title, table in _TABLES:
+        parts += [f"### `{title}`" if title.startswith("[") else f"### {title}", ""]
+        if title == "[noise]":
+            parts += [NOISE, ""]
+            continue
+        parts += [inspect.cleandoc(table.__doc__ or "").replace("\n", " "), "", "| key | is | means |", "|---|---|---|"]
+        parts += rows(table)
+        parts.append("")
+        if title == "[[prepare]]":
+            parts += _steps()
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def rows(table: type[BaseModel]) -> list[str]:
+    """One row of Markdown for each key of a table."""
+    return [_row(name, field) for name, field in table.model_fields.items()]
+
+
+def keys(table: type[BaseModel]) -> list[str]:
+    """The keys that a table knows."""
+    return list(table.model_fields)
+
+
+def _steps() -> list[str]:
+    """The preparation steps and their options, from the registry."""
+    parts = ["The steps and their options:", "", "| step | does | options |", "|---|---|---|"]
+    for name, step in sorted(STEPS.items()):
+        about = " ".join(inspect.cleandoc(step.options.__doc__ or "").split()).replace("|", "\\|")
+        options = [
+            f"`{key}` {kind(field.annotation)}{_default(field)}" for key, field in step.options.model_fields.items()
+        ]
+        parts.append(f"| `{name}` | {step.summary} {about} | {'; '.join(options)} |")
+    return [*parts, ""]
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return ", required"
+    default = field.get_default(call_default_factory=True)
+    return "" if default in (None, {}, []) else f" = `{_toml(default)}`"
+
+
+def _row(name: str, field: FieldInfo) -> str:
+    text = (field.description or "").replace("|", "\\|")
+    default = field.get_default(call_default_factory=True) if not field.is_required() else None
+    if field.is_required():
+        text += " **Required.**"
+    elif default not in (None, "", [], {}) and not isinstance(default, BaseModel):
+        text += f" Default: `{_toml(default)}`."
+    return f"| `{name}` | {kind(field.annotation)} | {text} |"
+
+
+def kind(annotation: Any) -> str:
+    """A type in plain words: "number", "true or false", "list of texts", or the words that may stand there."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is typing.Annotated:
+        return kind(arguments[0])
+    if origin is Literal:
+        return " or ".join(f"`{_toml(a)}`" for a in arguments)
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(kind(a) for a in arguments if a is not type(None)))
+    if origin is list:
+        return f"list of {kind(arguments[0])}s"
+    if origin is dict:
+        return f"table; each entry: {kind(arguments[1])}"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "table"
+    return {bool: "true or false", int: "whole number", float: "number", str: "text"}.get(annotation, "value")
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else f"{value}"

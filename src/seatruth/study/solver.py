@@ -1,0 +1,67 @@
+"""The optimizer and the budget that a study file asks for."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from seatruth.errors import nearest
+from seatruth.optimizers import Budget, Chain, Optimizer, available, make
+from seatruth.study.schema import BudgetTable, OptimizerTable
+from seatruth.study.validation import Problems
+
+
+def optimizer(tables: list[OptimizerTable], problems: Problems) -> Optimizer | None:
+    """One optimizer, or a hybrid of several; None where something is wrong with them."""
+    if not tables:
+        problems.add(("optimizer",), "the list of optimizers is empty", "Remove it, or name one.")
+        return None
+    stages = [stage for k, table in enumerate(tables) if (stage := _stage(table, k, problems)) is not None]
+    if len(stages) != len(tables):
+        return None
+    shares = [table.share for table in tables]
+    if len(stages) == 1:
+        if shares[0] is not None:
+            problems.add(("optimizer", 0, "share"), "a single optimizer has the whole budget", "Remove `share`.")
+        return stages[0]
+    given = tuple(share for share in shares[:-1] if share is not None)
+    if shares[-1] is not None or (given and len(given) != len(stages) - 1):
+        problems.add(("optimizer",), "`share` belongs to every stage but the last, or to none", "Complete them.")
+        return None
+    with problems.at("optimizer"):
+        return Chain(tuple(stages), given)
+    return None
+
+
+def budget(table: BudgetTable, problems: Problems) -> Budget:
+    """The budget; the usual number of evaluations where the file sets no limit at all."""
+    given = table.model_dump(exclude_none=True)
+    if not {"evaluations", "seconds", "stall"} & set(given):
+        return Budget(**given)
+    with problems.at("budget"):
+        return Budget(**{"evaluations": None, **given})
+    return Budget()
+
+
+def _stage(table: OptimizerTable, position: int, problems: Problems) -> Optimizer | None:
+    known = available()
+    if table.use not in known:
+        problems.add(
+            ("optimizer", position, "use"), f"no optimizer {table.use!r} is installed", nearest(table.use, known)
+        )
+        return None
+    info = known[table.use]
+    names = [option.name for option in info.options]
+    wrong = [key for key in table.options if key not in names]
+    for key in wrong:
+        hint = nearest(key, names) or "It takes none."
+        problems.add(("optimizer", position, key), f"optimizer {table.use!r} has no option {key!r}", hint)
+    if wrong:
+        return None
+    with problems.at("optimizer", position):
+        return make(table.use, **table.options)
+    return None
+
+
+def but(base: Budget, evaluations: int | None) -> Budget:
+    """The same budget with another number of evaluations."""
+    return base if evaluations is None else dataclasses.replace(base, evaluations=evaluations)

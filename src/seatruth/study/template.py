@@ -1,0 +1,217 @@
+"""A first study file for a log: every guess written down with its reason, ready to be corrected."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from seatruth.errors import BadInput
+from seatruth.models.base import Model
+from seatruth.study.infer_columns import Guess, guess
+from seatruth.trials import STANDARD_CHANNELS, Channel
+
+Numbers = NDArray[np.float64]
+_EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
+"""Standard channels that are worth reading for the checks even if the model does not compare them."""
+_USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
+"""Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
+
+
+def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str, list[str]]:
+    """The text of a study file for one log, and what could not be guessed, in sentences.
+
+    `log` is the log's path as the study file will name it; `frame` its columns, with the units of its header in
+    `frame.attrs["units"]`.
+    """
+    needed = [*model.inputs, *model.outputs]
+    names = {channel.name for channel in needed}
+    extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
+    units = frame.attrs.get("units", {})
+    columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
+    back = {_titled(str(name), units): str(name) for name in frame.columns}
+    found = guess(columns, [Channel("t", "s"), *needed, *extra])
+    missing_inputs = [c for c in model.inputs if c.name not in found]
+    missing_outputs = [c for c in model.outputs if c.name not in found]
+    notes = []
+    if "t" not in found:
+        notes.append("No time column was recognised: name it in [time].")
+    if missing_inputs:
+        notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
+    if len(missing_outputs) == len(model.outputs):
+        notes.append("No column was recognised for any output of the model: name them in [channels].")
+        missing_outputs = []
+    text = "\n".join(
+        [
+            *_head(log, model, use),
+            *_parameters(model),
+            *_time(found.get("t"), frame, back),
+            *_channels(found, needed, extra, missing_inputs, back),
+            *_trials(log, missing_outputs),
+            *_steps([name for name in ("psi", "phi", "theta") if name in found and _wraps(columns, found[name])]),
+            *_rest(model),
+        ]
+    )
+    return text, notes
+
+
+def _head(log: str, model: Model, use: str) -> list[str]:
+    sets = list(getattr(model, "sets", ()))
+    return [
+        f"# Study of {_one_line(log)}, written by `seatruth init`. Check every guess; the key reference is in",
+        "# docs/study-file.md. Then: seatruth check THIS.toml, and seatruth identify THIS.toml",
+        "",
+        "[study]",
+        f"name = {_text(Path(log).stem)}",
+        "seed = 1                      # the same seed gives the same result",
+        "",
+        "[model]",
+        f"use = {_text(use)}   # {_one_line(model.title) or 'the model'}",
+        *([f"set = {_text(sets[0])}   # parameter set; there are: {', '.join(sets)}"] if sets else []),
+    ]
+
+
+def _parameters(model: Model) -> list[str]:
+    declared = [parameter.name for parameter in model.parameters if parameter.vary]
+    bounded = [p.name for p in model.parameters if p.tie is None and math.isfinite(p.min) and math.isfinite(p.max)]
+    free = declared or [name for name in bounded if name in _USUAL] or bounded[:4] or [model.parameters[0].name]
+    listing = ", ".join(_text(name) for name in free)
+    others = [p for p in model.parameters if p.name not in free]
+    lines = [
+        "# Parameters to identify, by name or pattern. `seatruth check` says which of them this log can move.",
+        f"vary = [{listing}]",
+        "",
+        "[parameters]",
+        "# The others keep these values. Give yours: NAME = 1.0, or { value = 1.0, vary = true, min = 0.0, max = 2 },",
+        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or tied: { tie = "-0.5 * OTHER" }.',
+    ]
+    for parameter in others:
+        unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
+        about = _one_line(" ".join(part for part in (parameter.description, unit and f"[{unit.strip()}]") if part))
+        lines.append(f"# {parameter.name} = {_number(parameter.value)}{f'   # {about}' if about else ''}")
+    return [*lines, ""]
+
+
+def _time(found: Guess | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+    if found is None:
+        return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
+    column = back[found.column]
+    lines = ["[time]", f"column = {_text(column)}"]
+    if pd.api.types.is_numeric_dtype(frame[column].dtype):
+        lines.append(f"unit = {_text(found.unit)}   # {found.why}")
+    return [*lines, ""]
+
+
+def _channels(
+    found: dict[str, Guess],
+    needed: Sequence[Channel],
+    extra: Sequence[Channel],
+    missing_inputs: Sequence[Channel],
+    back: dict[str, str],
+) -> list[str]:
+    lines = [
+        "# Column and unit of each channel in the file. sign = -1 turns a channel round: psi clockwise, y and v to",
+        '# starboard, z down, rudder positive for a turn to starboard. invalid_where = "flag == 1" drops samples.',
+        "[channels]",
+    ]
+    for channel in (*needed, *extra):
+        hit = found.get(channel.name)
+        if hit is not None:
+            entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
+            used = hit.why if channel in needed else f"{hit.why}; for the checks only"
+            lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
+        elif channel in missing_inputs:
+            lines.append(
+                f'# {channel.name} = {{ column = "?", unit = {_text(channel.unit)} }}   # needed; not recognised'
+            )
+    return [*lines, ""]
+
+
+def _trials(log: str, missing: Sequence[Channel]) -> list[str]:
+    lines = ["[[trials]]", f"file = {_text(log)}   # a pattern (runs/*.csv) takes many files"]
+    if missing:
+        names = ", ".join(_text(channel.name) for channel in missing)
+        lines.append(f"without = [{names}]   # outputs of the model that no column was recognised for")
+    return [
+        *lines,
+        "",
+        "# A run that is only predicted, never fitted:",
+        "# [[trials]]",
+        '# file = "another.csv"',
+        '# role = "holdout"',
+        "",
+    ]
+
+
+def _steps(wrapped: Sequence[str]) -> list[str]:
+    lines = ["# Preparation steps run in this order; each is on record in the result (docs/study-file.md)."]
+    if wrapped:
+        names = ", ".join(_text(name) for name in wrapped)
+        lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # the file jumps by a full turn", ""]
+    return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
+
+
+def _wraps(columns: Mapping[str, Numbers], found: Guess) -> bool:
+    """Whether an angle jumps by most of a turn."""
+    numbers = columns[found.column]
+    jumps = np.abs(np.diff(numbers[np.isfinite(numbers)]))
+    return bool(jumps.size) and float(jumps.max()) > (270.0 if found.unit == "deg" else 1.5 * np.pi)
+
+
+def _rest(model: Model) -> list[str]:
+    first = model.outputs[0]
+    return [
+        "[noise]",
+        f'# Standard deviation of each output, as {first.name} = "0.01 {first.unit}"; the default is "estimate".',
+        "",
+        "[cost]",
+        'kind = "trajectory"           # simulate the whole run and compare; or "regression"',
+        'initial = "free"              # initial states are estimated too; "fixed" takes the first samples',
+        "",
+        "[optimizer]",
+        'use = "least_squares"         # see: seatruth list optimizers',
+        "",
+        "[budget]",
+        "evaluations = 20000",
+        "",
+    ]
+
+
+def _numbers(column: pd.Series[float]) -> Numbers:
+    numbers = pd.to_numeric(column, errors="coerce") if not pd.api.types.is_datetime64_any_dtype(column.dtype) else None
+    if numbers is None:
+        return np.full(len(column), np.nan)
+    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
+
+
+def _titled(name: str, units: dict[str, str]) -> str:
+    return f"{name} [{units[name]}]" if name in units else name
+
+
+def _columns(frame: pd.DataFrame) -> str:
+    return _one_line(", ".join(str(name) for name in frame.columns)[:200])
+
+
+def _list(channels: Sequence[Channel]) -> str:
+    return ", ".join(repr(channel.name) for channel in channels)
+
+
+def _text(value: str) -> str:
+    """A TOML string. JSON's escapes are TOML's, but for characters beyond the basic plane, which stay as they are."""
+    if any(ord(character) == 127 for character in value):
+        raise BadInput(f"the name {value!r} holds a control character", do="Rename the file or the column.")
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _number(value: float) -> str:
+    text = repr(float(value))
+    return text if "inf" not in text and "nan" not in text else "0.0"
+
+
+def _one_line(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in " ".join(text.split()))

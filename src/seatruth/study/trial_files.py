@@ -1,0 +1,210 @@
+"""The trials that a study file names: which files, which columns, which steps."""
+
+from __future__ import annotations
+
+import fnmatch
+import glob
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from seatruth.errors import nearest
+from seatruth.models.base import Model
+from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
+from seatruth.study.validation import Problems, add_schema_errors
+from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
+
+_PATTERN = "*?["
+
+
+class Recording(NamedTuple):
+    """One file of the study: its trial's name, path, role, and where it stands in the study file."""
+
+    name: str
+    path: Path
+    entry: int
+    table: TrialTable
+
+
+def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Recording]:
+    """Every file that [[trials]] names, patterns expanded; names distinct."""
+    found: list[Recording] = []
+    for entry, table in enumerate(file.trials):
+        files = paths(table, folder, ("trials", entry, "file"), problems)
+        if table.name is not None and len(files) > 1:
+            problems.add(
+                ("trials", entry, "name"),
+                f"{table.file!r} takes {len(files)} files, which cannot all be called {table.name!r}",
+                "Remove `name`: each trial is then called after its file.",
+            )
+            continue
+        found.extend(Recording(table.name or path.stem, path, entry, table) for path in files)
+    first: dict[str, Recording] = {}
+    for recording in found:
+        other = first.setdefault(recording.name, recording)
+        if other is not recording:
+            same = " from the same file" if other.path == recording.path else ""
+            problems.add(
+                ("trials", recording.entry),
+                f"two trials are called {recording.name!r}{same} ([trials] {other.entry + 1} is the other)",
+                "Give each its own `name`.",
+            )
+    if not file.trials:
+        problems.add((), "the study has no trials", "Add a [[trials]] table with file = ... for each recorded run.")
+    return found
+
+
+def read(
+    file: StudyFile, model: Model, found: Sequence[Recording], problems: Problems, *, synthetic: bool
+) -> tuple[Trials, Trials]:
+    """The trials that are fitted and those held out, read and prepared."""
+    known = {channel.name: channel for channel in (*model.inputs, *model.outputs)}
+    _check_channels(file, known, problems)
+    _check_steps(file, [recording.name for recording in found], problems)
+    if problems:
+        return Trials([]), Trials([])
+    fitted: list[Trial] = []
+    held: list[Trial] = []
+    for recording in found:
+        with problems.at("trials", recording.entry):
+            trial = _read_one(file, model, recording, synthetic)
+            (fitted if recording.table.role == "fit" else held).append(trial)
+    if found and not problems and not fitted:
+        problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
+    return Trials(fitted), Trials(held)
+
+
+def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bool) -> Trial:
+    table = recording.table
+    maps = {**file.channels}
+    for name, own in table.channels.items():
+        shared = maps.get(name, ChannelTable())
+        maps[name] = shared.model_copy(update=own.model_dump(exclude_unset=True))
+    time = file.time if table.time is None else _merged_time(file.time, table.time)
+    inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
+    wanted = [c.name for c in model.outputs if c.name not in table.without]
+    wanted += [name for name in maps if name not in inputs and name not in wanted and name not in table.without]
+    return read_trial(
+        recording.path,
+        time=ColumnSpec(time.column, time.unit),
+        inputs=inputs,
+        outputs={name: column_spec(name, maps) for name in wanted},
+        channels={c.name: c for c in (*model.inputs, *model.outputs)},
+        name=recording.name,
+        conditions=table.conditions,
+        synthetic=synthetic,
+        table=file.files.variable,
+        separator=file.files.separator,
+        decimal=file.files.decimal,
+        encoding=file.files.encoding,
+        repeated_time=time.repeated,
+        prepare=_steps(file, table, recording.name),
+    )
+
+
+def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
+    """Where a channel stands in the file; a channel that the study does not mention is a column of its own name."""
+    table = maps.get(name, ChannelTable())
+    return ColumnSpec(
+        column=table.column or name,
+        unit=table.unit,
+        sign=float(table.sign),
+        scale=table.scale,
+        offset=table.offset,
+        invalid_where=table.invalid_where,
+    )
+
+
+def _merged_time(shared: TimeTable, own: TimeTable) -> TimeTable:
+    return shared.model_copy(update=own.model_dump(exclude_unset=True))
+
+
+def _steps(file: StudyFile, table: TrialTable, name: str) -> list[tuple[str, Mapping[str, Any]]]:
+    """The steps of one trial in order: its own, then the shared ones that act on it."""
+    shared = [step for step in file.prepare if step.trials is None or _takes(step.trials, name)]
+    return [(step.step, step.options) for step in (*table.prepare, *shared)]
+
+
+def _takes(patterns: Sequence[str], name: str) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: Problems) -> list[Path]:
+    """The files that an entry takes; none where there is no such file, which is then a problem."""
+    if "\0" in table.file or not table.file.strip():
+        problems.add(at, "the file's name is empty or holds a null character", "Name the file.")
+        return []
+    path = folder / table.file
+    try:
+        if path.is_file():
+            return [path]
+        if any(mark in table.file for mark in _PATTERN):
+            taken = sorted(Path(hit) for hit in glob.glob(str(folder / table.file), recursive=True))
+            taken = [hit for hit in taken if hit.is_file()]
+            if not taken:
+                problems.add(at, f"no file fits {table.file!r}", f"Paths are relative to {folder}.")
+            return taken
+        siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+    except OSError as problem:
+        problems.add(at, f"{table.file!r} cannot be looked for ({problem.strerror})", "Check the path.")
+        return []
+    if path.is_dir():
+        problems.add(at, f"{table.file!r} is a folder", f'Name its files, as "{table.file.rstrip("/")}/*.csv".')
+    elif os.path.lexists(path):
+        problems.add(at, f"{table.file!r} is no plain file", "It is a device, a pipe, or a link that leads nowhere.")
+    else:
+        hint = nearest(path.name, siblings).split("Known:")[0].strip()
+        problems.add(at, f"there is no file {table.file!r}", hint or f"Paths are relative to {folder.resolve()}.")
+    return []
+
+
+def _check_channels(file: StudyFile, known: Mapping[str, Any], problems: Problems) -> None:
+    """Channels that neither the model, nor the standard list, nor `extra` knows are typing errors."""
+    extra = {name for name, table in file.channels.items() if table.extra}
+    allowed = {*known, *STANDARD_CHANNELS, *extra}
+    for name in file.channels:
+        if name == "t":
+            problems.add(("channels", "t"), "time is not a channel", "Describe it in [time].")
+        elif name not in allowed:
+            hint = nearest(name, known) or nearest(name, allowed)
+            problems.add(("channels", name), f"unknown channel {name!r}", f"{hint} `extra = true` allows others.")
+    for entry, table in enumerate(file.trials):
+        for name, own in table.channels.items():
+            if name not in allowed and not own.extra:
+                problems.add(("trials", entry, "channels", name), f"unknown channel {name!r}", nearest(name, known))
+        for name in table.without:
+            if name not in known:
+                problems.add(("trials", entry, "without"), f"unknown channel {name!r}", nearest(name, known))
+
+
+def _check_steps(file: StudyFile, names: Sequence[str], problems: Problems) -> None:
+    """Steps that do not exist, and patterns that take no trial."""
+    from seatruth.trials.prepare import STEPS
+
+    def check(step: PrepareTable, path: tuple[str | int, ...]) -> None:
+        if step.step not in STEPS:
+            problems.add((*path, "step"), f"there is no preparation step {step.step!r}", nearest(step.step, STEPS))
+            return
+        options = STEPS[step.step].options
+        try:
+            options.model_validate(step.options)
+        except ValidationError as error:
+            add_schema_errors(problems, error, table=options, at=path)
+
+    for position, step in enumerate(file.prepare):
+        check(step, ("prepare", position))
+        for pattern in step.trials or ():
+            if names and not any(fnmatch.fnmatchcase(name, pattern) for name in names):
+                problems.add(("prepare", position, "trials"), f"no trial fits {pattern!r}", nearest(pattern, names))
+    for entry, table in enumerate(file.trials):
+        for position, step in enumerate(table.prepare):
+            check(step, ("trials", entry, "prepare", position))
+            if step.trials is not None:
+                problems.add(
+                    ("trials", entry, "prepare", position, "trials"),
+                    "a trial's own step acts on that trial alone",
+                    "Remove `trials`, or move the step to [[prepare]].",
+                )

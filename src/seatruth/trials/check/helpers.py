@@ -1,0 +1,154 @@
+"""What the checks share: findings with their place, windows, and robust figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.arrays import Array
+from seatruth.trials.channel import Channel
+from seatruth.trials.check import limits
+from seatruth.trials.finding import Finding, Severity
+from seatruth.trials.read import place
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
+from seatruth.trials.trial import Trial
+
+
+class Channels(Protocol):
+    """The part of a model that the checks look at."""
+
+    @property
+    def inputs(self) -> Sequence[Channel]: ...
+    @property
+    def outputs(self) -> Sequence[Channel]: ...
+
+
+def found(
+    trial: Trial,
+    severity: Severity,
+    code: str,
+    message: str,
+    do: str = "",
+    *,
+    channel: str = "",
+    samples: Sequence[int] | NDArray[np.int64] = (),
+) -> Finding:
+    """A finding with the trial's file, the lines of the samples and the channel."""
+    where = place(trial, np.asarray(samples, dtype=np.int64))
+    where = f"{where}, channel {channel!r}" if channel else where
+    return Finding(severity, code, message, where, do, trial.name, channel)
+
+
+def has(trial: Trial, *names: str) -> bool:
+    """Whether the trial has all these channels, each with at least two valid samples."""
+    return all(
+        (name in trial.outputs or name in trial.inputs) and int(np.isfinite(trial.channel(name)).sum()) > 1
+        for name in names
+    )
+
+
+def unit_of(name: str, model: Channels | None) -> str:
+    """The unit a channel has inside seatruth, by the model or the standard channels; empty if unknown."""
+    for channel in (*model.inputs, *model.outputs) if model is not None else ():
+        if channel.name == name:
+            return channel.unit
+    return STANDARD_CHANNELS[name].unit if name in STANDARD_CHANNELS else ""
+
+
+def valid_steps(values: Array) -> Array:
+    """Differences between neighbouring samples that are both valid."""
+    steps = np.diff(values)
+    return steps[np.isfinite(steps)]
+
+
+def typical_step(values: Array) -> float:
+    """Median size of the steps that are not zero; 0 if there are none."""
+    steps = np.abs(valid_steps(values))
+    moved = steps[steps > 0]
+    return float(np.median(moved)) if moved.size else 0.0
+
+
+def resolution(values: Array) -> float:
+    """The smallest difference between two values (n,) that are not the same; 0 for a constant."""
+    finite = np.unique(values[np.isfinite(values)])
+    if finite.size < 2:
+        return 0.0
+    apart = np.diff(finite)
+    real = apart[apart > 1e-9 * max(1e-30, float(np.abs(finite).max()))]
+    return float(real.min()) if real.size else 0.0
+
+
+def integral(t: Array, rate: Array) -> Array:
+    """Trapezoidal integral (n,) from the first sample; a missing rate spoils only the windows that contain it."""
+    areas = 0.5 * (rate[1:] + rate[:-1]) * np.diff(t)
+    # A cumulative sum would carry a NaN on for ever: count the missing areas beside the sum of the known ones.
+    return np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(areas), areas, 0.0))])
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of a record by their first and last samples, each with every needed sample present."""
+
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    seconds: Array
+
+    def change(self, values: Array) -> Array:
+        """Change of a channel over each window (m,)."""
+        return np.asarray(values[self.last] - values[self.first], dtype=np.float64)
+
+
+def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) -> Windows | None:
+    """About limits.WINDOWS windows in a row, in which `inside` is valid throughout and `at_ends` at both ends.
+
+    None if fewer than limits.FEWEST_WINDOWS remain.
+    """
+    if t.size < 2 * limits.FEWEST_WINDOWS:
+        return None
+    step = float(np.median(np.diff(t)))
+    wanted = max(5, t.size // limits.WINDOWS)
+    length = int(max(2, min(wanted, round(limits.WINDOW_MOST / step)))) if step > 0 else wanted
+    ends_ok = np.ones(t.size, dtype=bool)
+    for values in at_ends:
+        ends_ok &= np.isfinite(values)
+    all_ok = np.ones(t.size, dtype=bool)
+    for values in inside:
+        all_ok &= np.isfinite(values)
+    pause = np.concatenate([[False], np.diff(t) > limits.GAP_STEPS * step])
+    broken = np.concatenate([[0], np.cumsum(~all_ok | pause)])
+    usable = np.flatnonzero(ends_ok & all_ok)
+    if usable.size < 2:
+        return None
+    edges = usable[np.unique(np.searchsorted(usable, np.arange(0, t.size, length)).clip(max=usable.size - 1))]
+    first, last = edges[:-1], edges[1:]
+    whole = (broken[last + 1] - broken[first + 1] == 0) & (last - first >= max(1, length // 2))
+    whole &= last - first <= 2 * length
+    if int(whole.sum()) < limits.FEWEST_WINDOWS:
+        return None
+    first, last = first[whole], last[whole]
+    return Windows(first, last, t[last] - t[first])
+
+
+def rms(values: Array) -> float:
+    """Root mean square of the valid samples."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
+
+
+def squared_correlation(a: Array, b: Array) -> float:
+    """Squared correlation about zero: both are changes, and no change must go with no change."""
+    largest = [float(np.abs(values).max(initial=0.0)) for values in (a, b)]
+    if min(largest) == 0.0:
+        return 0.0
+    # Scaled first: the square of a nonsense value of 1e200 is beyond what a double holds.
+    a, b = a / largest[0], b / largest[1]
+    return float(a @ b) ** 2 / (float(a @ a) * float(b @ b))
+
+
+def degrees(angle: float) -> str:
+    """An angle in degrees, for messages."""
+    return f"{np.degrees(angle):.3g} deg"

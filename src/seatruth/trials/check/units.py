@@ -1,0 +1,87 @@
+"""Units and frames, as far as one channel alone can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.trials.check import limits
+from seatruth.trials.check.helpers import Channels, found, has, unit_of
+from seatruth.trials.finding import Finding
+from seatruth.trials.prepare.base import WRAP_JUMP
+from seatruth.trials.trial import Trial
+
+_BOUNDED = ("delta", "delta_s", "delta_r", "delta_e", "theta", "phi")
+_RATES = ("p", "q", "r")
+_SPEEDS = ("u", "v", "w")
+
+
+def check_units(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
+    """Numbers that the declared unit cannot have, and angles that jump by a turn."""
+    for name in (*trial.inputs, *trial.outputs):
+        if not has(trial, name):
+            continue
+        values = trial.channel(name)
+        finite = values[np.isfinite(values)]
+        size, unit = float(np.quantile(np.abs(finite), 0.995)), unit_of(name, model)
+        if name in _BOUNDED and unit == "rad" and size > limits.ANGLE_LIMIT:
+            yield _unit(trial, name, f"It reaches {size:.4g} rad ({np.degrees(size):.0f} deg)", "deg")
+        elif name == "psi" and unit == "rad":
+            yield from _heading(trial, finite)
+        elif name in _RATES and unit == "rad/s" and size > limits.YAW_RATE:
+            yield _unit(trial, name, f"It reaches {size:.4g} rad/s ({size / 6.2832:.1f} turns a second)", "deg/s")
+        elif name in _SPEEDS and unit == "m/s" and size > limits.SPEED:
+            yield _unit(trial, name, f"It reaches {size:.4g} m/s", "the unit of the file, as kn or cm/s", "warning")
+        elif name == "n" and unit == "rev/s" and size > limits.PROPELLER:
+            yield _unit(trial, name, f"It reaches {size:.4g} rev/s ({60 * size:.0f} rpm)", "rpm", "warning")
+        elif name in ("depth", "z") and unit == "m" and float(np.median(finite)) < -limits.DEPTH_ABOVE:
+            yield _above_water(trial, name, float(np.median(finite)))
+
+
+def _unit(trial: Trial, name: str, what: str, unit: str, severity: str = "error") -> Finding:
+    return found(
+        trial,
+        "error" if severity == "error" else "warning",
+        "unit",
+        f"{what}.",
+        f"If the file holds {unit}, state that unit for the column." if len(unit) < 8 else f"State {unit}.",
+        channel=name,
+    )
+
+
+def _heading(trial: Trial, finite: Array) -> Iterator[Finding]:
+    steps = np.diff(finite)
+    full_degrees = np.flatnonzero(np.abs(np.abs(steps) - 360.0) < 20.0)
+    if full_degrees.size:
+        yield _unit(trial, "psi", f"It jumps by 360 in {full_degrees.size} place(s), a turn in degrees", "deg")
+        return
+    span = float(np.ptp(finite))
+    if span > limits.HEADING_SPAN:
+        yield _unit(trial, "psi", f"It spans {span:.4g} rad ({span / 6.2832:.0f} turns)", "deg")
+        return
+    turns = np.flatnonzero((np.abs(steps) > WRAP_JUMP) & (np.abs(steps) < 2.5 * np.pi))
+    if turns.size:
+        rows = np.flatnonzero(np.isfinite(trial.channel("psi")))[turns + 1]
+        yield found(
+            trial,
+            "error",
+            "wrapped",
+            f"It jumps by a turn in {turns.size} place(s), which a fit would take for motion.",
+            "Run the preparation step 'unwrap'.",
+            channel="psi",
+            samples=rows,
+        )
+
+
+def _above_water(trial: Trial, name: str, median: float) -> Finding:
+    return found(
+        trial,
+        "warning",
+        "depth-up",
+        f"Half of the time it is above {median:.3g} m, that is, out of the water: it counts upward, as in the "
+        "torpedo convention (y up), or it is a height.",
+        "seatruth counts down: set sign = -1, and check pitch and plane angles for the same convention.",
+        channel=name,
+    )

@@ -1,0 +1,71 @@
+"""Columns of a log taken for channels, with their units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seatruth.study.infer_columns import guess, split_header
+from seatruth.trials import STANDARD_CHANNELS, Channel
+
+WANTED = [Channel("t", "s"), *STANDARD_CHANNELS.values()]
+WAVE = np.sin(np.linspace(0.0, 20.0, 200))
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("yaw rate [deg/s]", "yaw rate", "deg/s"),
+        ("Time(s)", "time", "s"),
+        ("rudder_deg", "rudder", "deg"),
+        ("yawRate_deg_s", "yaw rate", "deg/s"),
+        ("speed, kn", "speed", "kn"),
+        ("u", "u", ""),
+        ("Heading (true)", "heading true", ""),
+        ("", "", ""),
+    ],
+)
+def test_headers_split_into_name_and_unit(header: str, name: str, unit: str) -> None:
+    assert split_header(header) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("header", "numbers", "channel", "unit"),
+    [
+        ("rudder_deg", 20 * WAVE, "delta", "deg"),
+        ("rudder", 20 * WAVE, "delta", "deg"),
+        ("rudder", 0.3 * WAVE, "delta", "rad"),
+        ("yaw rate [deg/s]", 2 * WAVE, "r", "deg/s"),
+        ("r", 0.02 * WAVE, "r", "rad/s"),
+        ("Heading", 180 + 100 * WAVE, "psi", "deg"),
+        ("psi", 3 * WAVE, "psi", "rad"),
+        ("SOG (kn)", 12 + WAVE, "u", "kn"),
+        ("RPM", 90 + WAVE, "n", "rpm"),
+        ("n", 12 + WAVE, "n", "rev/s"),
+        ("propeller", 95 + WAVE, "n", "rpm"),
+        ("t", np.arange(200.0), "t", "s"),
+        ("Timestamp", 100 * np.arange(200.0), "t", "ms"),
+        ("Elapsed (min)", np.arange(200.0), "t", "min"),
+    ],
+)
+def test_units_come_from_the_header_or_the_range(header: str, numbers: np.ndarray, channel: str, unit: str) -> None:
+    found = guess({header: numbers}, WANTED)
+    assert {name: hit.unit for name, hit in found.items()} == {channel: unit}
+
+
+@pytest.mark.parametrize(("rudder", "unit"), [(0.6, "rad"), (35.0, "deg")])
+def test_a_wound_up_heading_has_the_rudders_unit(rudder: float, unit: str) -> None:
+    found = guess({"psi": np.linspace(0.0, 13.5, 200), "delta": rudder * WAVE}, WANTED)
+    assert found["psi"].unit == found["delta"].unit == unit
+
+
+def test_each_column_serves_one_channel_and_the_plain_name_wins() -> None:
+    found = guess({"speed": WAVE, "u": WAVE, "drift": WAVE, "heading": WAVE, "psi": WAVE}, WANTED)
+    assert found["u"].column == "u"
+    assert found["psi"].column == "psi"
+    assert len({hit.column for hit in found.values()}) == len(found) == 2
+
+
+def test_a_column_without_numbers_is_no_reason_to_stop() -> None:
+    found = guess({"rudder": np.full(5, np.nan)}, WANTED)
+    assert found["delta"].unit == "rad"
