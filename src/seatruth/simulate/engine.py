@@ -80,6 +80,8 @@ class Simulator(Protocol):
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array: ...
 
+    def change_inputs(self, trials: Sequence[Trial]) -> None: ...
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -178,6 +180,11 @@ class CompiledSimulator:
     @cached_property
     def _program(self) -> Program:
         return program(self.model)
+
+    def change_inputs(self, trials: Sequence[Trial]) -> None:
+        """The same trials with other values of their inputs: samples, times and the compiled program stay."""
+        self.trials = tuple(trials)
+        self.grid = grid(self.model, trials, self._hold, self._max_step)
 
     def sums(self, theta: Array, x0: Array, weights: Array) -> Sums:
         """Weighted sums of squares of measured less simulated: theta (P, K), x0 (T, S) or (P, T, S), weights (N, D)."""

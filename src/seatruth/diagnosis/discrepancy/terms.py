@@ -113,7 +113,7 @@ class ProbedModel(Model):
         self.states, self.inputs, self.outputs = base.states, base.inputs, base.outputs
         self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
         own = [Parameter(name, 0.0, place.unit) for place in self.places for name in place.names]
-        own += [Parameter(term.name, 0.0, _unit(base, term.state)) for term in self.terms]
+        own += [Parameter(term.name, 0.0, acceleration_unit(base, term.state)) for term in self.terms]
         self.parameters = (*base.parameters, *own)
         self.rhs = _rhs(self, scales)
         self.output = _output(self)
@@ -125,7 +125,7 @@ class ProbedModel(Model):
         return math.prod(self.scales[name] for kind, name in term.factors if kind not in ("cosine", "sine"))
 
 
-def _unit(model: Model, state: str) -> str:
+def acceleration_unit(model: Model, state: str) -> str:
     """Of an acceleration."""
     unit = next((c.unit for c in model.states if c.name == state), "1")
     return {"m/s": "m/s2", "rad/s": "rad/s2"}.get(unit, f"{unit}/s")
@@ -135,7 +135,7 @@ def _places(base: Model, knots: int) -> list[Place]:
     found = []
     for state, label in equations(base).items():
         names = tuple(f"place_{state}_{k}" for k in range(knots))
-        found.append(Place(label, state, "", names, _unit(base, state)))
+        found.append(Place(label, state, "", names, acceleration_unit(base, state)))
     for channel in base.inputs:
         names = tuple(f"place_{channel.name}_{k}" for k in range(knots))
         found.append(Place(f"actuator:{channel.name}", "", channel.name, names, channel.unit))
