@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 
 from seatruth.effects.channel_aliases import Names
 from seatruth.errors import BadInput, PluginError, nearest
-from seatruth.models.base import Model, record, takes_surroundings
+from seatruth.models.base import Model, record
 from seatruth.models.blackbox import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
@@ -162,7 +162,7 @@ class Effect:
             return f"it acts on {' and '.join(self.kinds)}, the model is of kind {model.kind!r}"
         if isinstance(model, BlackBox) and not self.outside:
             return "the model is a black box, and the effect acts on its equations"
-        if self.surroundings is not None and not takes_surroundings(model.rhs):
+        if self.surroundings is not None and not model.takes_environment:
             return "the model's rhs takes no surroundings e"
         names = Names(self.aliases, self.needs_inputs, model)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):

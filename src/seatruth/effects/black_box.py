@@ -15,6 +15,7 @@ from seatruth.effects.base import Effect
 from seatruth.effects.channel_aliases import Names, View
 from seatruth.models.base import Surroundings, record
 from seatruth.models.blackbox import BlackBox
+from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.trial import Trial
 
 Row = tuple[float, ...]
@@ -29,6 +30,7 @@ class ExtendedBlackBox(BlackBox):
 
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, tuple(effects)
+        copy_attributes(base, self)
         own = [
             parameter.but(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
             for effect in effects

@@ -12,30 +12,38 @@ from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.channel_aliases import Names, View
 from seatruth.errors import BadInput
-from seatruth.models.base import Model, record, takes_surroundings
+from seatruth.models.base import Equations, Model, record
 from seatruth.models.blackbox import BlackBox
 from seatruth.models.geometry import Body
 from seatruth.models.parameter import Parameter
+from seatruth.models.wrapper import ModelWrapper
 
 
-class ExtendedModel(Model):
+class ExtendedModel(ModelWrapper):
     """A model with effects; made by `with_effects`. Its effects' parameters stand at their null values."""
 
     def __init__(self, base: Model, effects: Sequence[Effect]) -> None:
-        self.base, self.effects = base, tuple(effects)
-        self.name, self.kind, self.source = base.name, base.kind, base.source
-        self.title = f"{base.title}, with {', '.join(effect.title for effect in effects)}"
-        self.states = (*base.states, *own_states(effects))
-        self.longest_step = min(base.longest_step, *(effect.longest_step for effect in effects))
-        self.hidden = (*base.hidden, *(channel.name for channel in own_states(effects)))
-        self.follows = {**base.follows, **_follows(base, effects)}
-        self.inputs, self.outputs = base.inputs, base.outputs
-        self.parameters = (*base.parameters, *own_parameters(effects))
-        path = _Path(base, self.effects)
-        self.rhs, self.output, self.initial_state = path.rhs(), path.output(), path.initial_state()
-        self.dimensions, self.thrust, self.drag = base.dimensions, base.thrust, base.drag
-        self.standard = base.standard
-        super().__init__()
+        self.effects = tuple(effects)
+        self._path = _Path(base, self.effects)
+        states = own_states(effects)
+        super().__init__(
+            base,
+            states=states,
+            parameters=own_parameters(effects),
+            hidden=[channel.name for channel in states],
+            follows=_follows(base, effects),
+            longest_step=min(effect.longest_step for effect in effects),
+            title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
+        )
+
+    def make_rhs(self) -> Equations:
+        return self._path.rhs()
+
+    def make_output(self) -> Equations:
+        return self._path.output()
+
+    def make_initial_state(self) -> Equations:
+        return self._path.initial_state()
 
 
 def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
@@ -178,13 +186,9 @@ class _Path:
         kind = record("Outputs", self.base.outputs)
         names = [channel.name for channel in self.base.outputs]
         on_outputs = tuple(effect.outputs_recorded for effect in self.effects)
-        full = base is not None and takes_surroundings(base)
 
         def recorded(bare: Any, seen: Any, i: Any, p: Any, e: Any, own: Any, reached: Any) -> tuple[Any, list[Any]]:
-            if base is None:
-                y = kind(*(getattr(bare, name) for name in names))
-            else:
-                y = kind(*(base(bare, i, p, e) if full else base(bare, i, p)))
+            y = kind(*((getattr(bare, name) for name in names) if base is None else base(bare, i, p, e)))
             came = []
             for change, q, state, view, inputs in zip(on_outputs, own, seen, views, reached):
                 came.append(view.of(y))
@@ -193,15 +197,15 @@ class _Path:
 
         return recorded
 
-    def rhs(self) -> Any:
+    def rhs(self) -> Equations:
         acting, recorded, base = self.acting(), self.recorded(), self.base.rhs
         rates = tuple(effect.rates for effect in self.effects)
         followed = tuple(effect.rates_recorded for effect in self.effects)
-        full, follows = takes_surroundings(base), any(hook is not None for hook in followed)
+        follows = any(hook is not None for hook in followed)
 
         def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             bare, seen, i, p, e, own, reached = acting(s, i, p, e)
-            found = list(base(bare, i, p, e) if full else base(bare, i, p))
+            found = list(base(bare, i, p, e))
             came = recorded(bare, seen, i, p, e, own, reached)[1] if follows else seen
             for rate, follow, q, state, inputs, y in zip(rates, followed, own, seen, reached, came):
                 if rate is not None:
@@ -212,7 +216,7 @@ class _Path:
 
         return rhs
 
-    def output(self) -> Any:
+    def output(self) -> Equations:
         acting, recorded = self.acting(), self.recorded()
 
         def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
@@ -221,7 +225,7 @@ class _Path:
 
         return output
 
-    def initial_state(self) -> Any:
+    def initial_state(self) -> Equations:
         split, base = self.split(), self.base.initial_state
         names = [channel.name for channel in self.base.states]
         effects, see_y, see_i = self.effects, self.see_y, self.see_i

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from seatruth.effects.environment import carried
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Manoeuvre
-from seatruth.models.base import Model, Surroundings, call, record, takes_surroundings
+from seatruth.models.base import Model, Surroundings, call, record
 from seatruth.trials.trial import Trial
 
 Around = Callable[[float, Any], Surroundings]
@@ -108,8 +108,7 @@ class Stepper:
         self.p = record("Parameters", model.parameters)(**{**nominal, **(values or {})})
         self._state = record("States", model.states)
         self._inputs = record("Inputs", model.inputs)
-        self._with_e = takes_surroundings(model.rhs)
-        if around is not None and not self._with_e:
+        if around is not None and not model.takes_environment:
             raise BadInput(f"model {model.name!r} takes no surroundings", do="Add the argument e to its rhs.")
 
     def first(self, given: Mapping[str, float]) -> tuple[float, ...]:
@@ -121,16 +120,14 @@ class Stepper:
         """d/dt of the states."""
         s, i = self._state(*state), self._inputs(**inputs)
         e = self.around(t, s) if self.around is not None else Surroundings(t=t)
-        arguments = (s, i, self.p, e) if self._with_e else (s, i, self.p)
-        return call(self.model.name, "rhs", self.model.rhs, *arguments)
+        return call(self.model.name, "rhs", self.model.rhs, s, i, self.p, e)
 
     def outputs(self, state: tuple[float, ...], inputs: Mapping[str, float]) -> dict[str, float]:
         """Outputs by name."""
         s, i = self._state(*state), self._inputs(**inputs)
         if self.model.output is None:
             return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
-        extra = (Surroundings(),) if takes_surroundings(self.model.output) else ()
-        found = call(self.model.name, "output", self.model.output, s, i, self.p, *extra)
+        found = call(self.model.name, "output", self.model.output, s, i, self.p, Surroundings())
         return {c.name: float(y) for c, y in zip(self.model.outputs, found)}
 
     def step(

@@ -25,7 +25,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.manoeuvres import Stepper
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Model, Surroundings, record
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
@@ -125,7 +125,7 @@ class ModelConformance:
         """In axes that drift with a steady current the motion is the same as in still water."""
         names = [channel.name for channel in model.states]
         pairs = [(a, b) for a, b in (("u", "u_c"), ("v", "v_c"), ("w", "w_c")) if a in names]
-        if not takes_surroundings(model.rhs) or len(pairs) < 2:
+        if not model.takes_environment or len(pairs) < 2:
             pytest.skip("the model takes no current")
         rng = np.random.default_rng(self.seed)
         for state, inputs in self.samples(model, 50):
@@ -149,7 +149,7 @@ class ModelConformance:
         rows = [
             (a, b) for a, b in (("u", "X"), ("v", "Y"), ("w", "Z"), ("p", "K"), ("q", "M"), ("r", "N")) if a in names
         ]
-        if not takes_surroundings(model.rhs) or not rows:
+        if not model.takes_environment or not rows:
             pytest.skip("the model takes no outside force")
         state, inputs = self.samples(model, 1)[0]
         plain = Stepper(model).rate(0.0, state, inputs)
