@@ -165,7 +165,7 @@ from seatruth.models import Parameter
 class Fade(Effect):
     name = "fade"
     title = "rudder that fades with its angle"
-    family = "actuator"
+    cause = "actuator.steering.gain"
     equation = "delta (1 - k |delta| / 0.35)"
     source = "measured on the slipway"
     needs_inputs = ("delta",)

@@ -140,7 +140,7 @@ from seatruth.models import Parameter
 class Explodes(Effect):
     name = "explodes"
     title = "a rudder that runs away"
-    family = "actuator"
+    cause = "actuator.steering.gain"
     needs_inputs = ("delta",)
     needs_states = ("r",)
     acts_on = ("actuator:delta",)

@@ -40,7 +40,7 @@ class Lagging(Effect):
 
     name = "lagging"
     title = "rudder partly late"
-    family = "actuator"
+    cause = "actuator.steering.dynamics.lag"
     source = "[S] made for this test"
     acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)

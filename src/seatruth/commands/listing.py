@@ -162,6 +162,7 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
             "name": effect.name,
             "title": effect.title,
             "family": effect.family,
+            "cause": effect.cause,
             "acts on": list(effect.acts_on),
             "about": inspect.getdoc(effect) or "",
             "equation": effect.equation,

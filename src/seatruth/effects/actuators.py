@@ -23,7 +23,6 @@ PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_de", "m_z_de")
 class OnRudder(Effect):
     """Base of effects on the rudder's angle, `delta` in the equations."""
 
-    family = "actuator"
     acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": RUDDERS}
@@ -41,6 +40,7 @@ class RudderOffset(OnRudder):
 
     name = "rudder_offset"
     title = "rudder zero offset"
+    cause = "actuator.steering.offset"
     number = 12
     equation = "delta = delta_m + angle"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
@@ -59,6 +59,7 @@ class RudderGain(OnRudder):
 
     name = "rudder_gain"
     title = "rudder effectiveness"
+    cause = "actuator.steering.gain"
     number = 13
     equation = "delta = k delta_m"
     source = "[S] magnitude of the catalogue: 0.8 to 1.2"
@@ -78,6 +79,7 @@ class RudderLag(OnRudder):
 
     name = "rudder_lag"
     title = "lag of the rudder"
+    cause = "actuator.steering.dynamics.lag"
     number = 14
     equation = "tau ddelta/dt = delta_m - delta"
     source = "[L] first-order steering gear; [S] magnitudes of the catalogue: 0.05 to 0.5 s, ships 1 to 3 s"
@@ -108,6 +110,7 @@ class RudderDelay(RudderLag):
 
     name = "rudder_delay"
     title = "dead time of the rudder"
+    cause = "actuator.steering.dynamics.delay"
     number = 15
     equation = "delta(t) = delta_m(t - tau)"
     source = "[S] magnitude of the catalogue: 0.05 to 0.5 s"
@@ -130,6 +133,7 @@ class RudderRateLimit(OnRudder):
 
     name = "rudder_rate_limit"
     title = "rate limit of the rudder"
+    cause = "actuator.steering.dynamics.rate_limit"
     number = 14
     equation = "|ddelta/dt| <= 1 / slowness"
     source = "[L] steering gear; [S] magnitudes of the catalogue: 5 to 40 deg/s, ships 2 to 5 deg/s"
@@ -166,6 +170,7 @@ class RudderDeadBand(OnRudder):
 
     name = "rudder_dead_band"
     title = "dead band of the rudder"
+    cause = "actuator.steering.dynamics.dead_band"
     number = 15
     equation = "delta = delta_m - clip(delta_m, -band, band)"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
@@ -187,6 +192,7 @@ class RudderBacklash(OnRudder):
 
     name = "rudder_backlash"
     title = "backlash of the rudder"
+    cause = "actuator.steering.dynamics.backlash"
     number = 15
     equation = "delta follows delta_m at a distance of at most slack"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"

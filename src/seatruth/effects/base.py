@@ -22,6 +22,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
+from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
 from seatruth.effects.channel_aliases import Names
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record
@@ -51,8 +52,8 @@ class Effect:
 
     name: str = ""
     title: str = ""
-    family: str = ""
-    """"environment", "actuator", "sensor", "hydrodynamics", "loading"."""
+    cause: str = ""
+    """Its place in the tree of causes (`seatruth.effects.causes`), "environment.force_fixed_to_earth.wind"."""
     number: int | None = None
     """In the catalogue of effects, where it is there."""
     equation: str = ""
@@ -117,6 +118,16 @@ class Effect:
         for start in self.starts:
             if sorted(start) != sorted(known):
                 raise PluginError("each of its starts must give a value for each of its parameters", where=where)
+        if not is_cause(self.cause):
+            what = f"{self.cause!r} is no place in the tree of causes" if self.cause else "it states no cause"
+            known_causes = ", ".join(children(ROOT))
+            do = nearest(self.cause, [path for path in CAUSES if path]) if self.cause else ""
+            raise PluginError(what, where=where, do=do or f"State one of {known_causes}, or a node below one of them.")
+
+    @property
+    def family(self) -> str:
+        """The family of causes that it belongs to, "environment": the first part of `cause`."""
+        return self.cause.partition(".")[0]
 
     @property
     def outside(self) -> bool:

@@ -33,7 +33,7 @@ class Current(Effect):
 
     name = "current"
     title = "constant current"
-    family = "environment"
+    cause = "environment.moving_water.uniform_current"
     number = 1
     equation = "nu_c = R(psi)^T (north, east); forces by nu - nu_c, position by nu"
     source = _FOSSEN + "; [S] magnitudes of the catalogue: 0.05 to 0.5 m/s, ships 0.1 to 1.5 m/s"
@@ -59,7 +59,7 @@ class CurrentAlong(Effect):
 
     name = "current_along"
     title = "constant current along the track"
-    family = "environment"
+    cause = "environment.moving_water.uniform_current"
     number = 1
     equation = "as a constant current, along x of the earth"
     source = Current.source
@@ -84,7 +84,7 @@ class CurrentShear(Effect):
 
     name = "current_shear"
     title = "current sheared with depth"
-    family = "environment"
+    cause = "environment.moving_water.sheared_current"
     number = 2
     equation = "V_c = (north, east) z"
     source = _FOSSEN + "; [S] magnitude of the catalogue: 1e-3 1/s; its random part is coloured noise"
@@ -109,7 +109,7 @@ class VaryingCurrent(Effect):
 
     name = "varying_current"
     title = "current that changes with time"
-    family = "environment"
+    cause = "environment.moving_water.varying_current"
     number = 2
     equation = "V_c = (north, east) t, t of the trial"
     source = _FOSSEN + "; [S] 0.1 m/s in 300 to 3000 s; the random rest of a Gauss-Markov current is coloured noise"
@@ -134,7 +134,7 @@ class ShallowWater(Effect):
 
     name = "shallow_water"
     title = "shallow water"
-    family = "environment"
+    cause = "environment.confined_water.shallow_water"
     number = 30
     equation = "Y_v, N_v times 1 + gain, gain = c (d/h)^k"
     source = "[L] form of corrections for shallow water; [S] catalogue: h/d 1.2 to 3"
@@ -157,7 +157,7 @@ class Bank(Effect):
 
     name = "bank"
     title = "bank suction"
-    family = "environment"
+    cause = "environment.confined_water.bank"
     number = 30
     equation = "Y = suction rho/2 L d u |u|, N = -0.3 L Y"
     source = "[L] Norrbin's form, suction with u^2 / distance; [S] lever and magnitude chosen here"

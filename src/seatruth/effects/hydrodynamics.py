@@ -32,7 +32,7 @@ class DragIncrease(Effect):
 
     name = "drag_increase"
     title = "drag increase"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.drag"
     number = 19
     equation = "X = -k times the drag in straight motion"
     source = "[S] magnitude of the catalogue: 0.05 to 0.4"
@@ -55,7 +55,7 @@ class CrossFlow(Effect):
 
     name = "cross_flow"
     title = "cross-flow drag"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.cross_flow"
     number = 21
     equation = "Y = -rho/2 C_d d int |v + x r| (v + x r) dx, N with the lever x"
     source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
@@ -85,7 +85,7 @@ class CrossFlowVertical(Effect):
 
     name = "cross_flow_vertical"
     title = "cross-flow drag in the diving plane"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.cross_flow"
     number = 21
     equation = "Z = -rho/2 C_d B int |w - x q| (w - x q) dx, M with the lever -x"
     source = CrossFlow.source
@@ -115,7 +115,7 @@ class TurningLoss(Effect):
 
     name = "turning_loss"
     title = "speed loss in turns"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.turning"
     number = 22
     equation = "X = vr m v r + vv rho/2 L d v^2"
     source = "[L] Norrbin 1971, X_vr = 0.3 to 1 of the sway added mass; [S] magnitudes of the catalogue"
@@ -143,7 +143,7 @@ class TurningLossVertical(Effect):
 
     name = "turning_loss_vertical"
     title = "speed loss in pitching turns"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.turning"
     number = 22
     equation = "X = wq m w q + ww rho/2 L B w^2"
     source = TurningLoss.source
@@ -171,7 +171,7 @@ class AddedMass(Effect):
 
     name = "added_mass"
     title = "added-mass error"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.added_mass_or_inertia"
     number = 25
     equation = "M_A (1 + k)"
     source = "[S] magnitude of the catalogue: 10 to 30 %"
@@ -192,7 +192,7 @@ class Munk(Effect):
 
     name = "munk"
     title = "Munk moment error"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.moment"
     number = 27
     equation = "N = k m u v, the displaced mass standing for X_du - Y_dv"
     source = "[L] Kirchhoff's equations; [S] magnitude of the catalogue: 0.3"
@@ -215,7 +215,7 @@ class MunkVertical(Effect):
 
     name = "munk_vertical"
     title = "Munk moment error in pitch"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.moment"
     number = 27
     equation = "M = k m u w, the displaced mass standing for Z_dw - X_du"
     source = Munk.source
@@ -238,7 +238,7 @@ class Asymmetry(Effect):
 
     name = "asymmetry"
     title = "up-down asymmetry"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.asymmetry"
     number = 28
     equation = "Z = force rho/2 L^2 u^2, M = moment rho/2 L^3 u^2"
     source = "[S] magnitude of the catalogue: 1e-4 to 1e-3"
@@ -267,7 +267,7 @@ class Tether(Effect):
 
     name = "tether"
     title = "tether"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.external_body"
     number = 31
     equation = "F = -rho/2 area V |V| at the stern, area = C_d d_t L_t"
     source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"

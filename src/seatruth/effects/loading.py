@@ -20,7 +20,7 @@ class LateralOffset(Effect):
 
     name = "lateral_offset"
     title = "centre of gravity off the centreline"
-    family = "loading"
+    cause = "loading.centre_of_gravity"
     number = 23
     equation = "K = m g y_G cos(theta) cos(phi), N = m g y_G sin(theta)"
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 5 mm, 1 to 3 deg of list"
@@ -45,7 +45,7 @@ class NetWeight(Effect):
 
     name = "net_weight"
     title = "net weight"
-    family = "loading"
+    cause = "loading.weight"
     number = 24
     equation = "a weight share m g at the origin"
     source = "[L] statics; [S] magnitude of the catalogue: 0.1 to 2 % of the weight"
@@ -73,7 +73,7 @@ class Trim(Effect):
 
     name = "trim"
     title = "trim by the centre of gravity"
-    family = "loading"
+    cause = "loading.centre_of_gravity"
     number = 24
     equation = "M = -m g (forward cos(theta) + below sin(theta))"
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 10 mm"
@@ -104,7 +104,7 @@ class Sloshing(Effect):
 
     name = "sloshing"
     title = "sloshing liquid"
-    family = "loading"
+    cause = "loading.moving_liquid"
     number = 26
     equation = "s'' + 2 zeta w s' + w^2 s = -a_y, Y = share m (2 zeta w s' + w^2 s), w = 2 pi / period"
     source = "[L] equivalent pendulum of sloshing; [S] magnitudes of the catalogue: 1 to 10 %, 0.5 to 10 s"

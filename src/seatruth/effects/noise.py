@@ -16,7 +16,7 @@ from seatruth.models.parameter import Parameter
 class Noise(Effect):
     """Base of what is noise only."""
 
-    family = "sensor"
+    cause = "sensor.noise"
     number = 11
     acts_on = ("sensor:any",)
     stochastic = True

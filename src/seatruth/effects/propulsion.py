@@ -18,7 +18,7 @@ class PropellerWalk(Effect):
 
     name = "propeller_walk"
     title = "propeller side force"
-    family = "actuator"
+    cause = "actuator.propulsion.side_force"
     number = 16
     equation = "Y = k T_0, N = -0.48 L Y, T_0 the thrust at rest with these revolutions"
     source = "[L] wheel effect; [S] magnitude of the catalogue: 1 to 5 % of the thrust"
@@ -42,7 +42,7 @@ class ThrustMisalignment(Effect):
 
     name = "thrust_misalignment"
     title = "thrust misalignment"
-    family = "actuator"
+    cause = "actuator.propulsion.side_force"
     number = 16
     equation = "Y = T angle, N = -0.48 L Y"
     source = "[S] magnitude of the catalogue: 0.2 to 1 deg"
@@ -83,7 +83,7 @@ class PropellerTorque(Effect):
 
     name = "propeller_torque"
     title = "propeller torque in roll"
-    family = "actuator"
+    cause = "actuator.propulsion.torque"
     number = 17
     equation = "K = k B T_0, T_0 the thrust at rest with these revolutions"
     source = "[S] catalogue: lists by 0.5 to 5 deg"
@@ -107,7 +107,7 @@ class ThrustGain(Effect):
 
     name = "thrust_gain"
     title = "thrust gain"
-    family = "actuator"
+    cause = "actuator.propulsion.thrust"
     number = 18
     equation = "T = (1 + k) T_0"
     source = "[S] magnitude of the catalogue: -0.2 to 0.05"

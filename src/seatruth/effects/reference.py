@@ -9,6 +9,7 @@ from seatruth.effects.base import Effect
 _COLUMNS = (
     "#",
     "effect",
+    "cause",
     "equation",
     "parameters: typical",
     "acts on",
@@ -33,6 +34,7 @@ def _row(effect: Effect) -> tuple[str, ...]:
     return (
         str(effect.number or ""),
         f"`{effect.name}` {effect.title}",
+        effect.cause,
         _plain(effect.equation),
         "; ".join(_parameter(effect, q.name) for q in effect.parameters),
         ", ".join(effect.acts_on),

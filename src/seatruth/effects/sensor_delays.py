@@ -20,7 +20,7 @@ class PositionDelay(Effect):
 
     name = "position_delay"
     title = "delay of the position"
-    family = "sensor"
+    cause = "sensor.timing.position"
     number = 10
     equation = "x_m(t) = x(t - tau), y_m alike"
     source = _SOURCE
@@ -61,7 +61,7 @@ class HeadingDelay(Effect):
 
     name = "heading_delay"
     title = "delay of the heading"
-    family = "sensor"
+    cause = "sensor.timing.angle"
     number = 10
     equation = "psi_m(t) = psi(t - tau)"
     source = _SOURCE
@@ -107,7 +107,7 @@ class RateDelay(Effect):
 
     name = "rate_delay"
     title = "delay of the rate of turn"
-    family = "sensor"
+    cause = "sensor.timing.rate"
     number = 10
     equation = "r_m(t) = r(t - tau)"
     source = _SOURCE
@@ -140,7 +140,7 @@ class SpeedDelay(Effect):
 
     name = "speed_delay"
     title = "delay of the log"
-    family = "sensor"
+    cause = "sensor.timing.speed"
     number = 10
     equation = "u_m(t) = u(t - tau), v_m alike"
     source = _SOURCE

@@ -17,7 +17,7 @@ class SpeedScale(Effect):
 
     name = "speed_scale"
     title = "speed sensor scale"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.speed"
     number = 3
     equation = "u_m = (1 + k) u"
     source = "[S] magnitude of the catalogue: 1 to 5 %"
@@ -38,7 +38,7 @@ class SpeedBias(Effect):
 
     name = "speed_bias"
     title = "speed sensor bias"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.speed"
     number = 4
     equation = "u_m = u + b"
     source = "[S] magnitude of the catalogue: 0.01 to 0.1 m/s"
@@ -60,7 +60,7 @@ class SwayBias(Effect):
 
     name = "sway_bias"
     title = "sway sensor bias"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.speed"
     number = 4
     equation = "v_m = v + b"
     source = "[S] magnitude of the catalogue: 0.01 to 0.1 m/s"
@@ -82,7 +82,7 @@ class HeadingBias(Effect):
 
     name = "heading_bias"
     title = "heading bias"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.angle"
     number = 5
     equation = "psi_m = psi + b"
     source = "[S] magnitude of the catalogue: 0.5 to 3 deg"
@@ -103,7 +103,7 @@ class CompassDeviation(Effect):
 
     name = "compass_deviation"
     title = "compass deviation"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.angle"
     number = 6
     equation = "psi_m = psi + A sin(psi) + B cos(psi)"
     source = "[L] semicircular deviation of magnetic compasses; [S] magnitude of the catalogue: 0.5 to 3 deg"
@@ -127,7 +127,7 @@ class GyroBias(Effect):
 
     name = "gyro_bias"
     title = "yaw gyro bias"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.rate"
     number = 7
     equation = "r_m = r + b"
     source = "[S] magnitude of the catalogue: 0.001 to 0.1 deg/s"
@@ -160,7 +160,7 @@ class LogLeverArm(Effect):
 
     name = "log_lever_arm"
     title = "lever arm of the log"
-    family = "sensor"
+    cause = "sensor.alignment.speed"
     number = 8
     equation = "u_m = u - starboard r, v_m = v + forward r"
     source = "[L] velocity of a point of a rigid body; [S] magnitude of the catalogue: 0.1 to 2 m, ships 1 to 50 m"
@@ -186,7 +186,7 @@ class LogLeverArmVertical(Effect):
 
     name = "log_lever_arm_vertical"
     title = "lever arm of the log in the diving plane"
-    family = "sensor"
+    cause = "sensor.alignment.speed"
     number = 8
     equation = "u_m = u + below q, w_m = w - forward q"
     source = LogLeverArm.source
@@ -210,7 +210,7 @@ class PositionLeverArm(Effect):
 
     name = "position_lever_arm"
     title = "lever arm of the position sensor"
-    family = "sensor"
+    cause = "sensor.alignment.position"
     number = 8
     equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard)"
     source = LogLeverArm.source
@@ -234,7 +234,7 @@ class DepthLeverArm(Effect):
 
     name = "depth_lever_arm"
     title = "lever arm of the depth sensor"
-    family = "sensor"
+    cause = "sensor.alignment.depth"
     number = 8
     equation = "z_m = z - forward sin(theta)"
     source = LogLeverArm.source
@@ -255,7 +255,7 @@ class DepthBias(Effect):
 
     name = "depth_bias"
     title = "depth sensor bias"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.depth"
     number = 9
     equation = "z_m = z + b"
     source = "[S] magnitude of the catalogue: 0.05 to 0.5 m"
@@ -276,7 +276,7 @@ class DepthScale(Effect):
 
     name = "depth_scale"
     title = "depth sensor scale"
-    family = "sensor"
+    cause = "sensor.bias_or_scale.depth"
     number = 9
     equation = "z_m = (1 + k) z"
     source = "[S] magnitude of the catalogue: 1 %; salt water for fresh is 2.5 %"
@@ -297,7 +297,7 @@ class DepthLag(Effect):
 
     name = "depth_lag"
     title = "lag of the depth sensor"
-    family = "sensor"
+    cause = "sensor.timing.depth"
     number = 9
     equation = "tau dz_m/dt = z - z_m"
     source = "[S] magnitude of the catalogue: 0.1 to 1 s"

@@ -42,7 +42,7 @@ class Wind(Effect):
 
     name = "wind"
     title = "steady wind"
-    family = "environment"
+    cause = "environment.force_fixed_to_earth.wind"
     number = 20
     equation = "F = rho_a/2 V_rw^2 A C(gamma), less the same in a calm"
     source = "[L] Blendermann 1994, loaded cargo ship; [S] areas from the dimensions; catalogue: 2 to 15 m/s"
@@ -78,7 +78,7 @@ class WaveDrift(Effect):
 
     name = "wave_drift"
     title = "mean drift force of waves"
-    family = "environment"
+    cause = "environment.force_fixed_to_earth.wave_drift"
     number = 29
     equation = "X = rho g B h_x / 16, Y = rho g L h_y / 16, h = R(psi)^T (north, east)"
     source = "[L] Maruo's bound for a reflecting side, rho g a^2 / 2 a metre; [S] catalogue: H_s 0.2 to 4 m"
@@ -107,7 +107,7 @@ class WaveDriftVertical(Effect):
 
     name = "wave_drift_vertical"
     title = "mean drift and suction of waves near the surface"
-    family = "environment"
+    cause = "environment.force_fixed_to_earth.wave_drift"
     number = 29
     equation = "rho g B / 16 (along x of the earth, up) exp(-z / reach)"
     source = WaveDrift.source
@@ -146,7 +146,7 @@ class WaveForces(Effect):
 
     name = "wave_forces"
     title = "first-order wave forces"
-    family = "environment"
+    cause = "environment.wave_motion"
     number = 29
     equation = "F/m = cosine cos(w t - k s) + sine sin(w t - k s), k = w^2/g, s along the direction"
     source = "[L] linear deep-water waves; [S] magnitudes chosen here"

@@ -19,6 +19,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.effects import EQUATIONS, Effect, with_effects
+from seatruth.effects.causes import ROOT, children, is_cause
 from seatruth.models import available
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
@@ -52,7 +53,8 @@ class EffectConformance:
     def test_declares_itself(self, effect: Effect) -> None:
         assert effect.title
         assert effect.source, "say where the equation and the magnitude come from"
-        assert effect.family in ("environment", "actuator", "sensor", "hydrodynamics", "loading")
+        assert is_cause(effect.cause), "say where it stands in the tree of causes"
+        assert effect.family in children(ROOT)
         assert effect.parameters
         assert effect.acts_on, "say where it acts"
         for place in effect.acts_on:
