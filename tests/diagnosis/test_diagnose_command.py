@@ -174,7 +174,7 @@ class Fade(Effect):
     null = {"k": 0.0}
 
     @staticmethod
-    def inputs(i, s, q, e):
+    def true_inputs(i, s, q, e):
         return i._replace(delta=i.delta * (1.0 - q.k * abs(i.delta) / 0.35))
 '''
 

@@ -149,7 +149,7 @@ class Explodes(Effect):
     starts = ({"k": 1e4},)
 
     @staticmethod
-    def inputs(i, s, q, e):
+    def true_inputs(i, s, q, e):
         return i._replace(delta=i.delta + q.k * s.r * (1.0 + 1e6 * s.r * s.r))
 """
 

@@ -105,6 +105,7 @@ def test_an_effect_must_state_its_place(cause: str, message: str) -> None:
         "cause": cause,
         "parameters": (Parameter("k", 1.0),),
         "null": {"k": 0.0},
+        "measured_outputs": staticmethod(lambda y, s, i, q, e: y),
     }
     with pytest.raises(PluginError, match=message):
         type("Late", (Effect,), fields)()

@@ -16,7 +16,7 @@ from seatruth.errors import BadInput
 from seatruth.manoeuvres import Stepper
 from seatruth.models import BlackBox, Channel, Model, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
-from seatruth.models.base import Equations, Surroundings, record
+from seatruth.models.base import Environment, Equations, record
 from seatruth.models.wrapper import MODEL_ATTRIBUTES, ModelWrapper
 
 MARKS = {"hidden": ("u",), "follows": {"u": ("v", 1.0)}, "longest_step": 0.25, "standard": {"v": ("v", 1)}}
@@ -117,7 +117,7 @@ def test_every_attribute_is_kept(kind: type[ModelWrapper]) -> None:
     assert wrapper.title.startswith(model.title)
     s, i, p = records(model)
     long_s, long_i, long_p = records(wrapper)
-    e = Surroundings()
+    e = Environment()
     assert model.dimensions is not None
     assert wrapper.dimensions is not None
     assert wrapper.dimensions(long_p) == model.dimensions(p)
@@ -153,7 +153,7 @@ def test_a_wrapper_adds_states_inputs_and_parameters() -> None:
     wrapper = Leaking(ship())
     assert wrapper.hidden[-1] == wrapper.states[-1].name == "tank"
     s, i, p = records(wrapper)
-    rates = wrapper.rhs(s._replace(tank=2.0), i._replace(open=3.0), p, Surroundings())
+    rates = wrapper.rhs(s._replace(tank=2.0), i._replace(open=3.0), p, Environment())
     assert rates[-1] == pytest.approx(3.0 * s[0] - 0.5 * 2.0)
     outputs = {channel.name: 0.0 for channel in wrapper.outputs}
     inputs = {channel.name: 0.0 for channel in wrapper.inputs}
@@ -183,9 +183,9 @@ def test_equations_without_environment_get_the_one_form() -> None:
     model = WithoutEnvironment()
     s, i, p = record("States", model.states)(3.0), record("Inputs", model.inputs)(), record("P", model.parameters)(2.0)
     assert not model.takes_environment
-    assert model.rhs(s, i, p, Surroundings()) == (-6.0,)
+    assert model.rhs(s, i, p, Environment()) == (-6.0,)
     assert model.output is not None
-    assert model.output(s, i, p, Surroundings()) == (6.0,)
+    assert model.output(s, i, p, Environment()) == (6.0,)
     wrapper = probed(model)
     assert not wrapper.takes_environment
     assert AbkowitzShip().takes_environment

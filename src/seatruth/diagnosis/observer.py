@@ -22,7 +22,7 @@ from seatruth.diagnosis.fit import Fit, fit
 from seatruth.diagnosis.noise import NoiseFloor, noise_floor
 from seatruth.diagnosis.problem import GapProblem
 from seatruth.models.base import Equations, Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import through_water
+from seatruth.effects.kinematics import relative_velocity
 from seatruth.models.parameter import Parameter
 
 ADDED_MASS = (
@@ -39,14 +39,14 @@ class DragIncrease(Effect):
     acts_on = ("surge",)
     equivalent = ("R_0", "X_uu", "C_x0", "K_D0")
     confused_with = ("thrust_gain", "added_mass", "speed_scale", "turning_loss")
-    told_apart = "faster coast-down: revolutions to zero at speed"
+    distinguished_by = "faster coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("drag",)
     parameters = (Parameter("k", 0.15, "1", -0.8, 3.0, source="[S] catalogue", description="relative increase"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(X=e.X - q.k * d.drag)
 
 
@@ -61,14 +61,14 @@ class CrossFlow(Effect):
     source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
     acts_on = ("sway", "yaw")
     confused_with = ("turning_loss", "rudder_gain", "shallow_water", "log_lever_arm")
-    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    distinguished_by = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("C_d", 0.5, "1", -3.0, 3.0, source="[S] catalogue", description="beyond the model's own"),)
-    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+    null: Mapping[str, float] = {"C_d": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         v = s.v - e.v_c
         strip = 0.5 * d.rho * d.draft * d.length * q.C_d
         Y, N = 0.0, 0.0
@@ -91,14 +91,14 @@ class CrossFlowVertical(Effect):
     source = CrossFlow.source
     acts_on = ("heave", "pitch")
     confused_with = ("plane_gain", "munk_vertical", "log_lever_arm_vertical")
-    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    distinguished_by = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = CrossFlow.parameters
-    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+    null: Mapping[str, float] = {"C_d": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         w = s.w - e.w_c
         strip = 0.5 * d.rho * d.breadth * d.length * q.C_d
         Z, M = 0.0, 0.0
@@ -122,17 +122,17 @@ class TurningLoss(Effect):
     acts_on = ("surge",)
     equivalent = ("X_vr", "X_rv", "X_vv")
     confused_with = ("drag_increase", "thrust_gain", "cross_flow")
-    told_apart = "nothing on straight legs, even in the side of the turn"
+    distinguished_by = "nothing on straight legs, even in the side of the turn"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("vr", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("vv", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by drift squared"),
     )
-    null: ClassVar[Mapping[str, float]] = {"vr": 0.0, "vv": 0.0}
+    null: Mapping[str, float] = {"vr": 0.0, "vv": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         v = s.v - e.v_c
         X = q.vr * d.mass * v * s.r + q.vv * 0.5 * d.rho * d.length * d.draft * v * v
         return e._replace(X=e.X + X)
@@ -150,17 +150,17 @@ class TurningLossVertical(Effect):
     acts_on = ("surge",)
     equivalent = ("X_wq", "X_ww", "C_x_alpha", "K_D")
     confused_with = ("drag_increase", "thrust_gain", "cross_flow_vertical")
-    told_apart = "nothing on straight legs, even in the direction of the turn"
+    distinguished_by = "nothing on straight legs, even in the direction of the turn"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("wq", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("ww", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by heave squared"),
     )
-    null: ClassVar[Mapping[str, float]] = {"wq": 0.0, "ww": 0.0}
+    null: Mapping[str, float] = {"wq": 0.0, "ww": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         w = s.w - e.w_c
         X = q.wq * d.mass * w * s.q + q.ww * 0.5 * d.rho * d.length * d.breadth * w * w
         return e._replace(X=e.X + X)
@@ -177,13 +177,13 @@ class AddedMass(Effect):
     source = "[S] magnitude of the catalogue: 10 to 30 %"
     acts_on = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     confused_with = ("rudder_lag", "rudder_delay", "plane_lag", "plane_delay", "drag_increase")
-    told_apart = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
+    distinguished_by = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
     needs_parameters = ADDED_MASS
     parameters = (Parameter("k", 0.2, "1", -0.8, 2.0, source="[S] catalogue", description="relative error"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def parameters_acting(p: Any, q: Any) -> Any:
+    def true_parameters(p: Any, q: Any) -> Any:
         return p._replace(**{k: getattr(p, k) * (1.0 + q.k) for k in ADDED_MASS if k in p._fields})
 
 
@@ -199,14 +199,14 @@ class Munk(Effect):
     acts_on = ("yaw",)
     equivalent = ("N_v", "m_y_beta", "K_MY")
     confused_with = ("log_lever_arm", "shallow_water")
-    told_apart = "never from N_v: one parameter"
+    distinguished_by = "never from N_v: one parameter"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("k", 0.1, "1", -1.0, 1.0, source="[S] a third of 0.3", description="share of the mass"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(N=e.N + q.k * d.mass * (s.u - e.u_c) * (s.v - e.v_c))
 
 
@@ -222,14 +222,14 @@ class MunkVertical(Effect):
     acts_on = ("pitch",)
     equivalent = ("M_w", "m_z_alpha", "K_M")
     confused_with = ("log_lever_arm_vertical", "cross_flow_vertical")
-    told_apart = "never from M_w: one parameter"
+    distinguished_by = "never from M_w: one parameter"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = Munk.parameters
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(M=e.M + q.k * d.mass * (s.u - e.u_c) * (s.w - e.w_c))
 
 
@@ -246,17 +246,17 @@ class Asymmetry(Effect):
     acts_on = ("heave", "pitch")
     equivalent = ("Z_0", "C_y0", "m_z0", "K_L0", "K_M0")
     confused_with = ("plane_offset", "net_weight", "trim")
-    told_apart = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
+    distinguished_by = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("force", 5e-4, "1", -0.02, 0.02, source="[S] catalogue", description="downwards"),
         Parameter("moment", 2e-4, "1", -0.02, 0.02, source="[S] chosen here", description="nose up"),
     )
-    null: ClassVar[Mapping[str, float]] = {"force": 0.0, "moment": 0.0}
+    null: Mapping[str, float] = {"force": 0.0, "moment": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         u = s.u - e.u_c
         area = 0.5 * d.rho * d.length * d.length * u * u
         return e._replace(Z=e.Z + area * q.force, M=e.M + area * d.length * q.moment)
@@ -273,18 +273,18 @@ class Tether(Effect):
     source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"
     acts_on = ("surge", "sway", "heave", "pitch", "yaw")
     confused_with = ("drag_increase", "rudder_gain")
-    told_apart = "drag with damping of the rate of turn: straight runs beside turns"
+    distinguished_by = "drag with damping of the rate of turn: straight runs beside turns"
     needs_states = ("u",)
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("area", 0.015, "m2", -50.0, 50.0, source="[S] 20 N at 1.6 m/s", description="drag area"),)
-    null: ClassVar[Mapping[str, float]] = {"area": 0.0}
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
+    null: Mapping[str, float] = {"area": 0.0}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
     froude: ClassVar[Mapping[str, float]] = {"area": 2.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         x = -0.5 * d.length
-        n = through_water(s, e)
+        n = relative_velocity(s, e)
         v, w = n.v + x * n.r, n.w - x * n.q
         pull = -0.5 * d.rho * q.area * math.sqrt(n.u * n.u + v * v + w * w + 1e-12)
         Y, Z = pull * v, pull * w

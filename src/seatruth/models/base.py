@@ -5,7 +5,7 @@ A model is plain equations. `rhs`, `output` and `initial_state` are static funct
     s   the states             s.u, s.v, s.r, ...
     i   the inputs             i.delta, i.n, ...
     p   the parameters         p.Y_v, p.m, ...
-    e   the surroundings       e.t, e.u_c, e.X, ... (optional last argument of rhs and output)
+    e   the environment        e.t, e.u_c, e.X, ... (optional last argument of rhs and output)
 
 An instance's `rhs` and `output` always take all four: where e is left out of the declaration, the instance adds it.
 They return tuples in the order of `states` and `outputs`. They may call other plain functions, and arithmetic,
@@ -29,7 +29,7 @@ from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
 
-class Surroundings(NamedTuple):
+class Environment(NamedTuple):
     """What acts on the vehicle from outside its own equations; all zero unless an effect sets it.
 
     `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
