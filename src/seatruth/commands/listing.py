@@ -162,6 +162,7 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
             "name": effect.name,
             "title": effect.title,
             "family": effect.family,
+            "cause": effect.cause,
             "acts on": list(effect.acts_on),
             "about": inspect.getdoc(effect) or "",
             "equation": effect.equation,
@@ -169,13 +170,14 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
             "kinds": list(effect.kinds),
             "never told from": list(effect.equivalent),
             "confused with": list(effect.confused_with),
-            "told apart by": effect.told_apart,
-            "black boxes": effect.outside,
+            "told apart by": effect.distinguished_by,
+            "black boxes": effect.suits_black_box,
             "parameters": [
                 {
                     "parameter": q.name,
                     "null": float(effect.null[q.name]),
-                    "typical": abs(q.value - effect.null[q.name]),
+                    "typical": abs(q.value - effect.null[q.name]) if q.prior is None else q.prior.sd,
+                    "shape": q.prior is not None,
                     "unit": q.unit,
                     "means": q.description,
                 }

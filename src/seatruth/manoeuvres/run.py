@@ -13,26 +13,26 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from seatruth.effects.environment import carried
+from seatruth.effects.environment import with_current
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Manoeuvre
-from seatruth.models.base import Model, Surroundings, call, record, takes_surroundings
+from seatruth.models.base import Environment, Model, call, record
 from seatruth.trials.trial import Trial
 
-Around = Callable[[float, Any], Surroundings]
+EnvironmentAt = Callable[[float, Any], Environment]
 """From the time and the state to what acts on the vehicle."""
 
 
-def steady_current(speed: float, direction: float) -> Around:
+def steady_current(speed: float, direction: float) -> EnvironmentAt:
     """A current of `speed` (m/s) that runs towards `direction` (rad, clockwise from +x), the same everywhere."""
 
     north, east = speed * math.cos(direction), speed * math.sin(direction)
 
-    def around(t: float, s: Any) -> Surroundings:
-        found: Surroundings = carried(Surroundings(t=t), s, north, east)
+    def environment(t: float, s: Any) -> Environment:
+        found: Environment = with_current(Environment(t=t), s, north, east)
         return found
 
-    return around
+    return environment
 
 
 def run_manoeuvre(
@@ -45,7 +45,7 @@ def run_manoeuvre(
     inputs: Mapping[str, float] | None = None,
     rudder_rate: float = math.radians(5.0),
     limit: float = 3600.0,
-    around: Around | None = None,
+    environment: EnvironmentAt | None = None,
     name: str | None = None,
 ) -> Trial:
     """Sails `manoeuvre` with `model` and returns the record, without noise, labelled synthetic.
@@ -59,7 +59,7 @@ def run_manoeuvre(
     """
     if not dt > 0 or not rudder_rate > 0:
         raise BadInput("dt and rudder_rate must be positive", where="run_manoeuvre")
-    stepper = Stepper(model, values, around)
+    stepper = Stepper(model, values, environment)
     state = stepper.first(first_state or {})
     now = {channel.name: 0.0 for channel in model.inputs}
     _known(inputs or {}, now, f"model {model.name!r}: input")
@@ -101,16 +101,17 @@ def run_manoeuvre(
 class Stepper:
     """A model's equations with its parameters bound, and one Runge-Kutta step of them."""
 
-    def __init__(self, model: Model, values: Mapping[str, float] | None = None, around: Around | None = None) -> None:
+    def __init__(
+        self, model: Model, values: Mapping[str, float] | None = None, environment: EnvironmentAt | None = None
+    ) -> None:
         nominal = model.nominal()
         _known(values or {}, nominal, f"model {model.name!r}: parameter")
-        self.model, self.around = model, around
+        self.model, self.environment = model, environment
         self.p = record("Parameters", model.parameters)(**{**nominal, **(values or {})})
         self._state = record("States", model.states)
         self._inputs = record("Inputs", model.inputs)
-        self._with_e = takes_surroundings(model.rhs)
-        if around is not None and not self._with_e:
-            raise BadInput(f"model {model.name!r} takes no surroundings", do="Add the argument e to its rhs.")
+        if environment is not None and not model.takes_environment:
+            raise BadInput(f"model {model.name!r} takes no environment", do="Add the argument e to its rhs.")
 
     def first(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """All states, zero where not given."""
@@ -120,17 +121,15 @@ class Stepper:
     def rate(self, t: float, state: tuple[float, ...], inputs: Mapping[str, float]) -> tuple[float, ...]:
         """d/dt of the states."""
         s, i = self._state(*state), self._inputs(**inputs)
-        e = self.around(t, s) if self.around is not None else Surroundings(t=t)
-        arguments = (s, i, self.p, e) if self._with_e else (s, i, self.p)
-        return call(self.model.name, "rhs", self.model.rhs, *arguments)
+        e = self.environment(t, s) if self.environment is not None else Environment(t=t)
+        return call(self.model.name, "rhs", self.model.rhs, s, i, self.p, e)
 
     def outputs(self, state: tuple[float, ...], inputs: Mapping[str, float]) -> dict[str, float]:
         """Outputs by name."""
         s, i = self._state(*state), self._inputs(**inputs)
         if self.model.output is None:
             return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
-        extra = (Surroundings(),) if takes_surroundings(self.model.output) else ()
-        found = call(self.model.name, "output", self.model.output, s, i, self.p, *extra)
+        found = call(self.model.name, "output", self.model.output, s, i, self.p, Environment())
         return {c.name: float(y) for c, y in zip(self.model.outputs, found)}
 
     def step(

@@ -10,7 +10,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.expression import Expression, equation, names_in
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial

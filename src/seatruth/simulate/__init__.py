@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.compiler.program import fingerprint
 from seatruth.simulate.engine import CompiledSimulator, Jacobian, Outputs, Simulator, Sums

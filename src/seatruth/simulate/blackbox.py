@@ -11,7 +11,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.engine import Jacobian, Outputs, Sums, first_states, measurements, setting
 from seatruth.trials.trial import Trial
 

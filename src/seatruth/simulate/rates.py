@@ -9,7 +9,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.compiler.program import program
 from seatruth.simulate.engine import Setting, setting
 from seatruth.simulate.threads import thread_count

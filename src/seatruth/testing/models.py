@@ -25,7 +25,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.manoeuvres import Stepper
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
@@ -125,7 +125,7 @@ class ModelConformance:
         """In axes that drift with a steady current the motion is the same as in still water."""
         names = [channel.name for channel in model.states]
         pairs = [(a, b) for a, b in (("u", "u_c"), ("v", "v_c"), ("w", "w_c")) if a in names]
-        if not takes_surroundings(model.rhs) or len(pairs) < 2:
+        if not model.takes_environment or len(pairs) < 2:
             pytest.skip("the model takes no current")
         rng = np.random.default_rng(self.seed)
         for state, inputs in self.samples(model, 50):
@@ -134,10 +134,10 @@ class ModelConformance:
             u, v, w = (c.get(key, 0.0) for key in ("u_c", "v_c", "w_c"))
             p, q, r = (s.get(key, 0.0) for key in ("p", "q", "r"))
             change = {"u": r * v - q * w, "v": p * w - r * u, "w": q * u - p * v}
-            around = Surroundings(**c, **{f"d{a}_c": change[a] for a, _ in pairs})
+            environment = Environment(**c, **{f"d{a}_c": change[a] for a, _ in pairs})
             through = tuple(s[name] - c.get(f"{name}_c", 0.0) for name in names)
             still = dict(zip(names, Stepper(model).rate(0.0, through, inputs)))
-            carried = dict(zip(names, Stepper(model, None, _constantly(around)).rate(0.0, state, inputs)))
+            carried = dict(zip(names, Stepper(model, None, _constant(environment)).rate(0.0, state, inputs)))
             for name in ("u", "v", "w", "p", "q", "r"):
                 if name in names:
                     expected = still[name] + change.get(name, 0.0)
@@ -149,14 +149,14 @@ class ModelConformance:
         rows = [
             (a, b) for a, b in (("u", "X"), ("v", "Y"), ("w", "Z"), ("p", "K"), ("q", "M"), ("r", "N")) if a in names
         ]
-        if not takes_surroundings(model.rhs) or not rows:
+        if not model.takes_environment or not rows:
             pytest.skip("the model takes no outside force")
         state, inputs = self.samples(model, 1)[0]
         plain = Stepper(model).rate(0.0, state, inputs)
         for name, force in rows:
             k = names.index(name)
             once, twice = (
-                Stepper(model, None, _constantly(Surroundings(**{force: size}))).rate(0.0, state, inputs)[k] - plain[k]
+                Stepper(model, None, _constant(Environment(**{force: size}))).rate(0.0, state, inputs)[k] - plain[k]
                 for size in (1e4, 2e4)
             )
             assert once > 0, force
@@ -169,7 +169,7 @@ class ModelConformance:
             size = model.dimensions(p)
             assert all(math.isfinite(x) and x > 0 for x in size), size
             assert size.length > size.draft
-        e = Surroundings()
+        e = Environment()
         for state, inputs in self.samples(model, 20):
             s, i = record("States", model.states)(*state), record("Inputs", model.inputs)(**inputs)
             if model.drag is not None:
@@ -270,5 +270,5 @@ def _simulator(model: Model, trial: Trial, free: tuple[str, ...] = ()) -> Any:
     return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="linear")
 
 
-def _constantly(around: Surroundings) -> Any:
-    return lambda t, s: around
+def _constant(environment: Environment) -> Any:
+    return lambda t, s: environment

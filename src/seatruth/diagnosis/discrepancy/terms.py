@@ -18,8 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatruth.effects import ExtendedModel
-from seatruth.models.base import Model, record, takes_surroundings
+from seatruth.models.base import Equations, Model
 from seatruth.models.parameter import Parameter
+from seatruth.models.wrapper import ModelWrapper
 
 EQUATIONS: Mapping[str, str] = {
     **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
@@ -31,20 +32,6 @@ KINEMATIC = frozenset(
     ("x", "y", "z", "phi", "theta", "psi", "depth", "xi", "zeta", "x_0", "y_0", "z_0", "x0", "y0", "z0", "varphi")
 )
 """States whose rates follow from the other states alone."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """Somewhere that an unknown may act, as a function of time on knots: parameters `names`, one a knot."""
-
-    label: str
-    """ "surge" ... "yaw", or "actuator:delta"."""
-    state: str
-    """The state whose rate it adds to; empty for an input."""
-    channel: str
-    """The input that it adds to; empty for an equation."""
-    names: tuple[str, ...]
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -100,130 +87,7 @@ def terms_of(model: Model) -> list[Term]:
     ]
 
 
-class ProbedModel(Model):
-    """A model with places and terms: `knots` over `duration` s of each trial, `scales` of states and inputs."""
-
-    def __init__(
-        self, base: Model, knots: int, duration: float, terms: Sequence[Term], scales: Mapping[str, float]
-    ) -> None:
-        self.base, self.terms, self.scales = base, tuple(terms), dict(scales)
-        self.knots, self.spacing = knots, duration / (knots - 1)
-        self.places = tuple(_places(base, knots))
-        self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
-        self.states, self.inputs, self.outputs = base.states, base.inputs, base.outputs
-        self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
-        own = [Parameter(name, 0.0, place.unit) for place in self.places for name in place.names]
-        own += [Parameter(term.name, 0.0, acceleration_unit(base, term.state)) for term in self.terms]
-        self.parameters = (*base.parameters, *own)
-        self.rhs = _rhs(self, scales)
-        self.output = _output(self)
-        self.initial_state = _initial(self)
-        super().__init__()
-
-    def size(self, term: Term) -> float:
-        """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
-        return math.prod(self.scales[name] for kind, name in term.factors if kind not in ("cosine", "sine"))
-
-
 def acceleration_unit(model: Model, state: str) -> str:
     """Of an acceleration."""
     unit = next((c.unit for c in model.states if c.name == state), "1")
     return {"m/s": "m/s2", "rad/s": "rad/s2"}.get(unit, f"{unit}/s")
-
-
-def _places(base: Model, knots: int) -> list[Place]:
-    found = []
-    for state, label in equations(base).items():
-        names = tuple(f"place_{state}_{k}" for k in range(knots))
-        found.append(Place(label, state, "", names, acceleration_unit(base, state)))
-    for channel in base.inputs:
-        names = tuple(f"place_{channel.name}_{k}" for k in range(knots))
-        found.append(Place(f"actuator:{channel.name}", "", channel.name, names, channel.unit))
-    return found
-
-
-def _along(t: Any, values: Sequence[Any], spacing: float) -> Any:
-    """Straight lines between values at the knots."""
-    total: Any = 0.0
-    for k, value in enumerate(values):
-        total = total + value * max(0.0, 1.0 - abs(t / spacing - float(k)))
-    return total
-
-
-def _taken_apart(model: ProbedModel) -> Callable[[Any], tuple[Any, list[list[Any]], list[Any]]]:
-    """Parameters of the probed model to those of its base, those of each place, those of the terms."""
-    base = record("Parameters", model.base.parameters)
-    size, knots, places = len(model.base.parameters), model.knots, len(model.places)
-
-    def split(p: Any) -> tuple[Any, list[list[Any]], list[Any]]:
-        values = tuple(p)
-        own = [list(values[size + knots * k : size + knots * (k + 1)]) for k in range(places)]
-        return base(*values[:size]), own, list(values[size + knots * places :])
-
-    return split
-
-
-def _inputs(model: ProbedModel, i: Any, t: Any, own: Sequence[Sequence[Any]]) -> Any:
-    for place, values in zip(model.places, own):
-        if place.channel:
-            i = i._replace(**{place.channel: getattr(i, place.channel) + _along(t, values, model.spacing)})
-    return i
-
-
-def _rhs(model: ProbedModel, scales: Mapping[str, float]) -> Callable[..., tuple[Any, ...]]:
-    split, base = _taken_apart(model), model.base.rhs
-    full = takes_surroundings(base)
-    order = [channel.name for channel in model.states]
-
-    def value(factor: tuple[str, str], s: Any, i: Any) -> Any:
-        kind, name = factor
-        if kind == "cosine":
-            return math.cos(getattr(s, name))
-        if kind == "sine":
-            return math.sin(getattr(s, name))
-        x = getattr(i if kind == "input" or not hasattr(s, name) else s, name) / scales[name]
-        return math.sqrt(x * x + 1e-12) if kind == "absolute" else x
-
-    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        p, own, coefficients = split(p)
-        acting = _inputs(model, i, e.t, own)
-        rates = list(base(s, acting, p, e) if full else base(s, acting, p))
-        for place, values in zip(model.places, own):
-            if place.state:
-                k = order.index(place.state)
-                rates[k] = rates[k] + _along(e.t, values, model.spacing)
-        for term, coefficient in zip(model.terms, coefficients):
-            product = coefficient
-            for factor in term.factors:
-                product = product * value(factor, s, i)
-            k = order.index(term.state)
-            rates[k] = rates[k] + product
-        return tuple(rates)
-
-    return rhs
-
-
-def _output(model: ProbedModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.output
-    if base is None:
-        return None
-    split, full = _taken_apart(model), takes_surroundings(base)
-
-    def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        p, own, _ = split(p)
-        acting = _inputs(model, i, e.t, own)
-        return tuple(base(s, acting, p, e) if full else base(s, acting, p))
-
-    return output
-
-
-def _initial(model: ProbedModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.initial_state
-    if base is None:
-        return None
-    split = _taken_apart(model)
-
-    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return tuple(base(y, i, split(p)[0]))
-
-    return initial_state

@@ -45,8 +45,10 @@ class BlackBox(Model):
         self.kind, self.title, self.source = kind, title or f"black box {name}", source
         self._check()
 
+    takes_environment = False
+
     @staticmethod
-    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         """A black box has no equations: it is simulated as a whole, by `run`."""
         raise PluginError("a black box has no equations", do="Simulate it with `run`.")
 
