@@ -366,7 +366,10 @@ class Diagnosis:
             "effects": list(self.named) if self.verdict.kind == "effects" else [],
             "candidates": [{"effects": list(key), "probability": p} for key, p in self.answers()],
             "set": list(self.verdict.members),
-            "causes": [{"cause": c.cause, "effects": list(c.effects), "probability": c.probability} for c in self.verdict.causes],
+            "causes": [
+                {"cause": c.cause, "effects": list(c.effects), "probability": c.probability}
+                for c in self.verdict.causes
+            ],
             "places": list(self.verdict.places),
             "parameters": {
                 f"{name}_{q.name}": {"value": q.value, "lower": q.lower, "upper": q.upper, "unit": q.unit}
@@ -376,9 +379,7 @@ class Diagnosis:
             "closure": None
             if validation is None or not math.isfinite(validation.gap_explained)
             else {"value": validation.gap_explained, "lower": validation.lower, "upper": validation.upper},
-            "next_trial": None
-            if suggested is None
-            else {"manoeuvre": suggested.manoeuvre, "gain": suggested.gain},
+            "next_trial": None if suggested is None else {"manoeuvre": suggested.manoeuvre, "gain": suggested.gain},
         }
 
     def content(self) -> dict[str, Any]:
