@@ -224,5 +224,5 @@ def test_what_cannot_be_compiled_is_said(rates: Any, words: str) -> None:
     with pytest.raises(PluginError, match=words) as caught:
         trace(plain_model(rates, ("x",)))
     assert "model 'plain'" in caught.value.where
-    assert "test_trace.py, line" in caught.value.where or "returns" in words or words == "str"
+    assert "test_simulate_compiler_trace.py, line" in caught.value.where or "returns" in words or words == "str"
     assert "BlackBox" in caught.value.do
