@@ -46,8 +46,9 @@ class SerialSimulator(ABC):
         valid = np.isfinite(self.measured)
         sums = np.zeros((len(simulated.y), len(self.rows), self.measured.shape[1]))
         for trial, rows in enumerate(self.rows):
-            error = np.where(valid[rows], self.measured[rows] - simulated.y[:, rows], 0.0) * weights[rows]
-            sums[:, trial] = (error**2).sum(axis=1)
+            with np.errstate(all="ignore"):  # of diverged candidates
+                error = np.where(valid[rows], self.measured[rows] - simulated.y[:, rows], 0.0) * weights[rows]
+                sums[:, trial] = (error**2).sum(axis=1)
         sums[simulated.diverged] = math.inf
         return SquaredErrors(sums, simulated.x_end, simulated.diverged)
 
@@ -100,8 +101,9 @@ class SerialSimulator(ABC):
             ahead, behind = moved
             for trial, rows in enumerate(self.rows):
                 width = 2.0 * step[trial]
-                dy[rows, :, variable] = (ahead.y[0, rows] - behind.y[0, rows]) / width
-                dx_end[trial, :, variable] = (ahead.x_end[0, trial] - behind.x_end[0, trial]) / width
+                with np.errstate(all="ignore"):
+                    dy[rows, :, variable] = (ahead.y[0, rows] - behind.y[0, rows]) / width
+                    dx_end[trial, :, variable] = (ahead.x_end[0, trial] - behind.x_end[0, trial]) / width
         return Jacobian(centre.y[0], dy, centre.x_end[0], dx_end, centre.diverged[0])
 
     def _step(self, theta: Array, x0: Array, columns: Sequence[int], variable: int) -> Array:

@@ -38,7 +38,7 @@ class Node:
 
     def __init__(self, graph: Graph, op: str, args: tuple[Node, ...], value: Any, level: int, order: int) -> None:
         self.graph, self.op, self.args, self.value, self.level, self.order = graph, op, args, value, level, order
-        self.is_condition: bool = op in COMPARISONS or (op == "select" and args[1].is_condition and args[2].is_condition)
+        self.is_condition: bool = op in COMPARISONS or (op == "select" and all(a.is_condition for a in args[1:]))
 
     def __repr__(self) -> str:
         if self.op == "constant":
