@@ -82,7 +82,7 @@ def several(name: str, sizes: list[int], seed: int, threads: int, seconds: float
 
     subject = Seatruth(workload(name, seed), threads, seed, trials)
     theta = subject.job.population(max(sizes), seed)
-    x0 = subject.first_states(max(sizes), seed)
+    x0 = subject.initial_states(max(sizes), seed)
     return {str(n): clocked(partial(subject.costs_from, theta[:n], x0[:n]), seconds) for n in sizes}
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
 from seatruth.models.base import Model, record, takes_surroundings
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
