@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.setup import Setup
 from seatruth.simulate.time_grid import Hold, time_grid
+from seatruth.trials.trial import Trial
 
 _MOST_RECORDED = 256 * 1024 * 1024
 """Bytes of outputs that one call of a kernel records; more candidates take several calls. Chosen here [S]."""
@@ -86,6 +87,20 @@ class CompiledSimulator:
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())
         return Jacobian(answer.y, answer.dy, answer.x_end, answer.dx_end, ~finite)
+
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> CompiledSimulator:
+        """See `Simulator.rebind`."""
+        changed = CompiledSimulator(
+            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads
+        )
+        changed.__dict__["_program"] = self._program
+        return changed
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""

@@ -73,6 +73,16 @@ class ReferenceSimulator(SerialSimulator):
         self._options = (hold, max_step)
         super().__init__(setup, self._grid.steps)
 
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> ReferenceSimulator:
+        """See `Simulator.rebind`."""
+        return ReferenceSimulator(self._setup.changed(free, values, trials), *self._options)
+
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""
         values = self._setup.parameters.values(self._setup.candidate(theta))[0]

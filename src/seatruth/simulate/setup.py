@@ -92,6 +92,20 @@ class Setup:
             if _first_valid(trial, channel.name) is None
         )
 
+    def changed(
+        self,
+        free: Sequence[str] | None,
+        values: Mapping[str, float] | None,
+        trials: Sequence[Trial] | None,
+    ) -> Setup:
+        """The same model with other free parameters, values or trials; None leaves them."""
+        return set_up(
+            self.model,
+            self.trials if trials is None else trials,
+            self.parameters.free if free is None else free,
+            self.nominal if values is None else values,
+        )
+
     def population(self, theta: Array) -> Array:
         """theta as (P, K); ValueError for another shape."""
         theta = np.ascontiguousarray(theta, dtype=np.float64)
