@@ -76,7 +76,7 @@ def diagnosis(kind: str = "effects") -> Diagnosis:
         effects=effects,
         hypotheses=_hypotheses(kind, p, names),
         causes=_nodes(kind),
-        places={"kinematics": 0.96, "surge": 0.04, "sway": 0.04, "sensor:psi": 0.02, "actuator:delta": 1e-5},
+        places=_places(kind),
         noise=_noise(),
         shares=shares,
         coefficients=(
@@ -123,6 +123,15 @@ def _nodes(kind: str) -> dict[str, float]:
     moving, fixed = (0.03, 0.97) if kind == "inseparable" else (0.97, 0.03)
     found = {"environment": 0.98, "environment.moving_water": moving, CURRENT: moving, FORCE: fixed}
     return {**found, f"{FORCE}.wind": 0.6 * fixed, f"{FORCE}.wave_drift": 0.4 * fixed, "sensor": 0.02}
+
+
+def _places(kind: str) -> dict[str, float]:
+    if kind in ("no_gap", "underpowered"):
+        return {"kinematics": 0.03, "surge": 0.03, "sensor:psi": 0.005}
+    if kind == "inseparable" or kind.startswith("unknown"):
+        return {"yaw": 0.97, "sway": 0.97, "surge": 0.97, "kinematics": 0.03, "sensor:psi": 0.005}
+    bias = 0.95 if kind in ("two_causes", "only_small") else 0.005
+    return {"kinematics": 0.97, "sensor:psi": bias, "surge": 0.04, "sway": 0.04, "actuator:delta": 1e-5}
 
 
 def _noise() -> tuple[ChannelNoise, ...]:

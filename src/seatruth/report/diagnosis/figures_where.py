@@ -55,8 +55,8 @@ _MOST_NODES = 18
 @styled
 def split(diagnosis: Diagnosis) -> Figure:
     """The misfit of the declared model, split into noise, coefficients, effects and what is left."""
-    figure = Figure(figsize=(7.2, 1.15))
-    axes = placed(figure, 0.1, 0.42, 6.8, 0.34)
+    figure = Figure(figsize=(_WIDE, 1.35))
+    axes = placed(figure, 0.15, 0.4, _WIDE - 0.4, 0.34)
     start, marks = 0.0, []
     for key, label, colour, hatch in _PARTS:
         share = float(getattr(diagnosis.shares, key))
@@ -70,7 +70,7 @@ def split(diagnosis: Diagnosis) -> Figure:
     axes.set_yticks([])
     axes.grid(False)
     axes.set_xticks(np.linspace(0, 1, 6), labels=[f"{k} %" for k in range(0, 101, 20)])
-    figure.legend(handles=marks, loc="upper left", ncols=4, borderaxespad=0.2, columnspacing=1.4, handlelength=1.4)
+    figure.legend(handles=marks, loc="upper left", ncols=2, borderaxespad=0.2, columnspacing=1.4, handlelength=1.4)
     return figure
 
 
@@ -110,7 +110,7 @@ def places(diagnosis: Diagnosis) -> Figure:
         return nothing("No place has a probability worth drawing.")
     named = set(diagnosis.verdict.places)
     bars = [(name.replace(":", " of "), p, name in named) for name, p in found]
-    return _bars(bars, "probability that something acts there")
+    return _bars(bars, "probability")
 
 
 def nodes(diagnosis: Diagnosis) -> list[tuple[int, str, float]]:
@@ -136,30 +136,35 @@ def tree(diagnosis: Diagnosis) -> Figure:
     for depth, node, p in found:
         acting = any(cause == node or cause.startswith(f"{node}.") for cause in named)
         bars.append((f"{'    ' * depth}{node_in_words(node)}", p, acting))
-    return _bars(bars, "probability that it acts", indented=True)
+    return _bars(bars, "probability", indented=True)
 
 
 def _bars(bars: list[tuple[str, float, bool]], label: str, *, indented: bool = False) -> Figure:
     names = [name if indented else text(name, 40) for name, *_ in bars]
-    left = min(0.25 + 0.068 * max(len(name) for name in names), 3.9)
+    widths = [0.062 * len(name.lstrip()) + 0.17 * _depth(name) for name in names]
+    left = min(0.25 + max(widths), 2.9)
     height = 0.24 * len(bars)
-    figure = Figure(figsize=(7.2, height + 0.6))
-    axes = placed(figure, left, 0.46, 7.2 - left - 0.9, height)
+    figure = Figure(figsize=(_WIDE, height + 0.6))
+    axes = placed(figure, left, 0.46, _WIDE - left - 0.85, height)
     for y, (_, p, acting) in enumerate(bars):
         axes.barh(y, p, color=BLUE if acting else MEASURED, height=0.62)
         axes.annotate(chance(p), (p, y), (4, 0), textcoords="offset points", va="center", fontsize=8)
     rows(axes, [""] * len(names))
     axes.set_yticks([])
     for y, name in enumerate(names):
-        depth = (len(name) - len(name.lstrip())) // 4
-        offset = 72.0 * (0.1 - left) + 12.0 * depth
+        offset = 72.0 * (0.1 - left) + 12.0 * _depth(name)
         axes.annotate(
             text(name.lstrip(), 52), (0.0, y), (offset, 0), textcoords="offset points", va="center", fontsize=8
         )
     axes.set_xlim(0.0, 1.0)
-    axes.set_xticks(np.linspace(0, 1, 6), labels=[f"{k} %" for k in range(0, 101, 20)])
+    axes.set_xticks(np.linspace(0, 1, 3), labels=["0 %", "50 %", "100 %"])
     axes.set_xlabel(label)
     return figure
+
+
+def _depth(name: str) -> int:
+    """Level of an indented name."""
+    return (len(name) - len(name.lstrip())) // 4
 
 
 @styled

@@ -43,18 +43,18 @@ def answers(diagnosis: Diagnosis) -> Figure:
     found = [(key, p) for key, p in diagnosis.answers() if p >= _LEAST][:_MOST_ANSWERS]
     if not found:
         return nothing("There is no answer.")
-    names = [text(in_titles(diagnosis, key), 52) for key, _ in found]
-    left = min(0.2 + 0.064 * max(len(name) for name in names), 3.6)
+    names = [text(in_titles(diagnosis, key), 44) for key, _ in found]
+    left = min(0.2 + 0.062 * max(len(name) for name in names), 2.9)
     height = 0.27 * len(found)
-    figure = Figure(figsize=(7.2, height + 0.6))
-    axes = placed(figure, left, 0.48, 7.2 - left - 0.9, height)
+    figure = Figure(figsize=(4.8, height + 0.6))
+    axes = placed(figure, left, 0.48, 4.8 - left - 0.85, height)
     for y, (_, p) in enumerate(found):
         axes.barh(y, p, color=BLUE if y == 0 else MEASURED, height=0.62)
         axes.annotate(chance(p), (p, y), (4, 0), textcoords="offset points", va="center", fontsize=8)
     rows(axes, names)
     axes.set_yticks(range(len(found)), labels=names)
     axes.set_xlim(0.0, 1.0)
-    axes.set_xticks(np.linspace(0, 1, 6), labels=[f"{k} %" for k in range(0, 101, 20)])
+    axes.set_xticks(np.linspace(0, 1, 3), labels=["0 %", "50 %", "100 %"])
     axes.set_xlabel("probability")
     return figure
 

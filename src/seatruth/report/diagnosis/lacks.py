@@ -44,10 +44,8 @@ def _formula(diagnosis: Diagnosis) -> list[Block]:
         return []
     rows = []
     for term in missing.terms:
-        scale = shown("", term.unit)
-        value = estimate(term.coefficient * scale.factor, term.stderr * scale.factor)
-        error = number(term.stderr * scale.factor, 2)
-        rows.append([place_in_words(term.equation), term.term, value, error, scale.unit])
+        value, error = estimate(term.coefficient, term.stderr), number(term.stderr, 2)
+        rows.append([place_in_words(term.equation), term.term, value, error, term.unit.replace("^2", "²")])
     columns = [
         Column("equation", "long"),
         Column("term", "text", "dimensionless function of motion and inputs"),

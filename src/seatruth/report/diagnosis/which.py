@@ -36,7 +36,7 @@ def which(diagnosis: Diagnosis, album: Album) -> Section:
     blocks += [
         _hypotheses(diagnosis),
         _effects(diagnosis),
-        _sizes(diagnosis),
+        *_sizes(diagnosis),
         *_named(diagnosis),
         *_signatures(diagnosis, album),
         *_confusion(diagnosis, album),
@@ -103,7 +103,7 @@ def _effects(diagnosis: Diagnosis) -> Block:
     return table(f"Effects that took part ({len(rows)})", columns, rows, folded=len(rows) > 12)
 
 
-def _sizes(diagnosis: Diagnosis) -> Block:
+def _sizes(diagnosis: Diagnosis) -> list[Block]:
     """Fitted parameters of the leading effects with their intervals."""
     rows = []
     for effect in [effect for effect in diagnosis.effects if effect.parameters][:_SIZED]:
@@ -123,7 +123,7 @@ def _sizes(diagnosis: Diagnosis) -> Block:
         Column("null", "number", "value at which the effect vanishes"),
         Column("prior sd", "number", "standard deviation of what is believed of it before the trials"),
     ]
-    return table("Sizes of the leading effects", columns, rows)
+    return [table("Sizes of the leading effects", columns, rows)] if rows else []
 
 
 def _named(diagnosis: Diagnosis) -> list[Block]:

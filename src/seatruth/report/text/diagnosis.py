@@ -91,7 +91,7 @@ def is_sure(diagnosis: Diagnosis) -> bool:
     if verdict.kind == "no_gap":
         return True
     believable = not any(cause.implausible for cause in verdict.causes)
-    named = verdict.kind == "effects" and bool(large(diagnosis)) and verdict.probability >= SURE
+    named = verdict.kind in ("effects", "inseparable") and bool(large(diagnosis)) and verdict.probability >= SURE
     return named and believable and predicts(diagnosis)
 
 
@@ -111,10 +111,10 @@ def headline(diagnosis: Diagnosis) -> str:
         return "No cause of practical size"
     if all(cause.implausible for cause in causes):
         return "It looks like a known cause, but of an implausible size"
+    if verdict.kind == "inseparable":
+        return "A kind of cause is named" if is_sure(diagnosis) else "A likely kind of cause"
     if is_sure(diagnosis):
         return "A cause is named" if len(causes) == 1 else "Causes are named"
-    if verdict.kind == "inseparable":
-        return "A likely kind of cause: these trials cannot tell its members apart"
     return "A likely cause" if len(causes) == 1 else "Likely causes"
 
 
@@ -201,10 +201,10 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     validation = diagnosis.validation
     if len(diagnosis.trials) < 2:
         return "One trial alone: nothing can be left out."
-    if validation is None:
-        return "Not asked: no trial was left out."
     if not diagnosis.named:
         return "The verdict names no effect, so there is nothing to test on trials left out."
+    if validation is None:
+        return "Not asked: no trial was left out."
     if not math.isfinite(validation.gap_explained):
         return "On trials left out the refitted model leaves no gap to explain."
     ends = f"95 % interval {percent(validation.lower)} to {percent(validation.upper)}"
@@ -267,7 +267,7 @@ def formula_in_words(diagnosis: Diagnosis) -> list[str]:
         terms = [term for term in diagnosis.discrepancy.terms if term.equation == equation]
         texts = [number(q.coefficient, 3) + ("" if q.term == "1" else f" {q.term}") for q in terms]
         right = " + ".join(texts).replace(f"+ {MINUS}", f"{MINUS} ")
-        unit = next((q.unit for q in terms if q.unit), "")
+        unit = next((q.unit.replace("^2", "²") for q in terms if q.unit), "")
         found.append(f"add to {_RATES.get(equation, f'd{equation}/dt')}: {right}{f' ({unit})' if unit else ''}")
     return found
 

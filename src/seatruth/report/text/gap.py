@@ -107,7 +107,9 @@ def where_in_words(diagnosis: Diagnosis) -> str:
         likely = [(place, p) for place, p in ranked(diagnosis.places) if p >= WORTH_MENTION][:3]
         if likely:
             shares = [f"{place_in_words(place)} ({chance(p)})" for place, p in likely]
-            sentences.append(f"If something acts, the most probable places are {listed(shares)}.")
+            known = diagnosis.verdict.kind == "unknown"
+            start = "It most probably acts in" if known else "If something acts, the most probable places are"
+            sentences.append(f"{start} {listed(shares)}.")
     seen = sorted(
         (row for row in channels(diagnosis) if row.multiple["refit"] > _SHOWS), key=lambda row: -row.multiple["refit"]
     )
