@@ -5,7 +5,8 @@
 Microseconds a candidate on workloads A (AUV diving plane) and B (KVLCC2 under MMG, rate-limited rudder) of
 engines/workloads.py, for populations of 1, 50, 200 and 1000, each engine in a process of its own, in a fixed order.
 The clock runs around the call alone, after one call for warm-up; the shortest of the repeats counts (the machine may be
-shared), the median stands beside it in the table. All engines with a fixed step must give the same cost to 1e-10.
+shared), the median and the processor time of all threads stand beside it in the table. All engines with a fixed step
+must give the same cost to 1e-10.
 The peers are an optional extra (`pip install -e .[peers]`); one that is not installed is reported as such.
 """
 
@@ -27,12 +28,13 @@ from common import COLOURS, Options, Results, machine, main, say, versions
 from seatruth.errors import SeatruthError
 
 SEED = 20260101
-FIXED = ("python", "numpy", "jax", "casadi", "seatruth")
+FIXED = ("python", "numpy", "numba", "jax", "casadi", "seatruth")
 """Engines with the same fixed step: their costs must agree."""
 TITLES = {
     "scipy": "SciPy RK45, 1e-6",
     "python": "plain Python RK4",
     "numpy": "NumPy over the population",
+    "numba": "Numba, prange over candidates",
     "jax": "JAX jit(vmap(scan))",
     "casadi": "CasADi",
     "diffrax": "diffrax Tsit5, 1e-6",
@@ -153,7 +155,8 @@ class _Speed:
 
 def _run(order: Mapping[str, Any], cache: str | None = None) -> dict[str, Any]:
     here = Path(__file__).resolve().parent
-    environment = {**os.environ, "PYTHONPATH": str(here)}
+    paths = (str(here), os.environ.get("PYTHONPATH", ""))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
     if cache is not None:
         environment |= {"SEATRUTH_CACHE": cache, "XDG_CACHE_HOME": cache, "NUMBA_CACHE_DIR": cache}
     with tempfile.TemporaryDirectory() as folder:
@@ -279,6 +282,7 @@ def _table(measured: Mapping[str, Mapping[str, Any]], limit: Mapping[str, float]
                         "P": int(size),
                         "us_min": us,
                         "us_median": clock["median_s"] / int(size) * 1e6,
+                        "us_processor": clock["processor_s"] / int(size) * 1e6,
                         "repeats": clock["repeats"],
                         "over_bound": us / limit[name],
                         "note": clock["form"],
@@ -293,7 +297,7 @@ def _picture(table: pd.DataFrame, limit: Mapping[str, float], threads: int) -> A
 
     figure, axes = plt.subplots(1, 2, figsize=(10, 4.6), sharey=True, layout="constrained")
     for axis, name in zip(axes, WORKLOADS):
-        for engine, colour, marker in zip(TITLES, (*COLOURS[1:6], COLOURS[7], COLOURS[0]), "osvD^Xo"):
+        for engine, colour, marker in zip(TITLES, (*COLOURS[1:], COLOURS[0]), "osvPD^Xo"):
             rows = table[(table.workload == name) & (table.engine == engine) & table.P.notna()]
             if rows.empty:
                 continue
@@ -329,8 +333,8 @@ def _markdown(table: pd.DataFrame, limit: Mapping[str, float], sizes: list[int],
     lines.append(f"| bound: counted flops over measured peak | {threads} | {' | '.join(bounds)} |")
     return (
         "Microseconds a candidate, shortest of the repeats. SciPy and plain Python run one candidate after the other, "
-        "so their figure holds for every P. JAX and diffrax: the best of their forms; CasADi: compiled C code where "
-        "there is a compiler. What the bound counts stands at the top of `experiments/engines/flops.py`.\n\n"
+        "so their figure holds for every P. Numba, JAX and diffrax: the best of their forms; CasADi: compiled C code "
+        "where there is a compiler. What the bound counts stands at the top of `experiments/engines/flops.py`.\n\n"
         + "\n".join(lines)
     )
 
