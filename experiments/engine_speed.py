@@ -187,9 +187,9 @@ def _same_equations(speed: _Speed, results: Results, name: str) -> None:
         raise SeatruthError(f"workload {name}: the peers' equations differ from seatruth's model by {worst:.1e}")
 
 
-def _agreement(results: Results, name: str, found: Mapping[str, Any]) -> None:
-    reference = np.array(found["python"]["costs"])
-    for engine, outcome in found.items():
+def _agreement(results: Results, name: str, outcomes: Mapping[str, Any]) -> None:
+    reference = np.array(outcomes["python"]["costs"])
+    for engine, outcome in outcomes.items():
         if "absent" in outcome or engine == "python":
             continue
         apart = float(np.max(np.abs(np.array(outcome["costs"]) / reference - 1.0)))
@@ -202,24 +202,24 @@ def _agreement(results: Results, name: str, found: Mapping[str, Any]) -> None:
             raise SeatruthError(f"workload {name}: {engine} differs from plain Python in the cost by {apart:.1e}")
 
 
-def _speeds(results: Results, name: str, found: Mapping[str, Any], limit: float, sizes: list[int]) -> None:
-    scipy = _microseconds(found["scipy"], 1)
+def _speeds(results: Results, name: str, outcomes: Mapping[str, Any], limit: float, sizes: list[int]) -> None:
+    scipy = _microseconds(outcomes["scipy"], 1)
     for size in sizes:
-        own = _microseconds(found["seatruth"], size)
-        label, why = f"{name}, P={size}", found["seatruth"].get("absent", "")
-        results.add_figure(f"{label}: seatruth", own, "us/candidate", why)
-        peers = {e: _microseconds(o, size) for e, o in found.items() if e not in ("seatruth", *SERIAL)}
+        ours = _microseconds(outcomes["seatruth"], size)
+        label, why = f"{name}, P={size}", outcomes["seatruth"].get("absent", "")
+        results.add_figure(f"{label}: seatruth", ours, "us/candidate", why)
+        peers = {e: _microseconds(o, size) for e, o in outcomes.items() if e not in ("seatruth", *SERIAL)}
         usable = {engine: us for engine, us in peers.items() if us is not None}
-        if own is None or size < 200:
+        if ours is None or size < 200:
             continue
-        ratio = own / limit
+        ratio = ours / limit
         goal = BOUND_GOAL[name]
         results.add_figure(f"{label}: over the bound", ratio, "x", goal=f"<= {goal:g}", met=ratio <= goal)
         if scipy is not None:
-            gain = scipy / own
+            gain = scipy / ours
             results.add_figure(f"{label}: scipy", gain, "x slower", goal=f">= {SCIPY_GOAL:g}", met=gain >= SCIPY_GOAL)
         best = min(usable, key=lambda e: usable[e])
-        gain, absent = usable[best] / own, [TITLES[e] for e, us in peers.items() if us is None]
+        gain, absent = usable[best] / ours, [TITLES[e] for e, us in peers.items() if us is None]
         note = TITLES[best] + (f"; not measured: {', '.join(absent)}" if absent else "")
         results.add_figure(
             f"{label}: best peer",
@@ -231,17 +231,17 @@ def _speeds(results: Results, name: str, found: Mapping[str, Any], limit: float,
         )
 
 
-def _jacobians(results: Results, name: str, found: Mapping[str, Any]) -> None:
-    with_slopes = {e: o for e, o in found.items() if o.get("jacobian")}
+def _jacobians(results: Results, name: str, outcomes: Mapping[str, Any]) -> None:
+    with_slopes = {e: o for e, o in outcomes.items() if o.get("jacobian")}
     for engine, outcome in with_slopes.items():
         shape = " x ".join(map(str, outcome["slopes_shape"]))
         results.add_figure(f"{name}: Jacobian, {engine}", outcome["jacobian"]["min_s"] * 1e3, "ms", shape)
     if "seatruth" not in with_slopes:
         return
-    own = np.array(with_slopes["seatruth"]["slopes"])
+    ours = np.array(with_slopes["seatruth"]["slopes"])
     for engine in (e for e in with_slopes if e != "seatruth"):
         theirs = np.array(with_slopes[engine]["slopes"])
-        apart = float(np.max(np.abs(own - theirs).max(axis=(0, 1)) / np.abs(theirs).max(axis=(0, 1))))
+        apart = float(np.max(np.abs(ours - theirs).max(axis=(0, 1)) / np.abs(theirs).max(axis=(0, 1))))
         results.add_figure(
             f"{name}: Jacobian differs from {engine}",
             apart,
@@ -269,8 +269,8 @@ def _microseconds(outcome: Mapping[str, Any], size: int, which: str = "min_s") -
 
 def _table(measured: Mapping[str, Mapping[str, Any]], limit: Mapping[str, float]) -> pd.DataFrame:
     rows = []
-    for name, found in measured.items():
-        for engine, outcome in found.items():
+    for name, outcomes in measured.items():
+        for engine, outcome in outcomes.items():
             fixed = {"workload": name, "engine": engine, "threads": outcome.get("threads")}
             if "absent" in outcome:
                 rows.append({**fixed, "note": outcome["absent"]})

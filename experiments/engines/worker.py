@@ -88,7 +88,7 @@ def measure(
 
 def several(name: str, sizes: list[int], seed: int, threads: int, seconds: float, trials: int) -> dict[str, Any]:
     """seatruth on several trials, each candidate with initial states of its own."""
-    from engines.own import Seatruth
+    from engines.seatruth_engine import Seatruth
 
     subject = Seatruth(workload(name, seed), threads, seed, trials)
     theta = subject.job.population(max(sizes), seed)
@@ -102,7 +102,7 @@ def start(name: str, seed: int, threads: int) -> dict[str, float]:
     import seatruth.simulate  # noqa: F401
 
     imported = time.perf_counter()
-    from engines.own import Seatruth
+    from engines.seatruth_engine import Seatruth
 
     job = workload(name, seed)
     theta = job.population(8, seed)
@@ -128,7 +128,7 @@ def bound(seed: int, threads: int, seconds: float) -> dict[str, Any]:
 
 def equations(name: str, seed: int) -> float:
     """Largest relative difference between the peers' equations and seatruth's model."""
-    from engines.own import difference_of_equations
+    from engines.seatruth_engine import difference_of_equations
 
     return difference_of_equations(workload(name, seed), seed)
 
@@ -153,7 +153,7 @@ def _build(engine: str, job: Any, threads: int, seed: int, scratch: Path) -> tup
 
         subject = Casadi(job, threads, scratch)
         return subject, threads, ["C code" if subject.compiler else "interpreted"]
-    from engines.own import Seatruth
+    from engines.seatruth_engine import Seatruth
 
     return Seatruth(job, threads, seed), threads, [""]
 
