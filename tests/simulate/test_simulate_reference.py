@@ -90,7 +90,7 @@ def tolerances(slopes: Jacobian, theta: Array, relative_step: float = RELATIVE_S
     columns = derivatives(slopes)
     sizes = [*np.where(theta == 0.0, 1.0, np.abs(theta)), *([1.0] * (len(columns) - len(theta)))]
     return [
-        1e-6 * np.abs(column).max() + 1e-14 * level / (relative_step * size) for column, size in zip(columns, sizes)
+        2e-8 * np.abs(column).max() + 1e-14 * level / (relative_step * size) for column, size in zip(columns, sizes)
     ]
 
 
