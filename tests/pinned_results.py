@@ -35,7 +35,7 @@ PLAIN = {
 With the newer ones (fused multiply-add, wider vectors) the last digits of a solver's result depend on the processor.
 """
 
-LIBRARIES = ("numpy", "scipy", "pandas", "pymoo", "cma", "scikit-learn", "llvmlite")
+LIBRARIES = ("numpy", "scipy", "pandas", "pymoo", "cma", "pyswarms", "scikit-learn", "llvmlite")
 """A new version of one of these may round differently; the values hold for the versions that are stored with them."""
 
 
@@ -112,6 +112,7 @@ def identifications() -> dict[str, Any]:
         "newton on a trajectory": (glide, "newton", 400),
         "ls_svm on a regression": (regression, "ls_svm", 100),
         "differential_swarm on a trajectory": (glide, make("differential_swarm", particles=20), 300),
+        "particle_swarm on a trajectory": (glide, make("particle_swarm", particles=20), 300),
         "genetic on a regression": (regression, make("genetic"), 300),
         "cma_es on a formula": (line(), make("cma_es"), 200),
     }
