@@ -145,7 +145,7 @@ class Evaluator:
             if not np.isfinite(r).all():
                 r = np.full(len(r), np.inf)
         with np.errstate(over="ignore", invalid="ignore"):
-            # Where the noise is estimated, the weights change during a run, and the cost is not half the sum of squares.
+            # Not half the sum of squares: the weights change during a run where the noise is estimated.
             value = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf])
         if not np.isfinite(value[0]):
             r = np.full(len(r), np.inf)  # its square overflows: it diverged as well

@@ -123,7 +123,7 @@ class Problem:
         return self._evaluator.jacobian(np.asarray(z, dtype=float))
 
     def reweight(self, z: Array) -> bool:
-        """Estimates the weights (measurement-noise covariance) at z anew, if they are estimated; True if they changed."""
+        """Updates the weights (measurement-noise covariance) at z if they are estimated; True if they changed."""
         return self._evaluator.reweight(np.asarray(z, dtype=float))
 
     def regression(self) -> Regression:

@@ -35,10 +35,10 @@ def parquet(file: Path, data: bytes) -> Table:
         unit = (field.metadata or {}).get(b"unit")
         if unit and name not in units:
             units[name] = unit.decode("utf-8", "replace")
-    found = Table(str(file), {name: pd.Series(c).reset_index(drop=True) for name, c in columns.items()}, units)
-    if not len(found):
+    table = Table(str(file), {name: pd.Series(c).reset_index(drop=True) for name, c in columns.items()}, units)
+    if not len(table):
         raise BadInput("it has no rows", where=str(file), do="Check how it was exported.")
-    return found
+    return table
 
 
 def matlab(file: Path, data: bytes, variable: str | None = None) -> Table:
