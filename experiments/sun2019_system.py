@@ -185,7 +185,7 @@ def trials_of(plans: Sequence[Sawtooth | GlideSpiral], threads: int | None = Non
             outputs={name: values[::each] for name, values in fine.outputs.items()},
         )
         engine = simulator(IN_CURRENT, [coarse], (), IN_CURRENT.nominal() | CURRENT, max_step=DT, threads=threads)
-        y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+        y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
         names = [channel.name for channel in IN_CURRENT.outputs]
         found.append(replace(coarse, outputs=dict(zip(names, y.T))))
     return tuple(found)

@@ -42,7 +42,7 @@ def trial_of(job: Workload, model: Model, name: str) -> Trial:
 
 
 class Seatruth:
-    """`Simulator.sums` over one or several trials of a workload."""
+    """`Simulator.squared_errors` over one or several trials of a workload."""
 
     def __init__(self, job: Workload, threads: int, seed: int, trials: int = 1) -> None:
         from seatruth.simulate import simulator
@@ -64,13 +64,13 @@ class Seatruth:
 
     def costs(self, theta: Array) -> Array:
         """Squared-error cost of each candidate; shape (P,)."""
-        return np.asarray(self.simulator.sums(theta, self.x0, self.weights).squares.sum(axis=(1, 2)))
+        return np.asarray(self.simulator.squared_errors(theta, self.x0, self.weights).sums.sum(axis=(1, 2)))
 
     def costs_from(self, theta: Array, x0: Array) -> Array:
         """The same with the candidates' own initial states, x0 (P, T, S)."""
-        return np.asarray(self.simulator.sums(theta, x0, self.weights).squares.sum(axis=(1, 2)))
+        return np.asarray(self.simulator.squared_errors(theta, x0, self.weights).sums.sum(axis=(1, 2)))
 
-    def first_states(self, size: int, seed: int) -> Array:
+    def initial_states(self, size: int, seed: int) -> Array:
         """Initial states spread about the record's, one a candidate and trial; shape (P, T, S)."""
         spread = np.random.default_rng(seed).normal(size=(size, *self.x0.shape))
         return np.asarray(self.x0 + 0.01 * spread)
