@@ -79,6 +79,9 @@ class EffectConformance:
                 assert prior.mean == effect.null[parameter.name]
                 if parameter.name in effect.shape_priors:
                     assert typical[parameter.name] == prior.mean
+            for start in effect.starting_points(model):
+                for parameter in effect.parameters:
+                    assert parameter.min <= start[parameter.name] <= parameter.max
                 assert np.isfinite(prior.sd)
                 assert prior.sd > 0.0
                 assert parameter.min <= typical[parameter.name] <= parameter.max
