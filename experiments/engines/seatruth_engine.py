@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from engines.python_peers import SCALAR
 from engines.workloads import Workload, workload
 from seatruth.errors import SeatruthError
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.trials.trial import Trial
 
 Array = NDArray[np.float64]
@@ -101,9 +100,8 @@ def difference_of_equations(job: Workload, seed: int) -> float:
         s = tuple((job.x0 + rng.normal(size=len(job.x0)) * 0.1).tolist())
         i = tuple((job.inputs[rng.integers(len(job.inputs))]).tolist())
         theirs = dict(zip(job.states, job.rhs(SCALAR, s, i, k)))
-        given: list[Any] = [state(**dict(zip(job.states, s))), inputs(**dict(zip(job.input_names, i))), p]
-        rest = [Surroundings()] if takes_surroundings(model.rhs) else []
-        ours = dict(zip((c.name for c in model.states), model.rhs(*given, *rest)))
+        arguments = [state(**dict(zip(job.states, s))), inputs(**dict(zip(job.input_names, i))), p, Environment()]
+        ours = dict(zip((c.name for c in model.states), model.rhs(*arguments)))
         scale = max(abs(v) for v in ours.values())
         worst = max(worst, *(abs(ours[n] - theirs[n]) / max(abs(ours[n]), 1e-3 * scale) for n in job.states))
     return worst

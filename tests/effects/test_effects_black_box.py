@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatruth.effects import ExtendedBlackBox, available, with_effects
 from seatruth.models import load_model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
@@ -149,7 +149,7 @@ def test_a_slow_log_takes_several_steps_a_sample() -> None:
 
 def test_only_those_from_outside_can() -> None:
     found = available()
-    outside = {name for name, effect in found.items() if effect.outside}
+    outside = {name for name, effect in found.items() if effect.suits_black_box}
     assert {"rudder_lag", "heading_delay", "compass_deviation", "depth_lag", "plane_backlash"} <= outside
     assert not {"current", "wind", "added_mass", "sloshing", "quantisation"} & outside
     assert "black box" in found["wind"].missing(echo())

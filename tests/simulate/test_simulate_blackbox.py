@@ -10,7 +10,7 @@ import pytest
 from known_models import Lag, record_of
 
 from seatruth.errors import BadInput
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs, simulator
 from seatruth.trials.trial import Trial
 

@@ -163,7 +163,7 @@ def _complex_run(model: Model, trial: Trial, x0: Any, values: dict[str, Any]) ->
     import types
 
     from seatruth.models import abkowitz
-    from seatruth.models.base import Surroundings, record
+    from seatruth.models.base import Environment, record
 
     names = {"max": lambda a, b: a if complex(a).real > complex(b).real else b, "math": cmath}
     function = types.FunctionType(model.rhs.__code__, {**vars(abkowitz), **names})  # type: ignore[attr-defined]
@@ -171,7 +171,7 @@ def _complex_run(model: Model, trial: Trial, x0: Any, values: dict[str, Any]) ->
     state, inputs = record("S", model.states), record("I", model.inputs)
 
     def rate(s: Any, d: float) -> Any:
-        return np.array(function(state(*s), inputs(d), p, Surroundings()))
+        return np.array(function(state(*s), inputs(d), p, Environment()))
 
     s, found, delta = x0.astype(complex), [], trial.inputs["delta"]
     for k in range(len(trial)):

@@ -19,7 +19,7 @@ import numpy as np
 from seatruth.comparison.noise import Noise
 from seatruth.costs.study import Study
 from seatruth.errors import BadInput, SeatruthError, nearest
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Optimizer, as_optimizer
 from seatruth.optimizers.base import FromCallable
 from seatruth.optimizers.chain import Chain

@@ -23,7 +23,7 @@ from seatruth.comparison.realisation import Bench, Costs, Setting, with_values
 from seatruth.comparison.spec import Comparison, Problem, Run, stream
 from seatruth.costs.study import StudyCost, cost_of
 from seatruth.errors import SeatruthError
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Budget, Optimizer, minimise
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.cross_validation import rms_errors

@@ -15,7 +15,7 @@ from seatruth.costs.noise import Noise
 from seatruth.costs.segments import cut, state_at
 from seatruth.costs.study import Study
 from seatruth.costs.study_cost import Group, StudyCost, prior_groups
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import Simulator, simulator
 from seatruth.trials.trial import Trial, Trials
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors, check_backend
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.compiled import CompiledSimulator

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.serial import SerialSimulator
 from seatruth.simulate.setup import Setup
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import PluginError
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import ParameterLayout, Setup
 from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
@@ -52,9 +52,7 @@ class PlainEquations:
     def _call(
         self, role: str, function: Callable[..., Any], size: int, state: Row, inputs: Row, t: float
     ) -> list[float]:
-        arguments = [self._states(*state), self._inputs(*inputs), self._parameters]
-        if takes_surroundings(function):
-            arguments.append(Surroundings(t=t))
+        arguments = (self._states(*state), self._inputs(*inputs), self._parameters, Environment(t=t))
         try:
             return [_real(value) for value in function(*arguments)]
         except (ArithmeticError, ValueError):

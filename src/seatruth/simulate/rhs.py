@@ -9,7 +9,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate.base import Backend, check_backend
 from seatruth.simulate.compiler.program import program
 from seatruth.simulate.reference import rate_derivatives_on_rows, rates_on_rows

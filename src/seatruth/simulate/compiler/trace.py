@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.errors import PluginError, SeatruthError
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Graph, Node, NotTraceable
 from seatruth.simulate.compiler.operations import BINARY, UNARY
 
@@ -57,13 +57,11 @@ def trace(model: Model) -> Equations:
     s = record("States", model.states)(*states)
     i = record("Inputs", model.inputs)(*inputs)
     p = record("Parameters", model.parameters)(*parameters)
-    e = Surroundings(t=time)
+    e = Environment(t=time)
+    given = (s, i, p, e)
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
-        arguments = (s, i, p, e) if takes_surroundings(function) else (s, i, p)
-        first, second = (
-            _explore(graph, model, role, Shims(graph).rebuilt(function), arguments, size) for _ in range(2)
-        )
+        first, second = (_explore(graph, model, role, Shims(graph).rebuilt(function), given, size) for _ in range(2))
         # Equal nodes are one object, so the same equations give the same nodes.
         if any(a is not b for a, b in zip(first, second)):
             raise PluginError(
