@@ -19,6 +19,7 @@ from seatruth.errors import BadInput, PluginError
 from seatruth.estimate import NAME, Estimate
 from seatruth.identification import identify
 from seatruth.optimizers import Budget
+from seatruth.storage.atomic import DiskFull
 from seatruth.trials.trial import Step, Trials
 
 
@@ -100,7 +101,7 @@ def test_an_interrupt_within_a_fit_after_the_search(
     assert cut.values == whole.values
     assert cut.profile is None
     assert cut.cross_validation is None
-    assert len((tmp_path / "run.pieces").read_text().splitlines()) == 2  # whose they are, and the one that was done
+    assert len((tmp_path / "run.jobs").read_text().splitlines()) == 2  # whose they are, and the one that was done
     again = identify(alone, checkpoint=tmp_path / "run", **plan)
     same(whole, again)
     if stage == "profile":
@@ -130,9 +131,9 @@ def test_a_result_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, m
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
-        with pytest.raises(OSError, match="No space left") as problem:
+        with pytest.raises(DiskFull, match="no space left") as problem:
             second.save(folder)
-    assert str(folder) in str(problem.value.filename)
+    assert str(folder) in problem.value.where
     assert sorted(path.name for path in folder.iterdir()) == stood
     assert Estimate.load(folder).values == first.values
     second.save(folder)

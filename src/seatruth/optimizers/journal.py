@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import errno
 import hashlib
 import json
 import os
@@ -27,24 +28,15 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
-from seatruth.errors import BadInput, SeatruthError
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: two runs on one checkpoint are then not noticed
-    fcntl = None  # type: ignore[assignment]
+from seatruth.errors import BadInput
+from seatruth.storage.checkpoint import StaleCheckpoint
+from seatruth.storage.lock import lock_file
 
 FORMAT = "seatruth checkpoint 1"
 _HEAD = struct.Struct("<4sI16sd")
 _TAIL = struct.Struct("<I")
 _MARK = b"strR"
 _SYNC_S = 2.0
-
-
-class StaleCheckpoint(SeatruthError):
-    """The journal does not fit the run that should continue it."""
-
-    exit_code = 2
 
 
 @dataclass(frozen=True)
@@ -112,7 +104,7 @@ class Journal:
         body += _TAIL.pack(zlib.crc32(body))
         try:
             if self._file.write(body) != len(body):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             now = time.monotonic()
             if now - self._synced > _SYNC_S:
                 os.fsync(self._file.fileno())
@@ -130,16 +122,10 @@ class Journal:
         self._file.close()
 
     def _lock(self) -> None:
-        if fcntl is None:
-            return
-        try:
-            fcntl.flock(self._file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_file(self._file):
             raise BadInput(
                 "another run is using this checkpoint", where=str(self.path), do="Wait for it or name another file."
-            ) from None
-        except OSError:
-            return  # a file system without locks: go on as on systems that have none
+            )
 
     def _open(self, header: bytes, identity: Mapping[str, Any]) -> None:
         self._file.seek(0)
@@ -149,7 +135,7 @@ class Journal:
             # New, or killed within the very first write.
             self._file.truncate(0)
             if self._file.write(header) != len(header):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             return
         self._check(content[:end], identity)
         good = end

@@ -15,9 +15,10 @@ from seatruth.comparison.text import level_label
 from seatruth.report.blocks import Block, Column, Heading, Notes, Pictures, Section, Text, table
 from seatruth.report.figures import comparison as figures
 from seatruth.report.numbers import count, listed, number, percent, seconds
-from seatruth.report.page import page, write_page
+from seatruth.report.page import page
 from seatruth.report.sections.pictures import Album
 from seatruth.report.sections.run import provenance_rows
+from seatruth.storage.atomic import write_file
 
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
@@ -27,7 +28,7 @@ _MOST_FAILURES, _MOST_ROWS = 30, 300
 
 def write_comparison_report(results: Results, path: str | Path) -> None:
     """Writes the report of a comparison as one HTML file; whole or not at all."""
-    write_page(Path(path), render_comparison(results))
+    write_file(path, render_comparison(results))
 
 
 def write_tables(results: Results, folder: str | Path) -> list[Path]:
@@ -37,10 +38,10 @@ def write_tables(results: Results, folder: str | Path) -> list[Path]:
     for name, frame in results.tables().items():
         safe = "".join(c if c.isalnum() else "_" for c in name)
         written.append(where / f"{safe}.csv")
-        write_page(written[-1], frame.to_csv(index=False, lineterminator="\n"))
+        write_file(written[-1], frame.to_csv(index=False, lineterminator="\n"))
         if name in ("overall", "accuracy", "success") or name.startswith(("ranking", "tests")):
             written.append(where / f"{safe}.tex")
-            write_page(written[-1], _latex(frame))
+            write_file(written[-1], _latex(frame))
     return written
 
 

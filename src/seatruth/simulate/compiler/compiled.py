@@ -13,7 +13,6 @@ import itertools
 import os
 import platform
 import sys
-import tempfile
 import threading
 from contextlib import suppress
 from functools import cache
@@ -25,6 +24,7 @@ import llvmlite.binding as llvm
 
 from seatruth.errors import SeatruthError
 from seatruth.simulate.compiler.vector_maths import LIBRARY
+from seatruth.storage.atomic import CannotWrite, write_file
 
 CACHE = "SEATRUTH_CACHE"
 """Environment variable: folder of the compiled kernels, or "off"."""
@@ -148,7 +148,7 @@ def _object(key: str, text: str) -> bytes:
     code = _compile(text)
     if path:
         # A full disk or a read-only home costs the next process a second, nothing else.
-        with suppress(OSError):
+        with suppress(CannotWrite):
             _write(path, code)
     return code
 
@@ -199,15 +199,8 @@ def _read(path: Path) -> bytes | None:
 
 
 def _write(path: Path, code: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=".kernel-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(_FORMAT + hashlib.sha256(code).digest() + code)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    # Not durable: a damaged kernel is noticed by its checksum and compiled again.
+    write_file(path, _FORMAT + hashlib.sha256(code).digest() + code, mode=0o600, durable=False)
     _trim(path.parent)
 
 
