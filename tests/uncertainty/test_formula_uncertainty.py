@@ -156,7 +156,7 @@ def test_the_better_formula_is_preferred_and_equals_are_not() -> None:
 def test_folds_are_partitions_and_impossible_ones_are_refused() -> None:
     for parts in repeated_folds(11, 4, 3, np.random.default_rng(0)):
         assert sorted(np.concatenate(parts).tolist()) == list(range(11))
-    with pytest.raises(BadInput, match="cannot be cut"):
+    with pytest.raises(BadInput, match="cannot be split"):
         repeated_folds(3, 4, 1, np.random.default_rng(0))
     with pytest.raises(BadInput, match="two scores or more"):
         compare_models(np.array([1.0]), np.array([2.0]))

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
 
 from seatruth.comparison.noise import KINDS, Noise
-from seatruth.comparison.spec import TARGETS, Comparison, Problem, definition
+from seatruth.comparison.problem import Problem
+from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
 from seatruth.optimizers import Optimizer
 from seatruth.study import Plan, parsed, read_plan, read_text
 from seatruth.study import solver as solvers
@@ -213,7 +214,7 @@ def _solvers(file: ComparisonFile, problems: Problems) -> dict[str, Optimizer]:
         label = entry.name or " + ".join(table.use for table in tables)
         if label in found:
             problems.add(("solvers", k), f"a second solver is called {label!r}", "Give it a `name` of its own.")
-        elif any(definition(made) == definition(other) for other in found.values()):
+        elif any(solver_definition(made) == solver_definition(other) for other in found.values()):
             problems.add(("solvers", k), f"{label!r} is the same as a solver above", "Remove it or change an option.")
         found[label] = made
     return found

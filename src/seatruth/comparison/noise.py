@@ -1,7 +1,7 @@
 """Kinds of noise, and their realisations on a trial.
 
-A realisation depends on the random stream that it is given and on nothing else: every solver and every cost that is
-compared on it sees the same numbers.
+A realisation depends on its random stream alone, so every solver and every cost that is compared on it sees the same
+numbers.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from seatruth.trials.trial import Step, Trial
 
 
 @dataclass(frozen=True)
-class Setting:
-    """One option of a kind of noise."""
+class NoiseOption:
+    """One option of a kind of noise, with its default and its range."""
 
     default: float
     low: float
@@ -30,7 +30,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Kind:
+class NoiseKind:
     """One kind of noise: its options, and how a channel's error (n,) of standard deviation `sd` is drawn.
 
     `draw(t, sd, options, rng)` gives what is added to the channel; NaN takes a sample away.
@@ -39,7 +39,7 @@ class Kind:
     name: str
     title: str
     draw: Callable[[Array, float, Mapping[str, float], np.random.Generator], Array]
-    options: Mapping[str, Setting] = field(default_factory=dict)
+    options: Mapping[str, NoiseOption] = field(default_factory=dict)
     inputs: bool = False
     """Whether the inputs are noisy too."""
 
@@ -81,35 +81,35 @@ def _dropouts(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
     return np.asarray(found)
 
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, NoiseKind] = {
     kind.name: kind
     for kind in (
-        Kind("white", "independent, normal", _white),
-        Kind(
+        NoiseKind("white", "independent, normal", _white),
+        NoiseKind(
             "coloured",
             "AR(1): normal, and correlated in time",
             _coloured,
-            {"samples": Setting(10.0, 0.1, 1e6, "time constant of the correlation, in samples")},
+            {"samples": NoiseOption(10.0, 0.1, 1e6, "time constant of the correlation, in samples")},
         ),
-        Kind(
+        NoiseKind(
             "outliers",
             "white, with a share of samples that are far off",
             _outliers,
             {
-                "share": Setting(0.02, 0.0, 1.0, "share of the samples that are far off"),
-                "size": Setting(10.0, 1.0, 1e6, "how many times as large these are"),
+                "share": NoiseOption(0.02, 0.0, 1.0, "share of the samples that are far off"),
+                "size": NoiseOption(10.0, 1.0, 1e6, "how many times as large these are"),
             },
         ),
-        Kind(
+        NoiseKind(
             "dropouts",
             "white, with stretches without samples",
             _dropouts,
             {
-                "share": Setting(0.2, 0.0, 0.9, "share of the samples that are lost"),
-                "length": Setting(10.0, 1.0, 1e6, "mean length of a stretch, in samples"),
+                "share": NoiseOption(0.2, 0.0, 0.9, "share of the samples that are lost"),
+                "length": NoiseOption(10.0, 1.0, 1e6, "mean length of a stretch, in samples"),
             },
         ),
-        Kind("input", "white on the outputs and on the inputs", _white, inputs=True),
+        NoiseKind("input", "white on the outputs and on the inputs", _white, inputs=True),
     )
 }
 
@@ -118,7 +118,7 @@ KINDS: dict[str, Kind] = {
 class Noise:
     """One kind of noise at one level: a part of each channel's range (largest less smallest value of the clean data).
 
-    `options` are those of the kind; what is not given is the kind's default. The first sample of every trial stays
+    `options` are those of the kind; its defaults are used for the others. The first sample of every trial stays
     clean where the study reads its initial state from it.
     """
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from seatruth.comparison.noise import KINDS
 from seatruth.comparison.ranks import SCORES, Ranking
-from seatruth.comparison.text import level_label
+from seatruth.comparison.text import condition_label
 from seatruth.report.blocks import Block, Column, Heading, Notes, Pictures, Section, Text, table
 from seatruth.report.figures import comparison as figures
 from seatruth.report.numbers import count, listed, number, percent, seconds
@@ -73,7 +73,7 @@ def _synthetic(results: Results) -> str:
 
 def _facts(results: Results) -> list[tuple[str, str]]:
     comparison = results.comparison
-    noise = list(dict.fromkeys(level_label(n.label, n.level) for n in comparison.noise))
+    noise = list(dict.fromkeys(condition_label(n.label, n.level) for n in comparison.noise))
     facts = [
         ("Problems", str(len(comparison.problems))),
         ("Solvers", str(len(comparison.solver))),
@@ -89,7 +89,7 @@ def _summary(results: Results, album: Album) -> Section:
     blocks: list[Block] = [Text(results.comparison.description)] if results.comparison.description else []
     titles = {"optimisation": "Optimisation: finding the best fit", "estimation": "Estimation: finding the truth"}
     for about, title in (*titles.items(), ("caution", "Limits of this comparison")):
-        said = [(verdict.text, "", verdict.grave) for verdict in results.sentences if verdict.about == about]
+        said = [(said.text, "", said.grave) for said in results.conclusions if said.about == about]
         if said:
             blocks += [Heading(title), Notes(said)]
     return Section("summary", "In short", blocks)
@@ -145,7 +145,7 @@ def _estimation(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             number(r["error_percent"], 3),
             number(r["efficiency"], 3),
@@ -175,7 +175,7 @@ def _estimation(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             str(r["parameter"]),
             number(r["truth"], 4),
@@ -222,9 +222,9 @@ def _ranks(results: Results, album: Album) -> Section | None:
 
 
 def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
-    caption = f"{count(made.blocks, made.block_is)}; Friedman: p = {number(made.p_friedman, 2)}."
-    if made.partly:
-        caption += f" Not in it, as they fit only some of the problems: {listed(list(made.partly))}."
+    caption = f"{count(made.blocks, made.block_kind)}; Friedman: p = {number(made.p_friedman, 2)}."
+    if made.incomplete:
+        caption += f" Not in it, as they fit only some of the problems: {listed(list(made.incomplete))}."
     order = ", ".join(f"{name} {rank:.2f}" for name, rank in zip(made.order, made.table["mean_rank"]))
     picture = album.picture(figures.ranks(made), f"Mean ranks: {order}.", caption)
     columns = [Column("pair"), Column("wins", "number"), Column("losses", "number"), Column("ties", "number")]
@@ -274,7 +274,7 @@ def _reaching(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             percent(r["success_rate"], 3) or "0 %",
             number(r["ert"], 3),

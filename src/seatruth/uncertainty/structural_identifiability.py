@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.study_cost import StudyCost
+from seatruth.text import listed
 from seatruth.uncertainty.identifiability import plausible_range
 
 # Without a source these are chosen here [S].
@@ -152,13 +153,13 @@ def _equal(first: Sequence[Array], second: Sequence[Array]) -> bool:
 def _scale_sentence(exponents: dict[str, float]) -> str:
     if len(set(exponents.values())) == 1:
         return (
-            f"Scales cancel: {_listed(list(exponents))} can be multiplied by one factor and nothing changes. No data "
+            f"Scales cancel: {listed(list(exponents))} can be multiplied by one factor and nothing changes. No data "
             "of this kind determine that factor: fix one of them."
         )
     up = [_with_power(name, power) for name, power in exponents.items() if power > 0]
     down = [_with_power(name, -power) for name, power in exponents.items() if power < 0]
     return (
-        f"Scales cancel: {_listed(up)} can be multiplied by a factor and {_listed(down)} divided by it, and nothing "
+        f"Scales cancel: {listed(up)} can be multiplied by a factor and {listed(down)} divided by it, and nothing "
         "changes. No data of this kind determine that factor: fix one of them."
     )
 
@@ -167,9 +168,9 @@ def _sum_sentence(steps: dict[str, float]) -> str:
     up = [_with_factor(name, size) for name, size in steps.items() if size > 0]
     down = [_with_factor(name, -size) for name, size in steps.items() if size < 0]
     if not down:
-        return f"{_listed(up)} can grow together and nothing changes: fix one of them."
+        return f"{listed(up)} can grow together and nothing changes: fix one of them."
     return (
-        f"Only a sum counts: {_listed(up)} can grow while {_listed(down)} shrink{'s' if len(down) == 1 else ''} as "
+        f"Only a sum counts: {listed(up)} can grow while {listed(down)} shrink{'s' if len(down) == 1 else ''} as "
         "much, and nothing changes. No data of this kind distinguish them: fix one of them."
     )
 
@@ -180,7 +181,3 @@ def _with_power(name: str, power: float) -> str:
 
 def _with_factor(name: str, size: float) -> str:
     return name if size == 1.0 else f"{name} ({size:.3g} times)"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
