@@ -53,11 +53,11 @@ def _coloured(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
     step = float(np.median(np.diff(t))) if t.size > 1 else 1.0
     keep = np.exp(-np.diff(t, prepend=t[0] - step) / (options["samples"] * step))
     white = rng.standard_normal(t.size)
-    found = np.empty(t.size)
-    found[0] = white[0]
+    noise = np.empty(t.size)
+    noise[0] = white[0]
     for k in range(1, t.size):
-        found[k] = keep[k] * found[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * white[k]
-    return np.asarray(sd * found)
+        noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * white[k]
+    return np.asarray(sd * noise)
 
 
 def _outliers(t: Array, sd: float, options: Mapping[str, float], rng: np.random.Generator) -> Array:
@@ -69,7 +69,7 @@ def _outliers(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
 
 def _dropouts(t: Array, sd: float, options: Mapping[str, float], rng: np.random.Generator) -> Array:
     """White noise, and stretches of the given mean length without samples, together about the given share."""
-    found = sd * rng.standard_normal(t.size)
+    noise = sd * rng.standard_normal(t.size)
     length = options["length"]
     chance = min(1.0, options["share"] / (1.0 - options["share"]) / length)
     begin, stay = rng.random(t.size), rng.random(t.size)
@@ -77,8 +77,8 @@ def _dropouts(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
     for k in range(1, t.size):
         lost = bool(stay[k] > 1.0 / length) if lost else bool(begin[k] < chance)
         if lost:
-            found[k] = math.nan
-    return np.asarray(found)
+            noise[k] = math.nan
+    return np.asarray(noise)
 
 
 KINDS: dict[str, NoiseKind] = {
@@ -153,8 +153,8 @@ class Noise:
     @property
     def label(self) -> str:
         """The kind with the options that are not its defaults: "outliers (share 0.05)"."""
-        own = KINDS[self.kind].options
-        changed = [f"{name} {value:g}" for name, value in self.options.items() if value != own[name].default]
+        options = KINDS[self.kind].options
+        changed = [f"{name} {value:g}" for name, value in self.options.items() if value != options[name].default]
         return f"{self.kind} ({', '.join(changed)})" if changed else self.kind
 
     def describe(self) -> dict[str, Any]:

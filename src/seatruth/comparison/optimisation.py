@@ -68,14 +68,14 @@ def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) 
         columns["seconds"] = np.where(reached, clock, whole)
         parts.append(runs[[*CONDITION, "solver", "budget"]].assign(target=target, **columns))
     groups = pd.concat(parts).groupby([*CONDITION, "solver", "budget", "target"], sort=False)
-    found = groups.agg(
+    table = groups.agg(
         runs=("reached", "size"), reached=("reached", "sum"), spent=("spent", "sum"), seconds=("seconds", "sum")
     ).reset_index()
-    successes = found["reached"].where(found["reached"] > 0)
-    found["success_rate"] = found["reached"] / found["runs"]
-    found["ert"] = (found["spent"] / successes).fillna(math.inf)
-    found["ert_s"] = (found["seconds"] / successes).fillna(math.inf)
-    return found.drop(columns=["reached", "spent", "seconds"])
+    successes = table["reached"].where(table["reached"] > 0)
+    table["success_rate"] = table["reached"] / table["runs"]
+    table["ert"] = (table["spent"] / successes).fillna(math.inf)
+    table["ert_s"] = (table["seconds"] / successes).fillna(math.inf)
+    return table.drop(columns=["reached", "spent", "seconds"])
 
 
 def ecdf(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
@@ -105,8 +105,8 @@ def profiles(runs: pd.DataFrame, histories: Histories, target: float) -> pd.Data
     for (cost, solver), group in table.groupby(["cost", "solver"], sort=False):
         with np.errstate(invalid="ignore"):
             ratio = (group["when"] / group["fastest"]).to_numpy(dtype=float)
-        found = np.sort(ratio[np.isfinite(ratio)])
-        points, counts = np.unique(found, return_counts=True)
+        factors = np.sort(ratio[np.isfinite(ratio)])
+        points, counts = np.unique(factors, return_counts=True)
         share = np.cumsum(counts) / len(ratio)
         rows += [{"cost": cost, "solver": solver, "factor": x, "share": y} for x, y in zip(points, share)]
     return pd.DataFrame(rows, columns=["cost", "solver", "factor", "share"])

@@ -177,7 +177,7 @@ class Results:
     def _repr_html_(self) -> str:
         import html
 
-        items = "".join(f"<li>{html.escape(said.text)}</li>" for said in self.conclusions)
+        items = "".join(f"<li>{html.escape(conclusion.text)}</li>" for conclusion in self.conclusions)
         head = f"<b>{html.escape(self.comparison.name)}</b>: {len(self.runs)} runs, {self.left} left"
         return f"<p>{head}</p><ul>{items}</ul>"
 

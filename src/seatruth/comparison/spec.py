@@ -117,15 +117,15 @@ class Comparison:
     @cached_property
     def fitting(self) -> dict[tuple[str, str], tuple[str, ...]]:
         """By problem and cost, the solvers whose needs the cost meets."""
-        found = {}
+        fitting = {}
         needed: frozenset[str] = frozenset().union(*(solver.needs for solver in self.solver.values()))
         for problem in self.problems:
             for cost in self.costs_of(problem):
                 gives = abilities(problem, cost, needed)
                 able = tuple(label for label, solver in self.solver.items() if solver.needs <= gives)
                 if able:
-                    found[problem.name, cost] = able
-        return found
+                    fitting[problem.name, cost] = able
+        return fitting
 
     @cached_property
     def references(self) -> tuple[Run, ...]:
@@ -136,14 +136,14 @@ class Comparison:
     def runs(self) -> tuple[Run, ...]:
         """All runs, seed by seed, so that a part of them is a smaller comparison of the same kind."""
         solvers = {label: digest(solver_definition(solver)) for label, solver in self.solver.items()}
-        found = []
+        runs = []
         for reference in self.references:
             for budget in self.budgets_of(self.problem(reference.problem)):
                 for label in self.fitting[reference.problem, reference.cost]:
                     key = digest({"instance": reference.instance, "solver": solvers[label], "budget": budget})
                     place = (reference.problem, reference.cost, label, reference.noise, reference.seed, budget)
-                    found.append(Run(key, reference.instance, *place))
-        return tuple(found)
+                    runs.append(Run(key, reference.instance, *place))
+        return tuple(runs)
 
     def _references(self) -> Iterator[Run]:
         hashes = {
@@ -179,23 +179,23 @@ def abilities(problem: Problem, cost: str, wanted: Iterable[str] = ()) -> frozen
     """
     if isinstance(problem.study.model, BlackBox) and cost == "regression":
         return frozenset()
-    found = frozenset({"values", "residuals", "derivatives", "regression"})
+    gives = frozenset({"values", "residuals", "derivatives", "regression"})
     if "regression" in wanted:
         try:
             noisy = NoisyProblem(problem, RealisationSettings(seed=0, base_level=0.01))
             cost_of(noisy.realise(cost, Noise("white", 0.01), 0), threads=1).regression()
-            return found
+            return gives
         except (SeatruthError, NotImplementedError):
             pass
-    return found - {"regression"}
+    return gives - {"regression"}
 
 
 def solver_definition(solver: Optimizer) -> dict[str, Any]:
     """A solver's options; for a plain function also its source text, which defines it."""
-    found = dict(solver.describe())
+    definition = dict(solver.describe())
     stages = solver.stages if isinstance(solver, Chain) else (solver,)
     texts = [_function_definition(stage.function) for stage in stages if isinstance(stage, FromCallable)]
-    return found | ({"functions": texts} if texts else {})
+    return definition | ({"functions": texts} if texts else {})
 
 
 def _labelled_solvers(solvers: Mapping[str, Any] | Sequence[Any], where: str) -> dict[str, Optimizer]:
@@ -203,14 +203,14 @@ def _labelled_solvers(solvers: Mapping[str, Any] | Sequence[Any], where: str) ->
         return {str(label): as_optimizer(solver) for label, solver in solvers.items()}
     if isinstance(solvers, str):
         raise BadInput("solvers is a text", where=where, do="Give a list of them.")
-    found: dict[str, Optimizer] = {}
+    by_label: dict[str, Optimizer] = {}
     for entry in solvers:
         solver = as_optimizer(entry)
         label = " + ".join(stage.name for stage in solver.stages) if isinstance(solver, Chain) else solver.name
-        if label in found:
+        if label in by_label:
             raise BadInput(f"two solvers are called {label!r}", where=where, do="Give them as {label: solver}.")
-        found[label] = solver
-    return found
+        by_label[label] = solver
+    return by_label
 
 
 def _function_definition(function: Any) -> list[Any]:

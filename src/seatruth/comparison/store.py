@@ -145,9 +145,13 @@ class Store:
 
     def frame(self, table: str) -> pd.DataFrame:
         """A whole table without its damaged rows."""
-        frame = pd.read_sql_query(f"SELECT * FROM {table}", self._base).drop(columns="checksum", errors="ignore")
-        if "key" in frame and self._damaged:
-            frame = frame[~frame["key"].isin(self._damaged)].reset_index(drop=True)
+        damaged = self._damaged
+        try:
+            frame = pd.read_sql_query(f"SELECT * FROM {table}", self._base).drop(columns="checksum", errors="ignore")
+        except pd.errors.DatabaseError as problem:
+            raise self._unreadable(problem) from None
+        if "key" in frame and damaged:
+            frame = frame[~frame["key"].isin(damaged)].reset_index(drop=True)
         return frame
 
     def describe(self, name: str, content: Mapping[str, Any]) -> None:
@@ -194,18 +198,14 @@ class Store:
 
     @cached_property
     def _damaged(self) -> set[str]:
-        """Keys of runs and fits whose checksum does not fit. Said once, when the store is first read."""
+        """Keys of runs and fits whose checksum does not fit. The warning comes once, when the store is first read."""
         damaged: set[str] = set()
         try:
             for table in _PARAMETERS:
                 stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
                 damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
         except sqlite3.DatabaseError as problem:
-            raise BadInput(
-                f"the store is damaged ({problem})",
-                where=str(self.path),
-                do="Run the comparison into a new folder (--out), or restore the file from a copy.",
-            ) from None
+            raise self._unreadable(problem) from None
         if damaged:
             warnings.warn(
                 f"{self.path}: {len(damaged)} stored run{'s are' if len(damaged) > 1 else ' is'} damaged and left out. "
@@ -214,6 +214,13 @@ class Store:
                 stacklevel=2,
             )
         return damaged
+
+    def _unreadable(self, problem: Exception) -> BadInput:
+        return BadInput(
+            f"the store is damaged ({problem})",
+            where=str(self.path),
+            do="Run the comparison into a new folder (--out), or restore the file from a copy.",
+        )
 
     def _checksums(self, table: str, key: str | None = None) -> dict[str, str]:
         """Checksums of the rows of a table with their parameters, computed anew; of one key or of all."""
@@ -230,8 +237,8 @@ class Store:
             content.pop("time_utc")
             text = json.dumps(content, sort_keys=True)
             self._base.execute("INSERT OR IGNORE INTO sources (provenance) VALUES (?)", (text,))
-            found = self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()
-            self._source = int(found[0])
+            row = self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()
+            self._source = int(row[0])
         return self._source
 
     def _take(self) -> None:

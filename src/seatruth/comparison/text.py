@@ -52,19 +52,19 @@ def conclusions(results: Results) -> list[Conclusion]:
     """All conclusions, the most important first."""
     if not len(results.runs):
         return [Conclusion("caution", "No run is done yet.", True)]
-    found = []
+    made = []
     for cost in dict.fromkeys(results.runs["cost"]):
         for by in ("effort", "fit"):
             ranking = results.ranking(by, cost=cost)
-            found += [Conclusion("optimisation", text) for text in _ranking_sentences(results, ranking, cost)]
+            made += [Conclusion("optimisation", text) for text in _ranking_sentences(results, ranking, cost)]
     for cost in dict.fromkeys(results.runs["cost"]):
         ranking = results.ranking("accuracy", cost=cost)
-        found += [Conclusion("estimation", text) for text in _ranking_sentences(results, ranking, cost)]
-    found += [Conclusion("estimation", text) for text in _cost_sentences(results)]
-    found += [Conclusion("estimation", text, grave) for text, grave in _coverage_sentences(results)]
+        made += [Conclusion("estimation", text) for text in _ranking_sentences(results, ranking, cost)]
+    made += [Conclusion("estimation", text) for text in _cost_sentences(results)]
+    made += [Conclusion("estimation", text, grave) for text, grave in _coverage_sentences(results)]
     if results.left:
-        found.append(Conclusion("caution", f"{results.left} runs are not done yet: all this is preliminary.", True))
-    return found + [Conclusion("caution", text, True) for text in _cautions(results)]
+        made.append(Conclusion("caution", f"{results.left} runs are not done yet: all this is preliminary.", True))
+    return made + [Conclusion("caution", text, True) for text in _cautions(results)]
 
 
 def condition_label(noise: str, level: float) -> str:
