@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.optimizers import Budget, Problem, StaleCheckpoint, from_callable, make, minimise
 from seatruth.storage import lock as lock_module

@@ -184,11 +184,13 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
 
 def test_threads_may_share_it(tmp_path: Path) -> None:
     place = tmp_path / "run.jobs"
+
+    def work(checkpoint: Checkpoint, number: int) -> None:
+        for n in range(20):
+            checkpoint.put(f"{number} {n}", [number, n])
+
     with Checkpoint(place, "work") as checkpoint:
-        threads = [
-            threading.Thread(target=lambda k=k: [checkpoint.put(f"{k} {n}", [k, n]) for n in range(20)])  # type: ignore[misc]
-            for k in range(4)
-        ]
+        threads = [threading.Thread(target=work, args=(checkpoint, number)) for number in range(4)]
         for thread in threads:
             thread.start()
         for thread in threads:

@@ -22,7 +22,7 @@ from seatruth.errors import BadInput, Interrupted, SeatruthError
 
 STORE = "comparison.sqlite"
 _WRITE_S = 0.2
-"""Longest time that a finished run waits to be written together with others."""
+"""Longest time in s that a finished run waits to be stored together with others. Chosen here [S]."""
 Backend = Literal["loky", "dask"]
 
 
@@ -54,14 +54,26 @@ def compare(
     retry_failed: bool = False,
     progress: Callable[[Standing], None] | None = None,
 ) -> Results:
-    """Runs what is missing of a comparison and gives all its results.
+    """Makes the runs of a comparison that are missing in its store, and returns all its results.
 
-    `folder` gets the store, `comparison.sqlite`; runs that are in it are not made again (with `fresh` they are; with
-    `retry_failed` those that failed are). `workers` processes run at once and do not change the results; `backend`
-    "dask" takes the workers of the dask client of this process instead. `progress` is called with a Standing.
+    Whatever ends it, even `kill -9` or a full disk, costs the unfinished runs only: the same call continues.
 
-    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on. Raises
-    BadInput where another program writes to the store or a program of another version made it, Interrupted on Ctrl-C.
+    Args:
+        comparison: What is compared.
+        folder: Folder of the store, `comparison.sqlite`. Runs that are stored there are not made again.
+        workers: Processes at once; the results do not depend on it.
+        backend: "loky" for processes of this machine, "dask" for the workers of this process's dask client.
+        fresh: Whether to make all runs again.
+        retry_failed: Whether to make failed runs again.
+        progress: Called with a Standing after each group of runs.
+
+    Raises:
+        BadInput: Another program writes to the store, or a program of another version made it.
+        Interrupted: The user pressed Ctrl-C.
+
+    Example:
+        results = compare(comparison, "zigzags-result", workers=4)
+        results.ranking("accuracy").order
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
@@ -93,13 +105,13 @@ def compare(
 
 
 def standing(comparison: Comparison, folder: str | Path) -> Results:
-    """The results so far, also while another program goes on with it."""
+    """The results so far. Another program may be running the comparison meanwhile."""
     with Store(Path(folder) / STORE, write=False) as store:
         return Results.of(comparison, store)
 
 
 def _ordered(runs: Sequence[Run]) -> list[Run]:
-    """Seed by seed, and within a seed the runs of an instance together, its reference first."""
+    """The runs seed by seed, and within a seed the runs of an instance together, its reference first."""
     places: dict[str, int] = {}
     for run in runs:
         places.setdefault(run.instance, len(places))
@@ -107,10 +119,10 @@ def _ordered(runs: Sequence[Run]) -> list[Run]:
 
 
 def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[RunResult]:
-    """What becomes of the jobs, in any order.
+    """The results of the jobs, in any order.
 
-    A run that ends its process (memory, a fault in compiled code) takes the other processes with it. The runs that
-    were under way then are run one at a time, each in a process of its own, so that the one that did it is known.
+    A run that ends its process (memory, a fault in compiled code) ends the other processes too. The runs that were
+    being made are then made one at a time, each in a new process, so that the faulty one is known.
     """
     if backend == "dask":
         _check_dask()
@@ -148,7 +160,7 @@ def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str])
 
 
 def _run_in_own_process(job: Job) -> RunResult:
-    """One job in a process of its own: if that ends, it was this job's doing."""
+    """One job in a new process: if that process ends, this job ended it."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     with ProcessPoolExecutor(max_workers=1) as pool:
@@ -161,7 +173,7 @@ def _run_in_own_process(job: Job) -> RunResult:
 
 
 def _in_groups(results: Iterator[RunResult]) -> Iterator[list[RunResult]]:
-    """Results as they come, those of a moment together: one transaction of the disk then serves them all."""
+    """Results as they come, those of a moment together, so that one transaction of the disk stores them all."""
     group: list[RunResult] = []
     since = time.monotonic()
     with contextlib.closing(results):  # type: ignore[type-var]
@@ -175,7 +187,7 @@ def _in_groups(results: Iterator[RunResult]) -> Iterator[list[RunResult]]:
 
 
 class _Clock:
-    """Counts runs and says how long the rest will take: the mean time of the same solver on the same problem."""
+    """Counts runs and predicts the remaining time from the mean time of each solver on each problem."""
 
     def __init__(
         self,
