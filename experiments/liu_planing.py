@@ -51,7 +51,7 @@ def body(options: Options, results: Results) -> None:
     results.add_text(ABOUT)
     checks = Checks(results)
     _printed(results, checks)
-    _degeneracies(results)
+    _unidentifiable(results)
     setting = {"seed": SEED, "seeds": 1 if quick else 10, "generations": 100 if quick else 2000}
     setting["evaluations"] = 4_000 if quick else 60_000
     searched = results.stage(
@@ -105,7 +105,7 @@ def _printed(results: Results, checks: Checks) -> None:
     checks.at_most("synthetic table: file against generator", float((kept - made).abs().max().max()), 1e-6, "")
 
 
-def _degeneracies(results: Results) -> None:
+def _unidentifiable(results: Results) -> None:
     """What the software itself says about scales."""
     lines = ["Named by the software, from the formulas and the table alone:\n"]
     for name in NAMES:

@@ -125,8 +125,8 @@ def _judged(
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
     finally:
         jobs.close()
-    if jobs.trouble:
-        estimate.findings.append(_checkpoint_finding(jobs.trouble))
+    if jobs.write_error:
+        estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
 
 

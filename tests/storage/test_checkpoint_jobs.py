@@ -150,8 +150,8 @@ def test_two_runs_do_not_share_a_file(path: Path) -> None:
     first, second = (Checkpoint(path.with_name("new.jobs"), "work") for _ in range(2))
     first.put("a", 1)
     second.put("a", 2)
-    assert not first.trouble
-    assert "another run" in second.trouble
+    assert not first.write_error
+    assert "another run" in second.write_error
     assert second.get("a") == 2
     first.close()
     assert jobs(path.with_name("new.jobs"), "work") == {"a": 1}
@@ -166,7 +166,7 @@ def test_a_full_disk_costs_the_checkpoint_and_not_the_run(path: Path, monkeypatc
             patch.setattr(os, "fsync", full)
             checkpoint.put("d", 1)
         checkpoint.put("e", 2)
-        assert "no space left" in checkpoint.trouble
+        assert "no space left" in checkpoint.write_error
         assert (checkpoint.get("d"), checkpoint.get("e")) == (1, 2)
     assert jobs(path) == VALUES
 
@@ -179,7 +179,7 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
     checkpoint = Checkpoint(tmp_path / "file" / "run.jobs", "work")
     checkpoint.put("a", 1)
     assert checkpoint.get("a") == 1
-    assert "a file stands where a folder should be" in checkpoint.trouble
+    assert "a file stands where a folder should be" in checkpoint.write_error
 
 
 def test_threads_may_share_it(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ _MAGIC = "seatruth jobs "
 
 
 class StaleCheckpoint(SeatruthError):
-    """A checkpoint does not belong to the run that should continue it (exit code 2)."""
+    """A checkpoint belongs to another run than the one that should continue it (exit code 2)."""
 
     exit_code = 2
 
@@ -38,7 +38,8 @@ class Checkpoint:
     """Finished jobs by name. Values are what `storage.values` stores: JSON values and NumPy arrays, without loss.
 
     The file is made with the first job. It is locked while the checkpoint is open. A disk that is full or read-only
-    ends the checkpoint, not the run: jobs are then kept in memory only, and `trouble` says so. Threads may share it.
+    ends the checkpoint, not the run: jobs are then kept in memory only, and `write_error` says why. Threads may
+    share it.
 
     Args:
         path: The file; None keeps the jobs in memory only.
@@ -64,7 +65,7 @@ class Checkpoint:
 
     def __init__(self, path: str | Path | None, work: str, *, drop_other_work: bool = False) -> None:
         self.path = None if path is None else Path(path)
-        self.trouble = ""
+        self.write_error = ""
         """Why jobs are no longer written to the file; empty while they are."""
         self._work = hashlib.sha256(work.encode("utf-8")).hexdigest()
         self._header = f"{_MAGIC}{FORMAT_VERSION} {self._work}\n".encode()
@@ -102,7 +103,7 @@ class Checkpoint:
         with self._mutex:
             # Read back from the text: a run that is resumed and one that is not then see the same value.
             self._jobs[name] = from_text(text)["value"]
-            if self.path is not None and not self.trouble and not self._closed:
+            if self.path is not None and not self.write_error and not self._closed:
                 self._append(self.path, self._record(text))
 
     def close(self) -> None:
@@ -137,7 +138,7 @@ class Checkpoint:
         os.fsync(self._file.fileno())
 
     def _stop(self, reason: str) -> None:
-        self.trouble = f"The checkpoint could not be continued; the run went on without it. {reason}"
+        self.write_error = f"The checkpoint could not be continued; the run went on without it. {reason}"
 
     def _open_existing(self, path: Path, drop_other_work: bool) -> None:
         if not path.is_file():
