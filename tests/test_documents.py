@@ -49,6 +49,7 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert (folder / "black_box-result" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_reading_the_report(folder: Path) -> None:
     estimate = identify(load_study(copy_to(folder)))
     execute("docs/reading-the-report.md", estimate=estimate)

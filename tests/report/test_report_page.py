@@ -170,6 +170,7 @@ def test_names_with_html_or_mathematics_in_them_stay_text() -> None:
     assert all("onload" not in name for _, attributes in Page(html).tags for name in attributes)
 
 
+@pytest.mark.slow
 def test_many_trials_and_parameters_stay_readable_and_small() -> None:
     html = render(estimate(parameters=60, trials=20, samples=300))
     page = Page(html)
@@ -232,6 +233,7 @@ def test_what_is_missing_is_left_out() -> None:
     assert not absent & set(ids)
 
 
+@pytest.mark.slow
 def test_tables_indexed_by_trial_and_channel_read_the_same() -> None:
     plain, indexed = (estimate(parameters=2, trials=1, samples=40) for _ in range(2))
     indexed.fit = indexed.fit.set_index(["trial", "channel"])
