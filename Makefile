@@ -8,6 +8,8 @@ ARGS ?=
 HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 RUN := $(VENV)/.installed-$(HERE)
 DEV := $(VENV)/.installed-dev-$(HERE)
+# All that a test may ask for, so that none is skipped.
+EXTRAS := dev,dask,benchmark
 PINS := pyproject.toml constraints.txt
 PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-bar off --constraint constraints.txt
 # At most so many processes run tests side by side. More do not pay: each loads the numerical libraries anew.
@@ -78,7 +80,7 @@ $(RUN): $(PINS)
 	$(call install,-e .)
 
 $(DEV): $(PINS)
-	$(call install,-e .[dev,dask,benchmark])
+	$(call install,-e .[$(EXTRAS)])
 	@touch $(RUN)
 
 # The first Python that is new enough makes .venv, unless a usable one is there.

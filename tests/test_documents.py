@@ -67,6 +67,7 @@ def test_engine(folder: Path) -> None:
     assert sums.squares.shape == (3, len(trials), len(model.outputs))
 
 
+@pytest.mark.slow
 def test_the_model_of_the_document_conforms(folder: Path) -> None:
     for name, text in files("docs/models.md").items():
         (folder / name).write_text(text)

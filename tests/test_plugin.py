@@ -73,6 +73,7 @@ def test_an_optimizer_conforms(optimizer: Path) -> None:
     conforms(optimizer, "test_hill_climber.py")
 
 
+@pytest.mark.slow
 def test_the_document_on_optimizers_as_it_stands(optimizer: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(optimizer)
     monkeypatch.syspath_prepend(str(optimizer / "site"))

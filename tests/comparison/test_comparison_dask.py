@@ -15,6 +15,7 @@ import pytest
 from small_comparison import numbers, slow, small
 
 pytest.importorskip("distributed")
+pytestmark = pytest.mark.slow
 
 from distributed import Client
 

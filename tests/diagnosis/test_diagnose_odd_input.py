@@ -225,6 +225,7 @@ def test_a_trial_of_a_few_samples_is_refused(folder: Path, runs: list[Trial]) ->
         diagnose(small.study(folder, [cut, *runs[1:]]), small.EFFECTS, threads=1)
 
 
+@pytest.mark.slow
 def test_nothing_free(folder: Path, runs: list[Trial]) -> None:
     study = small.study(folder, runs)
     fixed = study.but(parameters=tuple(p.but(vary=False, prior=None) for p in study.parameters))

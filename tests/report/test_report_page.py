@@ -204,7 +204,7 @@ def test_all_nan_gives_a_page() -> None:
     assert "histories" not in [section["id"] for section in page.all("section")]
 
 
-@pytest.mark.parametrize("value", [np.inf, 1e300, -1e-300])
+@pytest.mark.parametrize("value", [np.inf, *(pytest.param(v, marks=pytest.mark.slow) for v in (1e300, -1e-300))])
 def test_extreme_values_give_a_page(value: float) -> None:
     made = estimate(parameters=3, trials=1, samples=60)
     made.parameters.loc["Y_v", ["value", "lower", "upper"]] = value
