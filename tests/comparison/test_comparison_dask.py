@@ -15,13 +15,13 @@ import pytest
 from small_comparison import numbers, slow, small
 
 pytest.importorskip("distributed")
-pytestmark = pytest.mark.slow
 
 from distributed import Client
 
 from seatruth import BadInput
 from seatruth.comparison import Standing, compare
 
+pytestmark = pytest.mark.slow
 HERE = Path(__file__).parent
 DASK = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
 WORKER = [sys.executable, "-m", "distributed.cli.dask_worker"]

@@ -12,14 +12,13 @@ from seatruth.optimizers import Chain, Optimizer, from_callable, make
 from seatruth.testing.optimizers import OptimizerConformance
 
 SLOW = pytest.mark.slow  # other variants of a solver that is tested with its usual ones
+VARIANTS = ("A_prime", "B_component", "B_scalar", "C", "D")
 
 
 class TestDifferentialSwarm(OptimizerConformance):
     tolerances: ClassVar = {"twelve_parameters": 1e-4}
 
-    @pytest.fixture(
-        params=["A", *(pytest.param(v, marks=SLOW) for v in ("A_prime", "B_component", "B_scalar", "C", "D"))]
-    )
+    @pytest.fixture(params=["A", *(pytest.param(name, marks=SLOW) for name in VARIANTS)])
     def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
         return make("differential_swarm", variant=request.param, particles=40)
 
