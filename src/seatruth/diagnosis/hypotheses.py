@@ -107,8 +107,7 @@ def _fit_null(found: Search) -> None:
             start, sizes = with_discrepancy.point, with_discrepancy.sizes
     _fit(found, (), False, start, sizes)
     if start is not problem.start:
-        again = _fit(found, (), False, problem.start, first_sizes(problem, found.known), keep_better=True)
-        del again
+        _fit(found, (), False, problem.start, first_sizes(problem, found.known))
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
 
@@ -123,10 +122,8 @@ def _fit_both(found: Search, key: Key, near: Fit) -> None:
     _fit(found, key, False, start, sizes)
 
 
-def _fit(
-    found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, *, keep_better: bool = False
-) -> Fit | None:
-    """Fits one hypothesis; what cannot be fitted is set aside with its reason."""
+def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes) -> Fit | None:
+    """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason."""
     rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
@@ -137,7 +134,7 @@ def _fit(
         found.failed.setdefault(key, "its likelihood is not finite")
         return None
     known = found.fits.get((key, discrepancy))
-    if known is None or not keep_better or got.evidence > known.evidence:
+    if known is None or got.evidence > known.evidence:
         found.fits[key, discrepancy] = got
     return got
 
@@ -169,19 +166,12 @@ def _screen(found: Search, at: Fit) -> list[str]:
 
 
 def _finite_starts(problem: Problem, name: str) -> list[Array]:
-    """Finite values from which an effect without a slope at its null is tried, scaled as its prior is."""
+    """Finite values from which an effect is tried that has no slope at its null, or whose direction is open."""
     effect = problem.effects[name]
-    typical = problem.sd[problem.columns[name]] / problem.settings.prior_width
-    starts = []
-    for start in effect.starts:
-        values = []
-        for k, q in enumerate(effect.parameters):
-            value = float(start[q.name]) if q.name in start else float(problem.mean[problem.columns[name][k]])
-            if q.name in effect.froude and q.name in effect.null:
-                value *= min(1.0, float(typical[k]) / max(abs(q.value - effect.null[q.name]), 1e-300))
-            values.append(value)
-        starts.append(np.array(values))
-    return starts
+    return [
+        np.array([float(start[q.name]) for q in effect.parameters])
+        for start in effect.starting_points(problem.study.model)
+    ]
 
 
 def _moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_solve
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
 from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
@@ -57,9 +57,12 @@ class _Reduced:
 
 
 class Likelihood:
-    """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it."""
+    """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
-    def __init__(self, problem: Problem, at: Linearization) -> None:
+    `keep` (N,) says which errors count; all where None.
+    """
+
+    def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
         self.problem, self.at = problem, at
         self.columns = problem.active(at.effects)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
@@ -67,11 +70,13 @@ class Likelihood:
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
         self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
         for one in problem.series:
+            kept = np.ones(len(one.rows), dtype=np.bool_) if keep is None else keep[one.rows]
+            rows = one.rows[kept]
             block = np.concatenate(
-                [at.errors[one.rows, None], at.shared[np.ix_(one.rows, self.columns)], at.local[one.rows]], axis=1
+                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], at.local[rows]], axis=1
             )
-            self._blocks[one.trial, one.channel] = block, one.t
-            self.counts[one.trial, one.channel] = len(one.rows)
+            self._blocks[one.trial, one.channel] = block, one.t[kept]
+            self.counts[one.trial, one.channel] = len(rows)
         self._size = 1 + len(self.columns) + at.local.shape[1]
         self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
@@ -147,6 +152,20 @@ class Likelihood:
         reduced = self._reduce(sizes)
         half = np.linalg.solve(reduced.factors[trial], reduced.roots[trial].T)
         return np.asarray(half.T @ half)
+
+    def quadratic(self, sizes: Sizes) -> Array:
+        """Gram matrix (1 + S', 1 + S') of [errors, columns] with initial states integrated out, errors at the point.
+
+        Without priors of the shared unknowns.
+        """
+        offset, local = self._offset, self._local_offset
+        try:
+            self._offset, self._local_offset = np.zeros_like(offset), np.zeros_like(local)
+            self._last_gram = self._last_reduced = None
+            return np.asarray(self._reduce(sizes).grams.sum(axis=0))
+        finally:
+            self._offset, self._local_offset = offset, local
+            self._last_gram = self._last_reduced = None
 
     # Priors
 

@@ -95,9 +95,10 @@ class Problem:
         low_high = [(q.min, q.max) for q in self.unknowns]
         self.low, self.high = np.array([a for a, _ in low_high]), np.array([b for _, b in low_high])
         options = study.cost if isinstance(study.cost, TrajectoryOptions) else TrajectoryOptions()
+        self.hold, self.max_step, self.threads = options.hold, options.max_step, threads
         self._simulator = simulator(
             self.model, self.trials, free=self.space.varying, values=self.space.nominal(),
-            hold=options.hold, max_step=options.max_step, threads=threads,
+            hold=self.hold, max_step=self.max_step, threads=threads,
         )  # fmt: skip
         self.usual = np.array([self._usual_rate(state) for state in self.equations])
         self._set_up_initial_states()
