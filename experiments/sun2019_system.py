@@ -21,7 +21,7 @@ from seatruth.effects import with_effects
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Stepper, Trim, add_noise, run_manoeuvre, steady_current
 from seatruth.models.glider import Glider
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import covariance, tied, trade_offs, verdict
+from seatruth.uncertainty import correlated_pairs, covariance, strongly_correlated, verdict
 
 Array = NDArray[np.float64]
 PLANT = Glider()
@@ -246,14 +246,14 @@ def bound(
     x = np.array([_true(parameter, runs) for parameter in cost.parameters])
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
     found = covariance(residuals, jacobian, cost.groups, white=True)
-    related = tied(found)
+    related = strongly_correlated(found)
     table = {}
     for k, parameter in enumerate(cost.parameters):
         if parameter.name not in cost.nuisances:
             sd = float(found.crlb[k])
-            said = verdict(parameter, float(x[k]), sd, False, bool(found.unseen[k]), bool(related[k]))
+            said = verdict(parameter, float(x[k]), sd, False, bool(found.unidentifiable[k]), bool(related[k]))
             table[parameter.name] = {"crlb": sd, "verdict": said}
-    pairs = trade_offs(found, cost.parameters)
+    pairs = correlated_pairs(found, cost.parameters)
     unseen = {name for name, row in table.items() if row["verdict"] == "not identifiable"} | {*cost.nuisances}
     sentences = [pair["sentence"] for pair in pairs if not {*pair["combination"]} & unseen]
     return {"bounds": table, "trade-offs": sentences}

@@ -63,7 +63,7 @@ _HOMES = {
     "comparison": ("Comparison", "compare"),
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
-    "gap": ("Diagnosis", "diagnose"),
+    "diagnosis": ("Diagnosis", "diagnose"),
     "identification": ("Study", "identify"),
     "models": ("BlackBox", "Model", "Parameter", "Prior", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),

@@ -17,9 +17,10 @@ from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
 from seatruth.optimizers.evaluator import Progress
-from seatruth.storage.checkpoint import Pieces, pieces_beside
+from seatruth.storage.checkpoint import Checkpoint, jobs_file
+from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
-from seatruth.uncertainty.cross_validation import by_rows, pooled
+from seatruth.uncertainty.cross_validation import pool_parts, split_rows
 
 __all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
 
@@ -42,7 +43,7 @@ def identify(
     """Identifies the free parameters of a study.
 
     `optimizer` is a name, an Optimizer, or a list of them for a hybrid; `budget` and `seed` are the search's.
-    `checkpoint` names a file in which the search is kept (and beside it, with the ending .pieces, the profile and the
+    `checkpoint` names a file in which the search is kept (and beside it, with the ending .jobs, the profile and the
     trials left out): the same call goes on where an interrupted one stopped and ends with the same estimate. Both
     files stay, so that an estimate that could not be saved is soon made again; remove them when it is.
     `profile` names free parameters whose likelihood is profiled; `cross_validate` leaves each trial out in turn.
@@ -92,14 +93,20 @@ def _judged(
     usable = math.isfinite(outcome.value)
     if outcome.code == "interrupted" or not usable:
         return analysis.estimate()
-    place = None if checkpoint is None else pieces_beside(checkpoint)
-    pieces = Pieces(place, f"{study.content_hash} {outcome.x.tobytes().hex()}")
     estimate = analysis.estimate()
+    jobs = _finished_jobs(study, outcome, checkpoint, estimate)
     try:
         if profile:
             try:
                 estimate.profile = profiles(
-                    study, profile, outcome.x, analysis.stderr, pieces=pieces, say=say, threads=threads, workers=workers
+                    study,
+                    profile,
+                    outcome.x,
+                    analysis.stderr,
+                    checkpoint=jobs,
+                    say=say,
+                    threads=threads,
+                    workers=workers,
                 )
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The profile", problem))
@@ -107,16 +114,36 @@ def _judged(
             values = _values(cost, outcome)
             try:
                 by_row = study.cost == "formula" and len(study.trials) == 1
-                parts = by_rows(study) if by_row else study
-                left = leave_one_out(parts, values, pieces=pieces, say=say, threads=threads, workers=workers)
+                parts = split_rows(study) if by_row else study
+                left = leave_one_out(parts, values, checkpoint=jobs, say=say, threads=threads, workers=workers)
                 if by_row:
-                    left = pooled(left, parts, study.trials[0].name)
+                    left = pool_parts(left, parts, study.trials[0].name)
                 estimate.cross_validation = _beside_fit(left, estimate.fit)
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The prediction of trials left out", problem))
     except KeyboardInterrupt:
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
+    finally:
+        jobs.close()
+    if jobs.write_error:
+        estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
+
+
+def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:
+    """The jobs that an earlier call has finished. A file that cannot be used costs the checkpoint, not the answer."""
+    work = f"{study.content_hash} {outcome.x.tobytes().hex()}"
+    if checkpoint is None:
+        return Checkpoint(None, work)
+    try:
+        return Checkpoint(jobs_file(checkpoint), work, drop_other_work=True)
+    except SeatruthError as problem:
+        estimate.findings.append(_checkpoint_finding(problem.message))
+        return Checkpoint(None, work)
+
+
+def _checkpoint_finding(message: str) -> Finding:
+    return Finding("warning", "checkpoint", message, "search")
 
 
 def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:

@@ -84,7 +84,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
             if made is not None:
                 rankings[f"{by}, {cost}"] = {
                     "blocks": made.blocks,
-                    "block_is": made.block_is,
+                    "block_kind": made.block_kind,
                     "p_friedman": made.p_friedman,
                     "ranks": made.table,
                     "pairs": made.pairs,
@@ -95,7 +95,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
         "runs": len(results.runs),
         "failed": len(results.failures),
         "left": results.left,
-        "sentences": [{"about": said.about, "text": said.text} for said in results.sentences],
+        "conclusions": [{"about": said.about, "text": said.text} for said in results.conclusions],
         "rankings": rankings,
         "overall": results.overall,
         "success": results.success,
@@ -123,7 +123,7 @@ def show(results: Results) -> None:
         say(f"Mean ranks, {cost} cost (1 is best)")
         console().print(table(["solver", *found], rows, numbers=list(found)))
         say("")
-    for said in results.sentences:
+    for said in results.conclusions:
         say(f"{'! ' if said.grave else '- '}{said.text}", style="yellow" if said.grave else "")
     say("")
 

@@ -14,6 +14,7 @@ from rich.text import Text
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
+from seatruth.storage.atomic import CannotWrite
 from seatruth.study import Plan, read_plan
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def run(
     """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
     from seatruth.identification import identify as identify_study
     from seatruth.optimizers import StaleCheckpoint
-    from seatruth.storage.checkpoint import pieces_beside
+    from seatruth.storage.checkpoint import jobs_file
 
     checkpoint = plan.folder / CHECKPOINT
     try:
@@ -67,7 +68,7 @@ def run(
     except (FileExistsError, NotADirectoryError):
         what = "a file stands where the results' folder should be"
         raise BadInput(what, where=str(plan.folder), do=_ELSEWHERE) from None
-    kept = (checkpoint, pieces_beside(checkpoint))
+    kept = (checkpoint, jobs_file(checkpoint))
     if fresh:
         for path in kept:
             path.unlink(missing_ok=True)
@@ -95,7 +96,7 @@ def run(
         try:
             estimate.save(plan.folder)
             report = _report(estimate, plan)
-        except OSError:
+        except CannotWrite:
             # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
             progress.__exit__(None, None, None)
             show(estimate)

@@ -19,7 +19,8 @@ import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from seatruth.errors import BadInput
-from seatruth.estimate import decoded, encoded, write_files
+from seatruth.estimate import decoded, encoded
+from seatruth.storage.atomic import write_files
 from seatruth.trials.finding import Finding
 
 FORMAT = 2

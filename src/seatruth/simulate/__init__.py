@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
-from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors
+from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors, check_backend
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.compiled import CompiledSimulator
 from seatruth.simulate.compiler.program import fingerprint
@@ -76,8 +75,7 @@ def simulator(
         >>> sim.outputs(np.zeros((1, 0)), np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])).y.shape
         (1, 11, 6)
     """
-    if backend not in ("compiled", "reference"):
-        raise BadInput(f"backend is {backend!r}", do=nearest(str(backend), ("compiled", "reference")))
+    check_backend(backend)
     count = thread_count(threads)
     setup = set_up(model, trials, free, model.nominal() if values is None else dict(values))
     if isinstance(model, BlackBox):

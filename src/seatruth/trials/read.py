@@ -83,9 +83,9 @@ def read_trial(
 
     Raises BadInput naming the file, the line and the column, and what to do.
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
     return trial_from_table(
-        found,
+        content,
         time=time,
         inputs=inputs,
         outputs=outputs,
@@ -98,8 +98,8 @@ def read_trial(
     )
 
 
-def _spec(given: ColumnSpec | str) -> ColumnSpec:
-    return ColumnSpec(given) if isinstance(given, str) else given
+def _spec(spec: ColumnSpec | str) -> ColumnSpec:
+    return ColumnSpec(spec) if isinstance(spec, str) else spec
 
 
 def trial_from_table(
@@ -164,9 +164,9 @@ def read_columns(
 
     The units that the header states are in `frame.attrs["units"]`, the file's name in `frame.attrs["source"]`.
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    frame = pd.DataFrame(found.columns)
-    frame.attrs.update(units=dict(found.units), source=found.source)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    frame = pd.DataFrame(content.columns)
+    frame.attrs.update(units=dict(content.units), source=content.source)
     return frame
 
 
