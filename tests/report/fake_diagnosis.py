@@ -146,7 +146,7 @@ def _time(trials: Sequence[str], kind: str) -> pd.DataFrame:
     for n, trial in enumerate(trials):
         for k in range(4):
             row = {"trial": trial, "from_s": 25.0 * k, "to_s": 25.0 * (k + 1), "n": 36, "p": 0.5 if k == 0 else 1e-6}
-            row["misfit"] = 1.0 + 20.0 * k * (n == 1)
+            row |= {"misfit": 1.0 + 20.0 * k * (n == 1), "p_adjusted": row["p"]}
             rows.append(row | {"significant": n == 1 and k > 0 and kind != "no_gap"})
     return pd.DataFrame(rows)
 
@@ -292,16 +292,17 @@ def _gap(trials: Sequence[str], kind: str) -> pd.DataFrame:
 
 
 def _region(kind: str) -> pd.DataFrame:
-    return pd.DataFrame(
-        [
-            {"axis_x": "heading", "unit_x": "rad", "from_x": k * math.pi / 2, "to_x": (k + 1) * math.pi / 2,
-             "axis_y": "speed", "unit_y": "m/s", "from_y": 0.5 * j, "to_y": 0.5 * (j + 1),
-             "n": 40, "misfit": 1.0 + 10.0 * k * j, "p": 0.001 if k * j > 2 else 0.4,
-             "significant": k * j > 2 and kind != "no_gap"}
-            for k in range(4)
-            for j in range(2)
-        ]
-    )  # fmt: skip
+    rows = []
+    for k, cell in enumerate(("north", "east", "south", "west")):
+        row = {"variable": "heading", "unit": "rad", "cell": cell, "from": k * math.pi / 2, "to": (k + 1) * math.pi / 2}
+        rows.append(row | {"n": 40, "misfit": 1.0 + 5.0 * k})
+    for k in range(2):
+        row = {"variable": "speed", "unit": "m/s", "cell": "", "from": 0.5 * k, "to": 0.5 * (k + 1)}
+        rows.append(row | {"n": 40, "misfit": 2.0})
+    for row in rows:
+        row["p"] = row["p_adjusted"] = 0.001 if row["misfit"] > 10.0 else 0.4
+        row["significant"] = row["misfit"] > 10.0 and kind != "no_gap"
+    return pd.DataFrame(rows)
 
 
 def _discrepancy(kind: str) -> Discrepancy:

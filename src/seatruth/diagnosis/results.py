@@ -388,10 +388,10 @@ class Diagnosis:
     multiple_refit, multiple_effects."""
     time: pd.DataFrame
     """Misfit in equal parts of each trial: trial, from_s, to_s, n, misfit (mean squared error over the noise variance),
-    p, significant (false discovery rate 5 %)."""
+    p, p_adjusted (for the number of parts), significant (false discovery rate 5 %)."""
     region: pd.DataFrame
-    """Misfit over cells of the operating region: axis_x, unit_x, from_x, to_x, the same of y (axis_y is "" where a cell
-    depends on x alone), n, misfit, p, significant."""
+    """Misfit over cells of the motion and of the inputs: variable, unit, cell, from, to, n, misfit, p, p_adjusted,
+    significant."""
     discrepancy: Discrepancy | None
     """What the model's structure lacks; null where it cannot be estimated."""
     validation: Validation | None

@@ -192,34 +192,38 @@ def time_map(diagnosis: Diagnosis) -> Figure:
 
 
 @styled
-def region_map(diagnosis: Diagnosis, axis_x: str, axis_y: str) -> Figure:
-    """Misfit of the refitted model over cells of one or two variables; significant cells carry a dot."""
+def region_map(diagnosis: Diagnosis) -> Figure:
+    """Misfit of the refitted model over cells of each variable of the motion, a row a variable; dots as in time."""
     cells = diagnosis.region
-    cells = cells[(cells["axis_x"] == axis_x) & (cells["axis_y"] == axis_y)] if len(cells) else cells
     if not len(cells):
         return nothing("There are too few samples to compare operating regions.")
-    plane = bool(axis_y)
-    scale_x = shown(axis_x, str(cells["unit_x"].iloc[0]))
-    scale_y = shown(axis_y, str(cells["unit_y"].iloc[0])) if plane else None
-    high = 1.9 if plane else 0.32
-    figure = Figure(figsize=(_WIDE, high + 1.15))
-    axes = placed(figure, 0.8, 0.92, _WIDE - 1.0, high)
+    variables = [str(name) for name in dict.fromkeys(cells["variable"])]
+    left, height = label_width(variables, 0.9), 0.42 * len(variables)
+    figure = Figure(figsize=(7.2, height + 0.8))
+    axes = placed(figure, left, 0.58, 7.2 - left - 0.2, height)
     norm = _norm(cells)
-    for _, cell in cells.iterrows():
-        x, x_end = (float(cell[f"{end}_x"]) * scale_x.factor for end in ("from", "to"))
-        y, y_end = (float(cell[f"{end}_y"]) * scale_y.factor for end in ("from", "to")) if scale_y else (0.0, 1.0)
-        _cell(axes, (x, y, x_end - x, y_end - y), cell, norm)
-    axes.autoscale_view()
-    axes.margins(0)
-    few_ticks(axes, 6, 5)
+    for y, variable in enumerate(variables):
+        own = cells[cells["variable"] == variable]
+        for k, (_, cell) in enumerate(own.iterrows()):
+            width = 1.0 / len(own)
+            _cell(axes, (k * width, y - 0.42, width, 0.84), cell, norm, _label(cell, len(own)))
+    axes.set_xlim(0.0, 1.0)
+    rows(axes, variables)
+    axes.set_xticks([])
     axes.grid(False)
-    axes.set_xlabel(text(scale_x.label))
-    if scale_y:
-        axes.set_ylabel(text(scale_y.label))
-    else:
-        axes.set_yticks([])
-    _key(figure, norm, 0.3)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    _key(figure, norm, left)
     return figure
+
+
+def _label(cell: pd.Series, many: int) -> str:
+    if cell["variable"] == "heading":
+        short = {"north": "N", "east": "E", "south": "S", "west": "W"}
+        return "".join(short[part] for part in str(cell["cell"]).split("-"))
+    scale = shown("", str(cell["unit"]))
+    ends = [number(float(cell[end]) * scale.factor, 2) for end in ("from", "to")]
+    return f"{ends[0]} … {ends[1]}{' ' + scale.unit if many <= 4 and scale.unit else ''}"
 
 
 def _norm(cells: pd.DataFrame) -> LogNorm:
@@ -229,15 +233,18 @@ def _norm(cells: pd.DataFrame) -> LogNorm:
     return LogNorm(0.7, max(float(sizes.max()) if sizes.size else 1.0, 2.0))
 
 
-def _cell(axes: Axes, box: tuple[float, float, float, float], cell: pd.Series, norm: LogNorm) -> None:
+def _cell(axes: Axes, box: tuple[float, float, float, float], cell: pd.Series, norm: LogNorm, label: str = "") -> None:
     misfit = float(cell["misfit"])
     shade = float(np.clip(norm(math.sqrt(max(misfit, 1e-6))), 0.0, 1.0)) if math.isfinite(misfit) else 1.0
     colour = colormaps["Blues"](0.05 + 0.85 * shade)
     x, y, wide, high = box
     axes.add_patch(Rectangle((x, y), wide, high, facecolor=colour, edgecolor="white", linewidth=1.0))
+    dark = "white" if shade > 0.62 else INK
+    middle = y + high / 2
     if cell["significant"]:
-        dark = "white" if shade > 0.62 else INK
-        axes.plot([x + wide / 2], [y + high / 2], marker="o", color=dark, markersize=3.4)
+        axes.plot([x + wide / 2], [middle + (0.2 if label else 0.0)], marker="o", color=dark, markersize=3.4)
+    if label:
+        axes.text(x + wide / 2, middle - 0.12, label, ha="center", va="center", fontsize=7.2, color=dark)
 
 
 def _key(figure: Figure, norm: LogNorm, left: float) -> None:

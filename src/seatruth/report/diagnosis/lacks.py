@@ -10,7 +10,7 @@ from seatruth.report.diagnosis import figures_prediction as figures
 from seatruth.report.numbers import estimate, listed, number, percent, shown
 from seatruth.report.sections.pictures import Album
 from seatruth.report.text import diagnosis as text
-from seatruth.report.text.gap import place_in_words
+from seatruth.report.text.gap import place_in_words, ranked
 
 _FAR = 2.0
 """Prior standard deviations from which a refitted coefficient is marked. Chosen here [S]."""
@@ -21,7 +21,7 @@ def discrepancy(diagnosis: Diagnosis, album: Album) -> Section:
     missing = diagnosis.discrepancy
     blocks: list[Block] = [Text(text.lacks_in_words(diagnosis))]
     if missing is not None:
-        rows = [[place_in_words(name), percent(size) or "0 %"] for name, size in text.ranked(missing.sizes)]
+        rows = [[place_in_words(name), percent(size) or "0 %"] for name, size in ranked(missing.sizes)]
         if rows:
             columns = [
                 Column("equation", "long"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import chance
-from seatruth.report.blocks import Block, Column, Heading, Picture, Pictures, Section, Text, table
+from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import figures_where as figures
 from seatruth.report.numbers import number, shown
 from seatruth.report.sections.pictures import Album
@@ -144,32 +144,28 @@ def _region(diagnosis: Diagnosis, album: Album) -> list[Block]:
     cells = diagnosis.region
     if not len(cells):
         return []
-    pictures: list[Picture] = []
-    for axis_x, axis_y in dict.fromkeys(zip(cells["axis_x"], cells["axis_y"])):
-        here = cells[(cells["axis_x"] == axis_x) & (cells["axis_y"] == axis_y)]
-        over = f"{axis_x} and {axis_y}" if axis_y else str(axis_x)
-        alt = f"Misfit over {over}: {len(text.significant(here))} of {len(here)} cells are significant."
-        pictures.append(album.picture(figures.region_map(diagnosis, str(axis_x), str(axis_y)), alt))
-    rows = [
-        [text.cell_in_words(cell), str(cell["n"]), figures.label_of_cell(float(cell["misfit"])), number(cell["p"], 2),
-         "significant" if cell["significant"] else ""]
-        for _, cell in cells.sort_values("p", kind="stable").iterrows()
-    ]  # fmt: skip
+    many = len(text.significant(cells))
+    alt = f"Misfit over the operating region: {many} of {len(cells)} cells are significant."
+    caption = (
+        f"{many} of {len(cells)} cells are significant against the others (false discovery rate 5 % over all cells). "
+        "The residuals are permuted in blocks within each trial, so that their autocorrelation stays."
+    )
+    rows = []
+    for _, cell in cells.sort_values("p", kind="stable").iterrows():
+        size = figures.label_of_cell(float(cell["misfit"]))
+        mark = "significant" if cell["significant"] else ""
+        tests = [number(cell["p"], 2), number(cell["p_adjusted"], 2)]
+        rows.append([text.cell_in_words(cell), str(cell["n"]), size, *tests, mark])
     columns = [
         Column("cell", "long"),
         Column("samples", "number"),
         Column("error / noise", "number"),
         Column("p", "number", "probability of as much if the misfit did not depend on the region"),
+        Column("p, adjusted", "number", "for the number of cells (Benjamini and Hochberg)"),
         Column("", "verdict"),
     ]
-    many = len(text.significant(cells))
-    about = (
-        f"{many} of {len(cells)} cells are significant against the others (false discovery rate 5 % over all cells). "
-        "The residuals are permuted in blocks within each trial, so that their autocorrelation stays."
-    )
     return [
         Heading("Over the operating region"),
-        Text(about),
-        Pictures(pictures),
+        Pictures([album.picture(figures.region_map(diagnosis), alt, caption)]),
         table(f"Cells of the operating region ({len(rows)})", columns, rows, folded=True),
     ]

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
 from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely
+from seatruth.diagnosis.settings import Settings
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.text.gap import WORTH_MENTION, ranked
@@ -18,10 +19,8 @@ from seatruth.report.text.gap import WORTH_MENTION, ranked
 SURE = 0.9
 """Probability from which a named cause is called named, below it likely. Chosen here [S]."""
 
-NEAR = 11.0
-"""Pairwise noncentrality below which two effects count as not distinguishable: the value at which a test at 0.05
-between them reaches a power of about 0.9 (chi-squared, one degree of freedom)."""
-
+NEAR = Settings().apart
+"""Pairwise noncentrality below which two effects count as not distinguishable."""
 _RATES = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
 
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")

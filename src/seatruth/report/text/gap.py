@@ -120,11 +120,11 @@ def where_in_words(diagnosis: Diagnosis) -> str:
     if len(time) and len(time) == len(diagnosis.time):
         sentences.append("It shows at all times.")
     elif len(time):
-        first = time.loc[time["misfit"].idxmax()]
+        first = time.iloc[int(np.argmax(time["misfit"]))]
         span = f"{first['trial']}, {number(first['from_s'])} to {number(first['to_s'])} s"
         sentences.append(f"In time it shows in {len(time)} of {len(diagnosis.time)} parts, most in {span}.")
     if len(region):
-        sentences.append(f"It is worst at {cell_in_words(region.loc[region['misfit'].idxmax()])}.")
+        sentences.append(f"It is worst at {cell_in_words(region.iloc[int(np.argmax(region['misfit']))])}.")
     return " ".join(sentences) or "It shows nowhere in particular."
 
 
@@ -135,24 +135,16 @@ def ranked(probabilities: Mapping[str, float]) -> list[tuple[str, float]]:
 
 def significant(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells of time or region that stand out with the false discovery rate held at 5 %."""
-    return cells[cells["significant"].astype(bool)] if len(cells) else cells
+    return cells.loc[cells["significant"].astype(bool)] if len(cells) else cells
 
 
 def cell_in_words(cell: pd.Series) -> str:
-    """ "speed 0.5 to 0.8 m/s and drift angle 2 to 4 deg"."""
-    parts = []
-    for axis in ("x", "y"):
-        name = str(cell[f"axis_{axis}"])
-        if name:
-            parts.append(f"{name} {range_in_words(cell, axis)}")
-    return " and ".join(parts)
-
-
-def range_in_words(cell: pd.Series, axis: str, digits: int = 3) -> str:
-    """One side of a cell of the operating region with its unit: "0.5 to 0.8 m/s"."""
-    scale = shown(str(cell[f"axis_{axis}"]), str(cell[f"unit_{axis}"]))
-    ends = " to ".join(number(float(cell[f"{end}_{axis}"]) * scale.factor, digits) for end in ("from", "to"))
-    return f"{ends} {scale.unit}".strip()
+    """ "speed 0.5 to 0.8 m/s", "heading north-east"."""
+    if cell["variable"] == "heading":
+        return f"heading {cell['cell']}"
+    scale = shown(str(cell["variable"]), str(cell["unit"]))
+    ends = " to ".join(number(float(cell[end]) * scale.factor, 3) for end in ("from", "to"))
+    return f"{scale.name} {ends} {scale.unit}".strip()
 
 
 def _or_zero(value: float) -> float:
