@@ -403,9 +403,9 @@ class Diagnosis:
     unavailable: Mapping[str, str]
     """Installed effects that cannot act on this model, with the reason."""
     trials: list[dict[str, Any]]
-    """name, samples, duration_s, conditions, steps."""
+    """Name, samples, duration_s, conditions and steps (what was done to the data) of each trial."""
     outcome: dict[str, Any]
-    """code ("done", "interrupted"), reason, wall_s, cpu_s, fits, settings, resumed."""
+    """How it ended: code ("done", "interrupted"), reason, wall_s, cpu_s, fits, settings, resumed."""
     traces: pd.DataFrame
     """trial, t, channel, measured, before, refit, effects."""
     findings: list[Finding] = field(default_factory=list)
