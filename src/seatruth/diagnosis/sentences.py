@@ -70,6 +70,11 @@ def chance(probability: float) -> str:
     return f"{100.0 * probability:.3g} %" if probability >= 5e-4 else "under 0.05 %"
 
 
+def whole_percent(part: float) -> str:
+    """A part of the gap in whole per cent, "93 %"."""
+    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
+
+
 def cause_in_words(cause: NamedCause) -> str:
     """A cause at its level, with its size: "a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg".
 
@@ -182,17 +187,13 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
         return "This was not tested on trials left out."
     if not math.isfinite(validation.gap_explained):
         return "On trials left out there is no gap to explain."
-    ends = f"95 % interval {_percent(validation.lower)} to {_percent(validation.upper)}"
+    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
     if shrinks_surely(validation):
-        return f"On trials left out, it explains {_percent(validation.gap_explained)} of the gap ({ends})."
+        return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     return (
-        f"But the gap does not shrink surely on trials left out: {_percent(validation.gap_explained)} of it is "
+        f"But the gap does not shrink surely on trials left out: {whole_percent(validation.gap_explained)} of it is "
         f"explained ({ends})."
     )
-
-
-def _percent(part: float) -> str:
-    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
 
 
 def _listed(causes: Sequence[NamedCause]) -> str:

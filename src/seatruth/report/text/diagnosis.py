@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 
 from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
-from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely
+from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely, whole_percent
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
@@ -206,15 +206,15 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
         return "Not asked: no trial was left out."
     if not math.isfinite(validation.gap_explained):
         return "On trials left out the refitted model leaves no gap to explain."
-    ends = f"95 % interval {percent(validation.lower)} to {percent(validation.upper)}"
-    share = percent(validation.gap_explained) or "0 %"
+    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+    share = whole_percent(validation.gap_explained)
     text = (
         f"The effects explain {share} of the gap on trials left out ({ends})."
         if shrinks_surely(validation)
         else f"The gap does not shrink surely on trials left out: the effects explain {share} of it ({ends})."
     )
     if math.isfinite(validation.control):
-        control = percent(validation.control) or "0 %"
+        control = whole_percent(validation.control)
         text += f" Free terms in the equations, fitted instead of effects, explain {control}."
     return text
 
