@@ -142,10 +142,10 @@ def run(plan: Sawtooth | GlideSpiral, current: Mapping[str, float] | None = None
     depth = depth if trim.m_b > 0 else 150.0
     given = current or {"current_north": 0.0, "current_east": 0.0}
     flow = complex(given["current_north"], given["current_east"])
-    around = steady_current(abs(flow), math.atan2(flow.imag, flow.real))
+    environment = steady_current(abs(flow), math.atan2(flow.imag, flow.real))
     inputs = {"m_b": trim.m_b, "x_p": trim.x_p}
     first = start(trim, given, z=depth)
-    return run_manoeuvre(PLANT, plan, dt=DT, first_state=first, inputs=inputs, limit=limit, around=around)
+    return run_manoeuvre(PLANT, plan, dt=DT, first_state=first, inputs=inputs, limit=limit, environment=environment)
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def trials_of(plans: Sequence[Sawtooth | GlideSpiral], threads: int | None = Non
             outputs={name: values[::each] for name, values in fine.outputs.items()},
         )
         engine = simulator(IN_CURRENT, [coarse], (), IN_CURRENT.nominal() | CURRENT, max_step=DT, threads=threads)
-        y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+        y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
         names = [channel.name for channel in IN_CURRENT.outputs]
         found.append(replace(coarse, outputs=dict(zip(names, y.T))))
     return tuple(found)

@@ -118,7 +118,7 @@ def open_loop(
 def simulated(model: Model, values: Mapping[str, float], trial: Trial) -> dict[str, Array]:
     """Outputs of a run from its first samples, without looking at the rest."""
     sim = simulator(model, [trial], values={**model.nominal(), **values}, threads=1)
-    y = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0]
+    y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
     return {c.name: y[:, k] for k, c in enumerate(model.outputs)}
 
 

@@ -41,7 +41,7 @@ def simulated(study: Study, values: Mapping[str, float], trials: Sequence[Trial]
     Nothing of a trial but its inputs and its first sample is used. A run that diverges has NaN outputs.
     """
     engine = simulator(study.model, trials, (), values, study.hold, study.max_step, threads)
-    found = engine.outputs(np.zeros((1, 0)), engine.first_states)
+    found = engine.outputs(np.zeros((1, 0)), engine.initial_states)
     names = [channel.name for channel in study.model.outputs]
     made = []
     for k, trial in enumerate(trials):

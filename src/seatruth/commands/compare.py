@@ -34,7 +34,7 @@ def compare(
     from seatruth.comparison import compare as run
     from seatruth.comparison import standing
     from seatruth.comparison.file import read_comparison
-    from seatruth.simulate.threads import thread_count
+    from seatruth.simulate import thread_count
 
     made, folder = read_comparison(comparison)
     folder = folder if out is None else out

@@ -25,7 +25,7 @@ def simulate(
     model, trials = plan.study.model, [*plan.study.trials, *plan.study.holdout]
     values = {parameter.name: parameter.value for parameter in plan.study.parameters}
     sim = simulator(model, trials, free=(), values=values, threads=threads)
-    answer = sim.outputs(np.zeros((1, 0)), sim.first_states)
+    answer = sim.outputs(np.zeros((1, 0)), sim.initial_states)
     rows = []
     for number, (trial, samples) in enumerate(zip(trials, sim.rows, strict=True)):
         difference = sim.measured[samples] - answer.y[0][samples]

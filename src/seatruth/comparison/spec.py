@@ -18,7 +18,7 @@ from seatruth.comparison.problem import COSTS, Problem, Run, check_distinct, che
 from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.costs.study import cost_of
 from seatruth.errors import BadInput, SeatruthError, nearest
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Optimizer, as_optimizer
 from seatruth.optimizers.base import FromCallable
 from seatruth.optimizers.chain import Chain

@@ -24,7 +24,7 @@ from seatruth.comparison.realisation import CostCache, NoisyProblem, Realisation
 from seatruth.comparison.spec import Comparison
 from seatruth.costs.study import StudyCost, cost_of
 from seatruth.errors import SeatruthError
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Budget, Optimizer, minimise
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.cross_validation import rms_errors

@@ -159,7 +159,7 @@ def _felt(
             dy = np.where(valid[rows][:, :, None], derivative.dy[rows][:, :, size:], 0.0)
             found[number] |= (dy != 0).any(axis=(0, 1))
             if len(pieces) > 1:
-                moves = derivative.dend[number][:, size:] != 0
+                moves = derivative.dx_end[number][:, size:] != 0
                 np.fill_diagonal(moves, False)
                 found[number] |= moves.any(axis=0) & found[number].any()
     # A state that matters in one piece of a trial matters in all of them: the pieces are one run.

@@ -17,7 +17,7 @@ from seatruth.costs.noise import Noise
 from seatruth.costs.study import Study
 from seatruth.costs.study_cost import Group, StudyCost, prior_groups
 from seatruth.errors import BadInput
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 

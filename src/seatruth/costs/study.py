@@ -19,7 +19,7 @@ from seatruth.costs.parameter_space import ParameterSpace
 from seatruth.costs.study_cost import Group, StudyCost
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
 from seatruth.simulate import fingerprint

@@ -15,7 +15,7 @@ from seatruth.costs.noise import Noise
 from seatruth.costs.segments import cut, state_at
 from seatruth.costs.study import Study
 from seatruth.costs.study_cost import Group, StudyCost, prior_groups
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import Simulator, simulator
 from seatruth.trials.trial import Trial, Trials
 
@@ -46,7 +46,7 @@ class TrajectoryCost(StudyCost):
         self._whole: Simulator | None = None
         self._K = len(self.space.free)
         values = self.space.nominal()
-        base = self._simulator.first_states.copy()
+        base = self._simulator.initial_states.copy()
         for number, piece in enumerate(self._pieces):
             if not piece.first:
                 base[number] = state_at(study.model, self.trials[piece.parent], piece.start, values)
@@ -80,8 +80,8 @@ class TrajectoryCost(StudyCost):
             if self._noise.correlated:
                 found, end = self._by_errors(theta, x0)
             else:
-                sums = self._simulator.sums(theta, x0, self._noise.weights)
-                found, end = self._noise.cost_of_squares(sums.squares.sum(axis=1)), sums.end
+                errors = self._simulator.squared_errors(theta, x0, self._noise.weights)
+                found, end = self._noise.cost_of_squares(errors.sums.sum(axis=1)), errors.x_end
             if self.space.priors:
                 found = found + 0.5 * (self.space.prior_residuals(own) ** 2).sum(axis=1)
             if len(self._initial.priors):
@@ -106,7 +106,7 @@ class TrajectoryCost(StudyCost):
                 self._noise.residuals(self._simulator.measured - outputs.y[0]),
                 self.space.prior_residuals(own)[0],
                 self._initial_residuals(free)[0],
-                self._gaps(outputs.end, x0)[0],
+                self._gaps(outputs.x_end, x0)[0],
             ]
         return np.concatenate(parts)
 
@@ -120,7 +120,7 @@ class TrajectoryCost(StudyCost):
         found = self._simulator.jacobian(theta, x0, initial.names)
         chain = self.space.moving_jacobian(own) if self.space.follows else None
         dy = self._spread(found.dy, [(rows, k) for k, rows in enumerate(self._simulator.rows)], chain)
-        ends = self._spread(found.dend, [(slice(k, k + 1), k) for k in range(len(self._pieces))], chain)
+        ends = self._spread(found.dx_end, [(slice(k, k + 1), k) for k in range(len(self._pieces))], chain)
         result = np.zeros((self._first_joint + self._joints.size, len(x)))
         at = self._noise.size
         result[:at] = self._noise.derivatives(-dy)
@@ -169,7 +169,7 @@ class TrajectoryCost(StudyCost):
         if not len(trials):
             return []
         sim = self._simulate(trials)
-        x0 = sim.first_states if self.study.initial == "fixed" else self._fitted_start(x, trials)
+        x0 = sim.initial_states if self.study.initial == "fixed" else self._fitted_start(x, trials)
         theta = self.space.moving_values(np.asarray(x, dtype=np.float64)[None, : self._K])[0]
         return self._runs(sim, theta, x0)
 
@@ -220,7 +220,7 @@ class TrajectoryCost(StudyCost):
             outputs = self._simulator.outputs(theta[part], x0[part] if x0.ndim == 3 else x0)
             cost = self._noise.cost_of_errors(measured - outputs.y)
             found[part] = np.where(outputs.diverged.any(axis=1), np.inf, cost)
-            end[part] = outputs.end
+            end[part] = outputs.x_end
         return found, end
 
     def _initial_residuals(self, free: Array) -> Array:
