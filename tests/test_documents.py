@@ -49,6 +49,7 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert (folder / "black_box-result" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_reading_the_report(folder: Path) -> None:
     estimate = identify(load_study(copy_to(folder)))
     execute("docs/reading-the-report.md", estimate=estimate)
@@ -66,6 +67,7 @@ def test_engine(folder: Path) -> None:
     assert errors.sums.shape == (3, len(trials), len(model.outputs))
 
 
+@pytest.mark.slow
 def test_the_model_of_the_document_conforms(folder: Path) -> None:
     for name, text in files("docs/models.md").items():
         (folder / name).write_text(text)

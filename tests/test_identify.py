@@ -41,6 +41,7 @@ def test_it_finds_what_was_put_in() -> None:
     assert found.values == dict(found.parameters["value"])
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """40 studies with noise of their own: 80 intervals of 95 %."""
     inside = 0

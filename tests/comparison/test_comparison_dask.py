@@ -21,6 +21,7 @@ from distributed import Client
 from seatruth import BadInput
 from seatruth.comparison import Standing, compare
 
+pytestmark = pytest.mark.slow
 HERE = Path(__file__).parent
 DASK = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
 WORKER = [sys.executable, "-m", "distributed.cli.dask_worker"]

@@ -143,6 +143,7 @@ def test_tables_are_whole_as_csv_and_latex(tmp_path: Path) -> None:
     assert "mean rank" in text
 
 
+@pytest.mark.slow
 def test_the_report_is_the_same_each_time_and_says_what_is_missing(tmp_path: Path) -> None:
     results = compare(small(), tmp_path)
     page = render_comparison(results)
@@ -185,6 +186,7 @@ def _black_box(kind: Any) -> Any:
     return Study("box", box, known_glide.sailed(1)[:1], noise=known_glide.NOISE)
 
 
+@pytest.mark.slow
 def test_the_document_is_the_schema_and_its_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (ROOT / "docs" / "compare.md").read_text()
     assert text.endswith(reference()), "write docs/compare.md again from seatruth.comparison.file.reference"

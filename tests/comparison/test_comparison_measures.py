@@ -85,6 +85,7 @@ def test_a_clear_winner_is_told_and_equals_are_not() -> None:
     assert made.pair("s1", "s0")["effect"] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_false_alarms_stay_below_five_per_cent() -> None:
     rng = np.random.default_rng(1)
     alarms = 0
@@ -126,6 +127,7 @@ def test_kinds_of_noise_have_their_size_and_colour() -> None:
     assert not np.isnan(noisy.inputs["u"]).any()
 
 
+@pytest.mark.slow
 def test_an_efficient_fit_has_rmse_on_the_bound_and_honest_intervals(tmp_path: Path) -> None:
     comparison = small(
         problems=[Problem("line", line(), TRUTH), glide()],

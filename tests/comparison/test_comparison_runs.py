@@ -114,6 +114,7 @@ def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path)
     assert seen[0].left == 6
 
 
+@pytest.mark.slow
 def test_workers_find_compiled_kernels_and_make_none(tmp_path: Path) -> None:
     code = """
 import sys, os
@@ -142,6 +143,7 @@ def die(problem: Any, rng: np.random.Generator) -> str:
     return ""
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_is_found_and_the_others_go_on(tmp_path: Path) -> None:
     comparison = small(solvers={"local": make("least_squares"), "die": from_callable(die)}, seeds=1, noise=[Noise()])
     results = compare(comparison, tmp_path, workers=2)
@@ -193,6 +195,7 @@ def _rows(store: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> None:
     comparison = small(seeds=12)
     done = [run_job(job) for job in jobs_of(comparison, [*comparison.references, *comparison.runs])]
@@ -216,6 +219,7 @@ def _reference_numbers(tmp_path: Path, comparison: Any) -> pd.DataFrame:
     return numbers(compare(comparison, tmp_path / "reference")).drop(columns="study_hash")
 
 
+@pytest.mark.slow
 def test_a_file_size_limit_in_the_middle_of_a_run_is_survived(tmp_path: Path) -> None:
     code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path)).replace("slow()", "small(seeds=30)")
     code = code.replace("import slow", "import small").replace("workers=2", "workers=1")

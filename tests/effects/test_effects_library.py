@@ -192,6 +192,7 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, A
 NEAR = {"wave_forces": ({"cosine": 0.01, "sine": 0.01, "frequency": 0.82, "towards": -0.1},)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(name for name, effect in available().items() if effect.dynamic))
 def test_is_recovered_when_it_alone_is_simulated(name: str) -> None:
     effect = available()[name]

@@ -97,6 +97,7 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Pat
     return results.finish(), out
 
 
+@pytest.mark.slow
 def test_quick_version(quick: tuple[dict[str, Any], Path]) -> None:
     record, out = quick
     assert record["failures"] == []

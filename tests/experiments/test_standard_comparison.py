@@ -18,6 +18,7 @@ import standard_comparison_systems as systems  # type: ignore[import-not-found,u
 from seatruth.comparison.realisation import NoisyProblem, RealisationSettings  # noqa: E402
 
 
+@pytest.mark.slow
 def test_quick_mode_leaves_a_whole_result(tmp_path: Path) -> None:
     options = common.arguments("standard_comparison", "", ["--quick", "--out", str(tmp_path), "--workers", "1"])
     results = common.Results("standard_comparison", options)

@@ -138,6 +138,7 @@ def test_a_current_is_the_same_in_both_codes() -> None:
         assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["torpedo", "tanker", "container"])
 def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path) -> None:
     family, rng = FAMILIES[name], np.random.default_rng(17)

@@ -59,6 +59,7 @@ def test_turning_circle_is_the_published_one(
     assert np.hypot(y["u"][-1], y["v"][-1]) / family.speed == pytest.approx(kept, rel=0.05)
 
 
+@pytest.mark.slow
 def test_straight_runs_are_steady() -> None:
     """Published self-propulsion, service speed and terminal speed balance; Mariner's neutral rudder is not zero."""
     close = {"ship": 0.01, "auv": 0.01, "mariner": 0.02, "tanker": 0.01, "torpedo": 0.005, "container": 0.001}

@@ -105,6 +105,7 @@ def test_prediction_intervals_are_those_of_linear_regression() -> None:
     np.testing.assert_allclose(found.half_width, 2.2281388 * np.sqrt(spread + s2), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_prediction_intervals_cover_new_measurements_of_a_degenerate_formula() -> None:
     inside = []
     for seed in range(60):
