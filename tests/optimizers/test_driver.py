@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, SeatruthWarning
 from seatruth.optimizers import Budget, Chain, Problem, Stop, from_callable, make, minimise
 from seatruth.testing.problems import Wrapped, ellipsoid, known_problems, rosenbrock
