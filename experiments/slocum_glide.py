@@ -246,6 +246,6 @@ def study(
         model.name,
         model,
         Trials(list(casts)),
-        parameters=tuple(q.but(vary=q.name in free, value=given.get(q.name, q.value)) for q in model.parameters),
+        parameters=tuple(q.replace(vary=q.name in free, value=given.get(q.name, q.value)) for q in model.parameters),
         max_step=None if isinstance(model, BlackBox) else 1.0,
     )

@@ -223,7 +223,7 @@ def study(trials: Sequence[Trial], free: Sequence[str], *, start_at: float = 1.0
             parameters.append(q)
             continue
         value = q.value if q.name in CURRENT else float(np.clip(start_at * TRUTH[q.name], q.min, q.max))
-        parameters.append(q.but(vary=True, value=value))
+        parameters.append(q.replace(vary=True, value=value))
     guessed = [name for name in GUESS if np.isfinite(trials[0].outputs[name]).sum() == 1]
     return Study(
         "sun2019",
@@ -245,7 +245,7 @@ def bound(
     cost = cost_of(asked, threads=threads)
     x = np.array([_true(parameter, runs) for parameter in cost.parameters])
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    found = covariance(residuals, jacobian, cost.groups, white=True)
+    found = covariance(residuals, jacobian, cost.residual_blocks, white=True)
     related = tied(found)
     table = {}
     for k, parameter in enumerate(cost.parameters):

@@ -164,7 +164,7 @@ def _solvers(
 def _noise(trial: Trial, *, threads: int, seed: int, levels: Sequence[float], seeds: int) -> list[dict[str, Any]]:
     """Errors in per cent of each coefficient, level and seed, by regression and by trajectory, with intervals."""
     names = COEFFICIENTS
-    free = tuple(q.but(min=-math.inf, max=math.inf) if q.vary else q for q in system.parameters(0.5))
+    free = tuple(q.replace(min=-math.inf, max=math.inf) if q.vary else q for q in system.parameters(0.5))
     rows = []
     for place, level in enumerate(levels):
         sd = system.noise_of(trial, level)

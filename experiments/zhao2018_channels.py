@@ -106,7 +106,7 @@ def open_loop(
 ) -> list[dict[str, Array]]:
     """Outputs of each run simulated under its recorded fins, from the state that fits its first fifth best [P]."""
     given = tuple(
-        q.but(value=float(values.get(q.name, q.value)), min=-math.inf, max=math.inf) for q in model.parameters
+        q.replace(value=float(values.get(q.name, q.value)), min=-math.inf, max=math.inf) for q in model.parameters
     )
     asked = Study("open loop", model, Trials(list(trials)), parameters=given, initial="free")
     cost = cost_of(asked, threads=threads)
@@ -142,8 +142,8 @@ def _set(model: Model, free: Iterable[str], values: Mapping[str, float] | None, 
     known = tank(q.name for q in model.parameters) if values is None else dict(values)
     found = []
     for q in model.parameters:
-        p = q.but(value=float(known.get(q.name, q.value)), vary=q.name in chosen)
-        found.append(p.but(min=-math.inf, max=math.inf) if wide or not p.min <= p.value <= p.max else p)
+        p = q.replace(value=float(known.get(q.name, q.value)), vary=q.name in chosen)
+        found.append(p.replace(min=-math.inf, max=math.inf) if wide or not p.min <= p.value <= p.max else p)
     return tuple(found)
 
 

@@ -63,7 +63,7 @@ def forward_facts(threads: int) -> dict[str, Any]:
         asked = Study("forward", channel("forward"), Trials([run]), parameters=parameters, noise={"u": 0.02})
         table = excitation(asked, threads=threads)
         start = system.channel_parameters("forward", free, wide=True)
-        fit = identify(asked.but(trials=Trials([noisy]), parameters=start, initial="free"), UNDAMPED, threads=threads)
+        fit = identify(asked.replace(trials=Trials([noisy]), parameters=start, initial="free"), UNDAMPED, threads=threads)
         found[label] = {
             "smallest singular value": system.smallest_singular_value(asked, threads),
             "verdict": table["verdict"].to_dict(),
@@ -101,7 +101,7 @@ def lateral_facts(threads: int) -> dict[str, dict[str, dict[str, float]]]:
             # an output that is not seen keeps its first sample alone, which the initial state is taken from
             first = np.arange(len(run)) == 0
             outputs = {c: y if c in seen else np.where(first, y, np.nan) for c, y in run.outputs.items()}
-            parameters = tuple(q.but(vary=q.name in free) for q in model.parameters)
+            parameters = tuple(q.replace(vary=q.name in free) for q in model.parameters)
             sd = dict.fromkeys(run.outputs, 1.0) | noise
             asked = Study(label, model, Trials([replace(run, outputs=outputs)]), parameters=parameters, noise=sd)
             table = excitation(asked, threads=threads)
@@ -296,7 +296,7 @@ def _at_truth(name: str) -> tuple[Parameter, ...]:
 
 def _own_study(name: str, own: Sequence[Trial], parameters: tuple[Parameter, ...]) -> Study:
     sd = {key: sensors.NOISE[key] for key in SEEN[name]}
-    given = tuple(q.but(value=TRUTH[q.name]) if q.name == "lambda_11" else q for q in parameters)
+    given = tuple(q.replace(value=TRUTH[q.name]) if q.name == "lambda_11" else q for q in parameters)
     return system.study(name, own, given, noise=sd, criterion="weighted")
 
 

@@ -59,12 +59,12 @@ def sets(study: Study) -> dict[str, list[Any]]:
 
 def only_resistance(study: Study) -> Study:
     """The baseline: published coefficients, only the resistance fitted to the same runs, so that the speed is right."""
-    return study.but(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
+    return study.replace(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
 
 
 def fit(study: Study, threads: int | None) -> dict[str, Any]:
     """Fits without the runs left out: they are not even given. All values, and the table of those that were free."""
-    estimate = identify(study.but(holdout=Trials([])), seed=SEED, threads=threads)
+    estimate = identify(study.replace(holdout=Trials([])), seed=SEED, threads=threads)
     values = {p.name: p.value for p in study.parameters} | estimate.values
     columns = ["value", "stderr", "start", "prior_sd", "min", "max", "verdict"]
     table = estimate.parameters[columns].reset_index(names="name").to_dict("records")

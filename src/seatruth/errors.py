@@ -32,8 +32,17 @@ class SeatruthError(Exception):
         return (_rebuild, (type(self), self.what, self.where, self.do))
 
 
-class BadInput(SeatruthError):
-    """A file, a study, an option or an argument is wrong (exit code 2)."""
+class BadInput(SeatruthError, ValueError):
+    """A file, a study, an option or an argument is wrong (exit code 2). It is also a `ValueError`.
+
+    Example:
+        >>> from seatruth import BadInput, Budget
+        >>> try:
+        ...     Budget(evaluations=-1)
+        ... except ValueError as problem:
+        ...     print(problem)
+        budget: evaluations = -1 is no limit. Give a positive number.
+    """
 
     exit_code = 2
 

@@ -55,10 +55,10 @@ def test_the_published_formulas_agree_with_each_other_in_size() -> None:
         {"V": [1.3 / 0.514444], "rad": [math.radians(25)], "delta": [25.0], "Fr": [0.3389], "weight_kg": 50.0}
     )
     one["D"] = 8.0
-    assert cost_of(eda.but(trials=formula_study(EDA, one, eda.parameters).trials)).predict(np.array(A))[0] == (
+    assert cost_of(eda.replace(trials=formula_study(EDA, one, eda.parameters).trials)).predict(np.array(A))[0] == (
         pytest.approx(7.0, abs=0.05)
     )
-    assert cost_of(lobas.but(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[0] == (
+    assert cost_of(lobas.replace(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[0] == (
         pytest.approx(7.8, abs=0.05)
     )
 
@@ -80,8 +80,8 @@ def test_solvers_find_the_same_predictions(solver: str) -> None:
 @pytest.mark.parametrize("noise", [0.3, "estimate"])
 def test_views_of_an_expression_agree(noise: Any) -> None:
     parameters = free("a1 a2 a3 a4 a5", A)
-    parameters[2] = parameters[2].but(prior=Prior(0.8, 0.01))
-    parameters[4] = parameters[4].but(vary=False, tie="a4 * 17 + 0.001")
+    parameters[2] = parameters[2].replace(prior=Prior(0.8, 0.01))
+    parameters[4] = parameters[4].replace(vary=False, expr="a4 * 17 + 0.001")
     study = formula_study(EDA, TABLE, parameters, noise=noise, constraints=["a3 > a2"])
     cost = cost_of(study)
     x = cost.start * 1.1
@@ -97,7 +97,7 @@ def test_views_of_an_expression_agree(noise: Any) -> None:
     values = cost.values(X)
     assert np.isinf(values[3])
     np.testing.assert_allclose(np.delete(values, 3), [cost.value_of(cost.residuals(row)) for row in np.delete(X, 3, 0)])
-    assert [group.kind for group in cost.groups] == ["data", "prior"]
+    assert [group.kind for group in cost.residual_blocks] == ["data", "prior"]
     with pytest.raises(BadInput, match="not enter the formula linearly"):
         cost.regression()
 
@@ -133,7 +133,7 @@ def test_weights_and_missing_rows() -> None:
     expected = np.linalg.lstsq(design, (table.D * table.w).to_numpy()[rows], rcond=None)[0]
     np.testing.assert_allclose(minimise(cost, "least_squares").x, expected, rtol=1e-6)
     assert len(cost.residuals(cost.start)) == 29
-    (group,) = cost.groups
+    (group,) = cost.residual_blocks
     assert 4 not in group.sample
     assert cost.predict(cost.start)[0].shape == (30, 1)
 

@@ -79,7 +79,7 @@ def test_other_solvers_reach_the_same_regression() -> None:
         assert newton[name] == pytest.approx(reference[name], abs=0.05)
     few = ("Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds")
     bounded = tuple(
-        q.but(min=min(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]), max=max(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]))
+        q.replace(min=min(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]), max=max(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]))
         if q.name in few
         else q
         for q in diving_parameters(few, off=0.5)
@@ -114,7 +114,7 @@ def test_trajectory_fit_recovers_what_the_regression_cannot() -> None:
 def test_a_swarm_recovers_them_from_anywhere_by_simulation() -> None:
     few = ("X_uu", "Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds")
     parameters = tuple(
-        q.but(min=min(0.2 * q.value, 3 * q.value), max=max(0.2 * q.value, 3 * q.value), value=1.7 * q.value)
+        q.replace(min=min(0.2 * q.value, 3 * q.value), max=max(0.2 * q.value, 3 * q.value), value=1.7 * q.value)
         if q.name in few
         else q
         for q in diving_parameters(few)
@@ -128,7 +128,7 @@ def test_a_swarm_recovers_them_from_anywhere_by_simulation() -> None:
 @pytest.mark.parametrize("form", ["euler", "central", "trapezoid"])
 def test_values_residuals_derivatives_and_regression_agree(form: str) -> None:
     parameters = tuple(
-        q.but(prior=Prior(-0.07, 0.004)) if q.name == "Z_ds" else q.but(tie="-0.5 * Z_ds") if q.name == "X_ww" else q
+        q.replace(prior=Prior(-0.07, 0.004)) if q.name == "Z_ds" else q.replace(expr="-0.5 * Z_ds") if q.name == "X_ww" else q
         for q in diving_parameters(off=0.8)
     )
     cost = cost_of(diving(parameters=parameters, form=form))
@@ -146,7 +146,7 @@ def test_values_residuals_derivatives_and_regression_agree(form: str) -> None:
     blocks = cost.regression().blocks
     assert [block.name for block in blocks] == ["equation of u", "equation of w", "equation of q"]
     for block, state in zip(blocks, ("u_dot", "w_dot", "q_dot")):
-        rows = next(group.rows for group in cost.groups if group.channel == state)
+        rows = next(group.rows for group in cost.residual_blocks if group.channel == state)
         error = block.target - block.regressors @ x[block.columns]
         np.testing.assert_allclose(error, r[rows] * cost.sigma[state], rtol=1e-7, atol=1e-12)
 

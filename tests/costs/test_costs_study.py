@@ -28,7 +28,7 @@ def test_a_study_knows_its_parts() -> None:
     assert made.synthetic
     assert made.cost_options["kind"] == "trajectory"
     assert made.cost_options["initial"] == "fixed"
-    assert made.but(cost="regression").cost_options == {"kind": "regression", "form": "trapezoid", "equations": None}
+    assert made.replace(cost="regression").cost_options == {"kind": "regression", "form": "trapezoid", "equations": None}
     shuffled = study(parameters=tuple(reversed(Yaw.parameters)))
     assert [parameter.name for parameter in shuffled.parameters] == ["K", "T", "c", "K_over_T"]
     assert set(KINDS) == {"trajectory", "regression", "formula"}
@@ -50,7 +50,7 @@ def test_a_study_knows_its_parts() -> None:
         ({"multiple_shooting": True}, "there are none"),
         ({"equations": ["rr"]}, "no equation of 'rr'"),
         ({"parameters": Yaw.parameters[:3]}, "'K_over_T' of model 'yaw' is missing"),
-        ({"parameters": (*Yaw.parameters, Yaw.parameters[0].but(name="Kk"))}, "no parameter 'Kk'.*Did you mean 'K'"),
+        ({"parameters": (*Yaw.parameters, Yaw.parameters[0].replace(name="Kk"))}, "no parameter 'Kk'.*Did you mean 'K'"),
         ({"parameters": (*Yaw.parameters, Yaw.parameters[0])}, "twice|called 'K'"),
         ({"trials": Trials([])}, "no trial to fit"),
         ({"constraints": ["K > 1"]}, "start values break"),
@@ -74,7 +74,7 @@ def test_trials_that_cannot_be_used_are_named() -> None:
         with pytest.raises(BadInput, match=message):
             study(trials=Trials([broken]))
     with pytest.raises(BadInput, match=r"no 'trails'.*Did you mean 'trials'"):
-        study().but(trails=TRIALS)
+        study().replace(trails=TRIALS)
 
 
 def test_the_hash_is_of_what_decides_the_result() -> None:
@@ -93,8 +93,8 @@ def test_the_hash_is_of_what_decides_the_result() -> None:
         study(initial="free"),
         study(constraints=["K > 0"]),
         study(cost="regression"),
-        study(parameters=tuple(q.but(prior=Prior(1, 1)) if q.name == "K" else q for q in Yaw.parameters)),
-        study(parameters=tuple(q.but(vary=False) if q.name == "K" else q for q in Yaw.parameters)),
+        study(parameters=tuple(q.replace(prior=Prior(1, 1)) if q.name == "K" else q for q in Yaw.parameters)),
+        study(parameters=tuple(q.replace(vary=False) if q.name == "K" else q for q in Yaw.parameters)),
         Study("yaw", YawGain(), TRIALS[:2], holdout=TRIALS[2:]),
     ]
     hashes = {made.content_hash for made in [base, *others]}
@@ -105,7 +105,7 @@ def test_the_hash_is_of_what_decides_the_result() -> None:
 def test_costs_on_other_trials() -> None:
     cost = cost_of(study(), trials=TRIALS[2:], threads=1)
     assert [trial.name for trial in cost.trials] == ["c"]
-    assert {group.trial for group in cost.groups} == {"c"}
+    assert {group.trial for group in cost.residual_blocks} == {"c"}
 
 
 def test_studies_travel_to_other_processes() -> None:

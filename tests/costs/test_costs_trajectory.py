@@ -40,11 +40,11 @@ def with_gaps(trials: Trials) -> Trials:
 def tied() -> tuple[Parameter, ...]:
     """The model's parameters with one tied to two free ones (and used by nothing), one tied into the equations."""
     return tuple(
-        q.but(tie="0.5 * K * T + 20 * K", vary=False, prior=Prior(5.0, 0.7))
+        q.replace(expr="0.5 * K * T + 20 * K", vary=False, prior=Prior(5.0, 0.7))
         if q.name == "c"
-        else q.but(tie="K / T")
+        else q.replace(expr="K / T")
         if q.name == "K_over_T"
-        else q.but(prior=Prior(0.25, 0.02))
+        else q.replace(prior=Prior(0.25, 0.02))
         if q.name == "K"
         else q
         for q in Yaw.parameters
@@ -111,10 +111,10 @@ def test_groups_hold_every_residual_once_and_say_where_it_is_from(name: str) -> 
     cost = cost_of(made)
     x = cost.start
     r = cost.residuals(x)
-    rows = np.concatenate([group.rows for group in cost.groups])
+    rows = np.concatenate([group.rows for group in cost.residual_blocks])
     assert sorted(rows) == list(range(len(r)))
     whole = cost.predict(x)
-    for group in cost.groups:
+    for group in cost.residual_blocks:
         if group.kind != "data":
             continue
         trial = made.trials[group.trial]
@@ -125,7 +125,7 @@ def test_groups_hold_every_residual_once_and_say_where_it_is_from(name: str) -> 
             column = [channel.name for channel in made.model.outputs].index(group.channel)
             error = trial.outputs[group.channel] - whole[made.trials.names.index(group.trial)][:, column]
             np.testing.assert_allclose(r[group.rows] * cost.sigma[group.channel], error[group.sample], atol=1e-12)
-    priors = {group.channel for group in cost.groups if group.kind == "prior"}
+    priors = {group.channel for group in cost.residual_blocks if group.kind == "prior"}
     assert priors == {
         "plain": set(),
         "tied": {"K", "c"},
@@ -198,7 +198,7 @@ def test_a_start_that_no_output_feels_is_not_freed() -> None:
 
 def test_a_prior_on_the_start_counts_the_first_sample_once() -> None:
     cost = cost_of(STUDIES["prior"]())
-    psi = [group for group in cost.groups if group.kind == "data" and group.channel == "psi"]
+    psi = [group for group in cost.residual_blocks if group.kind == "data" and group.channel == "psi"]
     assert all(group.sample[0] == 1 for group in psi)
     tight = cost_of(study(initial="free", initial_sd={"psi": 1e-6, "r": 1e-6}))
     found = minimise(tight, "least_squares").x
@@ -213,7 +213,7 @@ def test_multiple_shooting_reaches_the_optimum_of_whole_runs() -> None:
     best, joined = minimise(whole, "least_squares"), minimise(pieces, "least_squares")
     np.testing.assert_allclose(joined.x[:3], best.x[:3], rtol=2e-4)
     assert joined.value == pytest.approx(best.value, abs=0.05)
-    gaps = [group for group in pieces.groups if group.kind == "continuity"]
+    gaps = [group for group in pieces.residual_blocks if group.kind == "continuity"]
     assert {group.channel for group in gaps} == {"psi", "r"}
     np.testing.assert_allclose(pieces.predict(joined.x)[1], whole.predict(best.x)[1], atol=1e-3)
 
@@ -249,7 +249,7 @@ def test_unknown_noise_every_solver_finds_the_same_likelihood(criterion: str) ->
 
 
 def test_estimated_noise_weighs_channels_rightly_from_a_far_start() -> None:
-    far = tuple(q.but(value=3 * q.value) if q.vary else q for q in Yaw.parameters)
+    far = tuple(q.replace(value=3 * q.value) if q.vary else q for q in Yaw.parameters)
     found = minimise(cost_of(study(noise={}, parameters=far)), "least_squares")
     near_by = minimise(cost_of(study(noise={})), "least_squares")
     np.testing.assert_allclose(found.x, near_by.x, rtol=1e-4)

@@ -49,9 +49,9 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> GapProblem:
     model = load_model("ship.py:Unstable", folder)
     rng = np.random.default_rng(4)
     runs = [steered(rng, 0.3 * k) for k in range(3)]
-    parameters = tuple(p.but(prior=Prior(p.value, 0.2 * p.value)) for p in model.parameters)
+    parameters = tuple(p.replace(prior=Prior(p.value, 0.2 * p.value)) for p in model.parameters)
     study = Study(
-        name="unstable", model=model, trials=Trials(runs), parameters=parameters, noise=dict(NOISE), hold="zero"
+        name="unstable", model=model, trials=Trials(runs), parameters=parameters, noise=dict(NOISE), hold="zoh"
     )
     return GapProblem(study, load_effects(small.EFFECTS), threads=1)
 

@@ -26,7 +26,7 @@ file = "turns.csv"
 [parameters]
 a = { value = 1.0, min = 0.0, vary = true }
 b = { value = 1.0, vary = true }
-c = { tie = "2 * half" }
+c = { expr = "2 * half" }
 half = 5.0
 
 [channels]
@@ -73,7 +73,7 @@ def test_a_formula_is_read_and_fitted(folder: Path) -> None:
         ("a * Fr", "a^2 * Fr", "more than arithmetic"),
         ("b = {", "bb = {", "no parameter 'bb'.*Did you mean 'b'"),
         ('"2 * half"', '"2 * c"', "no parameter 'half'"),
-        ("half = 5.0", "half = { tie = 'c' }", "lead back"),
+        ("half = 5.0", "half = { expr = 'c' }", "lead back"),
         ("turns.csv", "turn.csv", "Did you mean 'turns.csv'"),
         ("vary = true }", "vary = false }", "no parameter varies"),
         ("D = 0.01", "E = 0.01", "unknown channel 'E'"),

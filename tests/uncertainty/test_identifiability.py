@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.study_cost import Group
+from seatruth.costs.study_cost import ResidualBlock
 from seatruth.identification import Study, cost_of
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
@@ -67,7 +67,7 @@ def test_estimates_that_move_together_are_named() -> None:
     rng = np.random.default_rng(2)
     u, v, w = 100.0 * rng.normal(size=(3, 500))
     jacobian = np.column_stack([u, u + 0.1 * v, w])
-    groups = [Group("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
     found = covariance(rng.normal(size=500), jacobian, groups)
     assert tied(found).tolist() == [True, True, False]
     (pair,) = trade_offs(found, three())
@@ -112,8 +112,8 @@ def diving() -> Study:
 def test_sensitivities_are_the_published_kind(diving: Study) -> None:
     """The order that the reference plant's zigzag gives: planes and damping first, quadratic pitch terms last."""
     names = ["Z_ds", "Z_q", "M_ds", "Z_w", "M_q", "Z_aw", "M_aw", "M_qaq", "M_waw"]
-    free = tuple(p.but(vary=p.name in names) for p in diving.model.parameters)
-    cost = cost_of(diving.but(parameters=free), threads=1)
+    free = tuple(p.replace(vary=p.name in names) for p in diving.model.parameters)
+    cost = cost_of(diving.replace(parameters=free), threads=1)
     found = sensitivity(cost, cost.start)
     order = found[["w", "q", "theta"]].max(axis=1)
     assert list(order.index) == [p.name for p in cost.parameters]
@@ -133,7 +133,7 @@ def test_a_preview_says_what_trials_can_move() -> None:
         y = simulator(model, [bare]).outputs(np.zeros((1, 0)), start).y[0]
         outputs = {c.name: y[:, k] for k, c in enumerate(model.outputs)}
         trial = Trial(name, t, inputs, outputs, synthetic=True)
-        free = tuple(p.but(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
+        free = tuple(p.replace(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
         noise = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
         study = Study(name, model, Trials([trial]), parameters=free, noise=noise)
         verdicts[name] = excitation(study, threads=1)

@@ -11,11 +11,12 @@ import typer
 
 from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
+from seatruth.costs.options import OPTIONS, option_names
 from seatruth.costs.registry import KINDS
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
-from seatruth.study.schema import COST_KEYS, CostTable
+from seatruth.study.schema import CostTable
 
 
 class What(StrEnum):
@@ -111,7 +112,7 @@ def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
                     "is": kind(fields[key].annotation).replace("`", ""),
                     "means": fields[key].description or "",
                 }
-                for key in COST_KEYS[kind_of_cost.name]
+                for key in option_names(OPTIONS[kind_of_cost.name])
             ],
         }
         for kind_of_cost in KINDS.values()

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, Validatio
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.spec import TARGETS, Comparison, Problem, definition
 from seatruth.optimizers import Optimizer
-from seatruth.study import Plan, parsed, read_plan, read_text
+from seatruth.study import Study, load_study, parsed, read_text
 from seatruth.study import solver as solvers
 from seatruth.study.reference import rows
 from seatruth.study.schema import OpenTable, OptimizerTable, Table
@@ -177,16 +177,16 @@ def reference() -> str:
 def _problems(file: ComparisonFile, source: Path, problems: Problems) -> list[Problem]:
     found = []
     for k, entry in enumerate(file.problems):
-        plan: Plan | None = None
+        study: Study | None = None
         with problems.at("problems", k, "study"):
-            plan = read_plan(source.parent / entry.study)
-        if plan is None:
+            study = load_study(source.parent / entry.study)
+        if study is None:
             continue
-        values = {parameter.name: parameter.value for parameter in plan.study.free}
+        values = {parameter.name: parameter.value for parameter in study.free}
         truth = values if entry.truth == "study" else entry.truth
         with problems.at("problems", k):
-            name = entry.name or plan.study.name
-            found.append(Problem(name, plan.study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
+            name = entry.name or study.name
+            found.append(Problem(name, study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
     names = [problem.name for problem in found]
     for k, name in enumerate(names):
         if name in names[:k]:

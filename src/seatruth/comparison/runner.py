@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,29 +17,12 @@ from seatruth.comparison.spec import Comparison, Run
 from seatruth.comparison.store import Store
 from seatruth.comparison.worker import Done, Job, jobs_of, work
 from seatruth.errors import BadInput, Interrupted, SeatruthError
+from seatruth.progress import Progress, ProgressEvent, silent
 
 STORE = "comparison.sqlite"
 _WRITE_S = 0.2
 """Longest time that a finished run waits to be written together with others."""
 Backend = Literal["loky", "dask"]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How far a comparison is: runs done, failed and left, and seconds to go (None while that is not known)."""
-
-    done: int
-    failed: int
-    left: int
-    seconds_left: float | None
-
-    def __str__(self) -> str:
-        failed = f", {self.failed} failed" if self.failed else ""
-        text = f"{self.done} runs done{failed}, {self.left} left"
-        if self.seconds_left is None or not self.left:
-            return text
-        minutes, seconds = divmod(round(self.seconds_left), 60)
-        return f"{text}, about {f'{minutes} min ' if minutes else ''}{seconds} s to go"
 
 
 def compare(
@@ -51,13 +33,13 @@ def compare(
     backend: Backend = "loky",
     fresh: bool = False,
     retry_failed: bool = False,
-    progress: Callable[[Standing], None] | None = None,
+    progress: Progress | None = None,
 ) -> Results:
     """Runs what is missing of a comparison and gives all its results.
 
     `folder` gets the store, `comparison.sqlite`; runs that are in it are not made again (with `fresh` they are; with
     `retry_failed` those that failed are). `workers` processes run at once and do not change the results; `backend`
-    "dask" takes the workers of the dask client of this process instead. `progress` is called with a Standing.
+    "dask" takes the workers of the dask client of this process instead. `progress` is called after every group of runs.
 
     Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on. Raises
     BadInput where another program writes to the store or a program of another version made it, Interrupted on Ctrl-C.
@@ -79,7 +61,7 @@ def compare(
         known = store.known((run.key for run in wanted), failed=not retry_failed)
         missing = _ordered([run for run in wanted if run.key not in known])
         store.describe(comparison.name, dict(comparison.made_of))
-        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress)
+        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress or silent)
         try:
             for done in _in_groups(_results(jobs_of(comparison, missing), workers, backend)):
                 store.add(done, hashes)
@@ -182,14 +164,13 @@ class _Clock:
         store: Store,
         missing: Sequence[Run],
         workers: int,
-        progress: Callable[[Standing], None] | None,
+        progress: Progress,
     ) -> None:
         self._progress, self._workers = progress, workers
         self._left = {run.key: _kind(run) for run in missing}
-        self._count = len(comparison.runs) - len(missing)
-        keys = {run.key for run in comparison.runs}
+        self._total, self._begun = len(comparison.runs), time.monotonic()
+        keys = {run.key for run in comparison.runs} - set(self._left)
         self._failed = len(store.known(keys)) - len(store.known(keys, failed=False))
-        self._count -= self._failed
         self._times: dict[Any, list[float]] = defaultdict(list)
         self._show()
 
@@ -199,14 +180,22 @@ class _Clock:
                 continue
             self._left.pop(one.run.key, None)
             self._failed += bool(one.error)
-            self._count += not one.error
             spent = one.numbers.get("search_s", 0.0) + one.numbers.get("scoring_s", 0.0)
             self._times[_kind(one.run)].append(spent)
         self._show()
 
     def _show(self) -> None:
-        if self._progress is not None:
-            self._progress(Standing(self._count, self._failed, len(self._left), self._seconds()))
+        self._progress(
+            ProgressEvent(
+                "Comparison",
+                done=self._total - len(self._left),
+                total=self._total,
+                unit="runs",
+                elapsed_s=time.monotonic() - self._begun,
+                remaining_s=self._seconds(),
+                message=f"{self._failed} failed" if self._failed else "",
+            )
+        )
 
     def _seconds(self) -> float | None:
         if not self._times:

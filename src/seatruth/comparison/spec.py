@@ -17,12 +17,13 @@ import joblib
 import numpy as np
 
 from seatruth.comparison.noise import Noise
-from seatruth.costs.study import Study
+from seatruth.costs.options import of_kind
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.models.blackbox import BlackBox
 from seatruth.optimizers import Optimizer, as_optimizer
 from seatruth.optimizers.base import FromCallable
 from seatruth.optimizers.chain import Chain
+from seatruth.study import Study
 
 FORMAT = 1
 """Changes when the way a run is made changes, so that runs made the old way are made again."""
@@ -60,8 +61,8 @@ class Problem:
         for cost in self.costs:
             if cost not in COSTS:
                 raise BadInput(f"there is no cost {cost!r}", where=where, do=nearest(cost, COSTS))
-            if (cost == "formula") != (self.study.cost == "formula"):
-                raise BadInput(f"a {self.study.cost} study has no {cost} cost", where=where)
+            if (cost == "formula") != (self.study.cost.kind == "formula"):
+                raise BadInput(f"a {self.study.cost.kind} study has no {cost} cost", where=where)
         if self.truth is None:
             return
         for name in self.truth:
@@ -169,9 +170,9 @@ class Comparison:
         """The costs that a problem is fitted by."""
         if problem.costs:
             return problem.costs
-        if problem.study.cost == "formula":
+        if problem.study.cost.kind == "formula":
             return ("formula",)
-        return tuple(self.costs) or (problem.study.cost,)
+        return tuple(self.costs) or (problem.study.cost.kind,)
 
     def budgets_of(self, problem: Problem) -> tuple[int, ...]:
         return problem.budgets or tuple(self.budgets)
@@ -209,7 +210,7 @@ class Comparison:
 
     def _references(self) -> Iterator[Run]:
         hashes = {
-            (problem.name, cost): problem.study.but(cost=cost).content_hash
+            (problem.name, cost): problem.study.replace(cost=of_kind(problem.study.cost, cost)).content_hash
             for problem in self.problems
             for cost in self.costs_of(problem)
         }
@@ -240,7 +241,7 @@ def abilities(problem: Problem, cost: str, wanted: Iterable[str] = ()) -> frozen
     that it needs was recorded.
     """
     from seatruth.comparison.realisation import Bench, Setting
-    from seatruth.costs.study import cost_of
+    from seatruth.costs.registry import cost_of
 
     if isinstance(problem.study.model, BlackBox) and cost == "regression":
         return frozenset()

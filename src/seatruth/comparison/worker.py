@@ -21,7 +21,8 @@ from threadpoolctl import threadpool_limits
 from seatruth.arrays import Array
 from seatruth.comparison.realisation import Bench, Costs, Setting, with_values
 from seatruth.comparison.spec import Comparison, Problem, Run, stream
-from seatruth.costs.study import StudyCost, cost_of
+from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.blackbox import BlackBox
 from seatruth.optimizers import Budget, Optimizer, minimise
@@ -131,7 +132,10 @@ def _reference(bench: Bench, run: Run) -> Done:
     table["value"] = math.nan if best is None else best[: len(free)]
     table["truth"] = math.nan if bench.truth is None else [bench.truth[q.name] for q in free]
     table["crlb"] = _bounds(bench, run)
-    numbers: dict[str, Any] = {"value": value, "n_data": sum(len(g.rows) for g in cost.groups if g.kind == "data")}
+    numbers: dict[str, Any] = {
+        "value": value,
+        "n_data": sum(len(g.rows) for g in cost.residual_blocks if g.kind == "data"),
+    }
     numbers["dimension"] = len(cost.parameters)
     if bench.truth is not None:
         numbers["value_at_truth"] = float(cost.values(_x(cost, bench.truth)[None])[0])
@@ -140,7 +144,7 @@ def _reference(bench: Bench, run: Run) -> Done:
 
 def _moved(bench: Bench, run: Run, cost: StudyCost, values: Mapping[str, float]) -> StudyCost:
     """The cost with another start."""
-    return cost_of(cost.study.but(parameters=with_values(cost.study, dict(values))), threads=1)
+    return cost_of(cost.problem.replace(parameters=with_values(cost.problem, dict(values))), threads=1)
 
 
 def _bounds(bench: Bench, run: Run) -> Array:
@@ -158,7 +162,7 @@ def _bounds(bench: Bench, run: Run) -> Array:
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
     if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
         return nothing
-    return np.asarray(covariance(residuals, jacobian, cost.groups, white=True).crlb[: len(free)])
+    return np.asarray(covariance(residuals, jacobian, cost.residual_blocks, white=True).crlb[: len(free)])
 
 
 def _x(cost: StudyCost, values: Mapping[str, float]) -> Array:
@@ -208,7 +212,7 @@ def _intervals(cost: StudyCost, x: Array) -> pd.DataFrame:
             below, above = x - low <= _AT_BOUND * width, high - x <= _AT_BOUND * width
         width_known = np.isfinite(width)
         held = width_known & ((below & (slope > 0)) | (above & (slope < 0)))
-        found = covariance(residuals, jacobian, cost.groups, held)
+        found = covariance(residuals, jacobian, cost.residual_blocks, held)
         stderr, half = found.stderr[:size], found.half_width()[:size]
     with np.errstate(invalid="ignore"):
         return table.assign(stderr=stderr, lower=x[:size] - half, upper=x[:size] + half)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array, Indices
+from seatruth.costs.options import TrajectoryOptions
+from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.segments import Piece, spread_of
-from seatruth.costs.study import Study
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial
@@ -63,29 +64,35 @@ class InitialStates:
 
 
 def initial_states(
-    study: Study, pieces: Sequence[Piece], simulator: Simulator, theta: Array, base: Array, trials: Sequence[Trial]
+    problem: EstimationProblem,
+    options: TrajectoryOptions,
+    pieces: Sequence[Piece],
+    simulator: Simulator,
+    theta: Array,
+    base: Array,
+    trials: Sequence[Trial],
 ) -> InitialStates:
     """The initial states of a study's pieces; theta (K,) is where their effect on the outputs is looked at.
 
     A state that no recorded output feels is not freed.
     """
-    model = study.model
+    model = problem.model
     names = [channel.name for channel in model.states]
     spread = spread_of(model, trials)
     found: list[tuple[int, int, InitialState]] = []
     wanted = [
         number
         for number, piece in enumerate(pieces)
-        if study.initial == "free" or (study.multiple_shooting and not piece.first)
+        if options.initial == "free" or (options.multiple_shooting and not piece.first)
     ]
     felt = _felt(simulator, pieces, theta, base, spread) if wanted else np.zeros((len(pieces), len(names)), dtype=bool)
     for number in wanted:
         piece = pieces[number]
-        told = study.initial_sd if piece.first or not study.multiple_shooting else {}
+        told = options.initial_sd if piece.first or not options.multiple_shooting else {}
         for state, channel in enumerate(model.states):
             if felt[number, state] and channel.name not in model.hidden:
                 value = float(base[number, state])
-                known = study.noise.get(channel.name)
+                known = problem.noise.get(channel.name)
                 sd = told.get(channel.name)
                 reach = _reach(spread[channel.name], value, known if isinstance(known, float) else None, sd)
                 found.append(
@@ -183,16 +190,22 @@ class Joints:
         return len(self.sd)
 
 
-def joints(study: Study, pieces: Sequence[Piece], initial: InitialStates, trials: Sequence[Trial]) -> Joints:
+def joints(
+    problem: EstimationProblem,
+    options: TrajectoryOptions,
+    pieces: Sequence[Piece],
+    initial: InitialStates,
+    trials: Sequence[Trial],
+) -> Joints:
     """The joints of multiple shooting; none otherwise. A state that is free in the later piece is joined."""
     found = []
-    if study.multiple_shooting:
-        spread = spread_of(study.model, trials)
+    if options.multiple_shooting:
+        spread = spread_of(problem.model, trials)
         for number, piece in enumerate(pieces):
             if not piece.first:
                 found += [
                     (number - 1, number, state, _CLOSE * spread[channel.name])
-                    for state, channel in enumerate(study.model.states)
+                    for state, channel in enumerate(problem.model.states)
                     if initial.column_of[number, state] >= 0
                 ]
     before, after, states = (np.array([row[k] for row in found], dtype=np.intp) for k in range(3))

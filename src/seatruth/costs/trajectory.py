@@ -12,11 +12,14 @@ from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Regression
 from seatruth.costs.initial import initial_states, joints
 from seatruth.costs.noise import Noise
+from seatruth.costs.open_loop import open_loop, outputs_by_trial
+from seatruth.costs.options import TrajectoryOptions, of_kind
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.regression import RegressionCost
 from seatruth.costs.segments import cut, state_at
-from seatruth.costs.study import Study
-from seatruth.costs.study_cost import Group, StudyCost, prior_groups
+from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.models.blackbox import BlackBox
-from seatruth.simulate import Simulator, simulator
+from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial, Trials
 
 _AT_ONCE = 64 * 1024 * 1024
@@ -37,11 +40,12 @@ class TrajectoryCost(StudyCost):
     values. Candidates that diverge or break a constraint cost inf.
     """
 
-    def __init__(self, study: Study, *, threads: int | None = None) -> None:
-        self.study, self.space = study, study.space
-        self.trials = tuple(study.trials)
+    def __init__(self, problem: EstimationProblem, *, threads: int | None = None) -> None:
+        self.problem, self.space = problem, problem.space
+        self.options = problem.options(TrajectoryOptions)
+        self.trials = tuple(problem.trials)
         self._threads = threads
-        self._pieces = cut(self.trials, study.segments)
+        self._pieces = cut(self.trials, self.options.segments)
         self._simulator = self._simulate([piece.trial for piece in self._pieces])
         self._whole: Simulator | None = None
         self._K = len(self.space.free)
@@ -49,33 +53,33 @@ class TrajectoryCost(StudyCost):
         base = self._simulator.first_states.copy()
         for number, piece in enumerate(self._pieces):
             if not piece.first:
-                base[number] = state_at(study.model, self.trials[piece.parent], piece.start, values)
-        theta = self.space.moving_values(self.space.start[None])[0]
-        self._initial = initial_states(study, self._pieces, self._simulator, theta, base, self.trials)
-        self._joints = joints(study, self._pieces, self._initial, self.trials)
+                base[number] = state_at(problem.model, self.trials[piece.parent], piece.start, values)
+        theta = self.space.varying_values(self.space.start[None])[0]
+        self._initial = initial_states(problem, self.options, self._pieces, self._simulator, theta, base, self.trials)
+        self._joints = joints(problem, self.options, self._pieces, self._initial, self.trials)
         self.parameters = (*self.space.free, *self._initial.parameters)
         self.nuisances = tuple(parameter.name for parameter in self._initial.parameters)
         abilities: set[Ability] = {"values", "residuals", "derivatives"}
-        if not isinstance(study.model, BlackBox):
+        if not isinstance(problem.model, BlackBox):
             abilities.add("regression")
         self.gives = frozenset(abilities)
-        known = {name: float(value) for name, value in study.noise.items() if value != "estimate"}
+        known = {name: float(value) for name, value in problem.noise.items() if value != "estimate"}
         self._noise = Noise(
-            [channel.name for channel in study.model.outputs],
+            [channel.name for channel in problem.model.outputs],
             self._simulator.measured,
             self._counted(),
             known,
-            correlated=study.criterion == "likelihood",
-            where=f"study {study.name!r}",
+            correlated=self.options.criterion == "likelihood",
+            where=f"study {problem.name!r}",
         )
         self._first_joint = self._noise.size + len(self.space.priors) + len(self._initial.priors)
-        self.groups = self._groups()
+        self.residual_blocks = self._residual_blocks()
 
     def values(self, X: Array) -> Array:
         """Cost of each candidate: (P, K) -> (P,), in one simulation of the whole population."""
         X = np.asarray(X, dtype=np.float64)
         own = X[:, : self._K]
-        theta, x0 = self.space.moving_values(own), self._initial.of(X[:, self._K :])
+        theta, x0 = self.space.varying_values(own), self._initial.of(X[:, self._K :])
         with np.errstate(all="ignore"):
             if self._noise.correlated:
                 found, end = self._by_errors(theta, x0)
@@ -97,7 +101,7 @@ class TrajectoryCost(StudyCost):
         """Errors over noise, then priors, then joints: (M,); all inf where x diverges or breaks a constraint."""
         x = np.asarray(x, dtype=np.float64)
         own, free = x[None, : self._K], x[None, self._K :]
-        theta, x0 = self.space.moving_values(own), self._initial.of(free)
+        theta, x0 = self.space.varying_values(own), self._initial.of(free)
         outputs = self._simulator.outputs(theta, x0)
         if outputs.diverged.any() or not self.space.feasible(own)[0]:
             return np.full(self._first_joint + self._joints.size, np.inf)
@@ -111,14 +115,14 @@ class TrajectoryCost(StudyCost):
         return np.concatenate(parts)
 
     def jacobian(self, x: Array) -> Array:
-        """Exact derivative of `residuals`, (M, K): through simulation, ties, initial states and joints."""
+        """Exact derivative of `residuals`, (M, K): through simulation, expressions, initial states and joints."""
         x = np.asarray(x, dtype=np.float64)
         own, initial = x[: self._K], self._initial
-        theta = self.space.moving_values(own[None])[0]
+        theta = self.space.varying_values(own[None])[0]
         x0 = initial.of(x[None, self._K :])
         x0 = x0[0] if x0.ndim == 3 else x0
         found = self._simulator.jacobian(theta, x0, initial.names)
-        chain = self.space.moving_jacobian(own) if self.space.follows else None
+        chain = self.space.varying_jacobian(own) if self.space.has_ties else None
         dy = self._spread(found.dy, [(rows, k) for k, rows in enumerate(self._simulator.rows)], chain)
         ends = self._spread(found.dend, [(slice(k, k + 1), k) for k in range(len(self._pieces))], chain)
         result = np.zeros((self._first_joint + self._joints.size, len(x)))
@@ -142,9 +146,8 @@ class TrajectoryCost(StudyCost):
 
         Raises BadInput where a state that they need is not measured, or a free parameter does not enter linearly.
         """
-        from seatruth.costs.regression import RegressionCost
-
-        return RegressionCost(self.study.but(cost="regression", equations=None), threads=self._threads).regression()
+        problem = self.problem.replace(cost=of_kind(self.options, "regression"))
+        return RegressionCost(problem, threads=self._threads).regression()
 
     def errors(self, x: Array) -> Array:
         """Measured less simulated (N, D), the pieces one after another; NaN where not measured or diverged."""
@@ -165,20 +168,20 @@ class TrajectoryCost(StudyCost):
         """
         if trials is None:
             theta, x0 = self.candidate(x)
-            return self._runs(self._whole_simulator(), theta, x0[[piece.first for piece in self._pieces]])
+            return outputs_by_trial(self._whole_simulator(), theta, x0[[piece.first for piece in self._pieces]])
         if not len(trials):
             return []
         sim = self._simulate(trials)
-        x0 = sim.first_states if self.study.initial == "fixed" else self._fitted_start(x, trials)
-        theta = self.space.moving_values(np.asarray(x, dtype=np.float64)[None, : self._K])[0]
-        return self._runs(sim, theta, x0)
+        x0 = sim.first_states if self.options.initial == "fixed" else self._fitted_start(x, trials)
+        theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None, : self._K])[0]
+        return outputs_by_trial(sim, theta, x0)
 
     def discretisation(self, x: Array) -> dict[str, float]:
         """Root mean square change of each output of whole trials when every step is halved; NaN for a black box."""
         theta, x0 = self.candidate(x)
         x0 = x0[[piece.first for piece in self._pieces]]
         found = self._whole_simulator().discretisation_error(theta, x0)
-        return {channel.name: float(error) for channel, error in zip(self.study.model.outputs, found)}
+        return {channel.name: float(error) for channel, error in zip(self.problem.model.outputs, found)}
 
     @property
     def steps(self) -> int:
@@ -186,15 +189,7 @@ class TrajectoryCost(StudyCost):
         return self._simulator.steps
 
     def _simulate(self, trials: Sequence[Trial]) -> Simulator:
-        return simulator(
-            self.study.model,
-            trials,
-            free=self.space.moving,
-            values=self.space.nominal(),
-            hold=self.study.hold,
-            max_step=self.study.max_step,
-            threads=self._threads,
-        )
+        return open_loop(self.problem, trials, self.options.hold, self.options.max_step, self._threads)
 
     def _whole_simulator(self) -> Simulator:
         if len(self._pieces) == len(self.trials):
@@ -207,7 +202,7 @@ class TrajectoryCost(StudyCost):
         """What the simulator takes for x (K,): parameters, initial states (T, S)."""
         x = np.asarray(x, dtype=np.float64)
         x0 = self._initial.of(x[None, self._K :])
-        return self.space.moving_values(x[None, : self._K])[0], x0[0] if x0.ndim == 3 else x0
+        return self.space.varying_values(x[None, : self._K])[0], x0[0] if x0.ndim == 3 else x0
 
     def _by_errors(self, theta: Array, x0: Array) -> tuple[Array, Array]:
         """Cost (P,) and last states (P, T, S) of candidates through their errors, some at a time."""
@@ -239,7 +234,7 @@ class TrajectoryCost(StudyCost):
 
     def _spread(self, derivative: Array, parts: Sequence[tuple[slice, int]], chain: Array | None) -> Array:
         """Derivatives by engine parameters and each piece's own states -> by x: (R, D, k) -> (R, D, K)."""
-        size = len(self.space.moving)
+        size = len(self.space.varying)
         found = np.zeros((*derivative.shape[:2], len(self.parameters)))
         own = derivative[:, :, :size]
         found[:, :, : self._K] = own if chain is None else own @ chain
@@ -252,13 +247,13 @@ class TrajectoryCost(StudyCost):
     def _counted(self) -> NDArray[np.bool_]:
         """Samples (N, D) that count: every one once, and none that is matched by construction."""
         valid = np.isfinite(self._simulator.measured)
-        states = {channel.name: k for k, channel in enumerate(self.study.model.states)}
+        states = {channel.name: k for k, channel in enumerate(self.problem.model.states)}
         prior = {
             (int(self._initial.pieces[k]), int(self._initial.states[k])) for k in self._initial.priors
         }  # the first sample stands in the prior
         for number, (piece, rows) in enumerate(zip(self._pieces, self._simulator.rows)):
             matched = []
-            for column, output in enumerate(self.study.model.outputs):
+            for column, output in enumerate(self.problem.model.outputs):
                 state = states.get(output.name)
                 fixed = state is not None and self._initial.column_of[number, state] < 0
                 if fixed or (state is not None and (number, state) in prior):
@@ -273,35 +268,37 @@ class TrajectoryCost(StudyCost):
     def _matched(self, number: int, states: dict[str, int]) -> set[int]:
         """Outputs that the start of a piece matches by construction."""
         found = set()
-        for column, output in enumerate(self.study.model.outputs):
+        for column, output in enumerate(self.problem.model.outputs):
             state = states.get(output.name)
             if state is not None and self._initial.column_of[number, state] < 0:
                 found.add(column)
         return found
 
-    def _groups(self) -> tuple[Group, ...]:
+    def _residual_blocks(self) -> tuple[ResidualBlock, ...]:
         total = len(self._simulator.measured)
         parent, sample = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
         for piece, rows in zip(self._pieces, self._simulator.rows):
             parent[rows], sample[rows] = piece.parent, np.arange(piece.start, piece.stop)
         of, at = parent[self._noise.rows], sample[self._noise.rows]
-        found: list[Group] = []
+        found: list[ResidualBlock] = []
         for number, trial in enumerate(self.trials):
-            for column, channel in enumerate(self.study.model.outputs):
+            for column, channel in enumerate(self.problem.model.outputs):
                 places = np.flatnonzero((of == number) & (self._noise.columns == column))
                 if places.size:
                     places = places[np.argsort(at[places], kind="stable")]
-                    found.append(Group("data", trial.name, channel.name, places, trial.t[at[places]], at[places]))
-        found += prior_groups(self.space.priors, self._noise.size)
+                    found.append(
+                        ResidualBlock("data", trial.name, channel.name, places, trial.t[at[places]], at[places])
+                    )
+        found += prior_blocks(self.space.priors, self._noise.size)
         names = [self.nuisances[k] for k in self._initial.priors]
-        found += prior_groups(names, self._noise.size + len(self.space.priors))
-        return (*found, *self._joint_groups())
+        found += prior_blocks(names, self._noise.size + len(self.space.priors))
+        return (*found, *self._joint_blocks())
 
-    def _joint_groups(self) -> list[Group]:
+    def _joint_blocks(self) -> list[ResidualBlock]:
         found = []
         joint = self._joints
         for number, trial in enumerate(self.trials):
-            for state, channel in enumerate(self.study.model.states):
+            for state, channel in enumerate(self.problem.model.states):
                 here = [
                     k
                     for k in range(joint.size)
@@ -310,32 +307,24 @@ class TrajectoryCost(StudyCost):
                 if here:
                     sample = np.array([self._pieces[joint.after[k]].start for k in here], dtype=np.intp)
                     rows = self._first_joint + np.array(here, dtype=np.intp)
-                    found.append(Group("continuity", trial.name, channel.name, rows, trial.t[sample], sample))
+                    found.append(ResidualBlock("continuity", trial.name, channel.name, rows, trial.t[sample], sample))
         return found
-
-    def _runs(self, sim: Simulator, theta: Array, x0: Array) -> list[Array]:
-        y = sim.outputs(theta[None], x0).y[0]
-        return [y[rows] for rows in sim.rows]
 
     def _fitted_start(self, x: Array, trials: Sequence[Trial]) -> Array:
         """Initial states (T, S) that fit the beginning of other trials best, at the parameters of x."""
         values = self.space.by_name(np.asarray(x, dtype=np.float64)[: self._K])
         fixed = tuple(
-            parameter.but(value=values[parameter.name], vary=False, tie=None, prior=None)
-            for parameter in self.study.parameters
+            parameter.replace(value=values[parameter.name], vary=False, expr=None, prior=None)
+            for parameter in self.problem.parameters
         )
-        outputs = [channel.name for channel in self.study.model.outputs]
+        outputs = [channel.name for channel in self.problem.model.outputs]
         beginnings = Trials([trial.section(0, _warm_up(trial, outputs)) for trial in trials])
-        noise = {**{name: sd for name, sd in self.study.noise.items() if sd != "estimate"}, **self.sigma}
-        short = self.study.but(
-            trials=beginnings,
-            holdout=Trials([]),
+        noise = {**{name: sd for name, sd in self.problem.noise.items() if sd != "estimate"}, **self.sigma}
+        short = self.problem.with_trials(beginnings).replace(
             parameters=fixed,
             constraints=(),
             noise=noise,
-            segments=None,
-            multiple_shooting=False,
-            criterion="weighted",
+            cost=self.options.replace(segments=None, multiple_shooting=False, criterion="weighted"),
         )
         cost = TrajectoryCost(short, threads=self._threads)
         start = cost.start

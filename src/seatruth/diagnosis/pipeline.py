@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from seatruth.costs.study import Study
 from seatruth.diagnosis.cross_validation.retain_predictive import lasting
 from seatruth.diagnosis.discrepancy.random_force import discrepant
 from seatruth.diagnosis.discrepancy.score_test import Probes, probes
@@ -38,6 +37,8 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.effects import Effect, available
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.models.blackbox import BlackBox
+from seatruth.progress import Progress, ProgressEvent, silent
+from seatruth.study import Study
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
@@ -49,9 +50,9 @@ def diagnose(
     study: Study,
     effects: Sequence[Effect | str] | None = None,
     *,
-    seed: int = 0,
+    seed: int | None = None,
     threads: int | None = None,
-    progress: Say | None = None,
+    progress: Progress | None = None,
     left_out: bool = True,
     suggest: bool = True,
 ) -> Diagnosis:
@@ -59,12 +60,16 @@ def diagnose(
 
     `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
     under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
-    `suggest` looks for the next trial. `seed` is that of the tests by permutation. Raises BadInput
+    `suggest` looks for the next trial. `seed` is that of the tests by permutation (None: the study's). Raises BadInput
     for a study that cannot be diagnosed; an interrupt once the model without effects is fitted gives what
     there is.
     """
     began = time.perf_counter()
-    say: Say = progress or (lambda text: None)
+    show = progress or silent
+
+    def say(text: str) -> None:
+        show(ProgressEvent(text, elapsed_s=time.perf_counter() - began))
+
     whole_trials(study)
     chosen, reasons = _effects(study, effects)
     with threadpool_limits(limits=1, user_api="blas"):
@@ -91,7 +96,19 @@ def diagnose(
         except KeyboardInterrupt:
             # What was not asked for on trials left out is not named.
             judged, found.cut = undecided(answers), True
-        parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
+        parts = Parts(
+            study,
+            problem,
+            found,
+            plain,
+            probed,
+            answers,
+            judged,
+            least,
+            findings,
+            say,
+            study.seed if seed is None else seed,
+        )
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"
         code, reason = ("interrupted", cut) if found.cut else ("done", "everything was asked")

@@ -30,7 +30,7 @@ class ExtendedBlackBox(BlackBox):
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, tuple(effects)
         own = [
-            parameter.but(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
+            parameter.replace(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
             for effect in effects
             for parameter in effect.parameters
         ]

@@ -62,7 +62,7 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
 def own_parameters(effects: Sequence[Effect]) -> list[Parameter]:
     """The effects' parameters under their names in an extended model, at null."""
     return [
-        parameter.but(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
+        parameter.replace(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
         for effect in effects
         for parameter in effect.parameters
     ]

@@ -27,7 +27,7 @@ class Parameter:
 
     `value` is the nominal value and where a search starts; `min`, `max` bound it; `vary` frees it. `start` is the
     region in which random starts are drawn (the bounds where it is None). `scale` "log" searches in log(|value|).
-    `tie` is an arithmetic expression over other parameters that replaces the value. `source` says where the nominal
+    `expr` is an arithmetic expression over other parameters that replaces the value. `source` says where the nominal
     value comes from.
     """
 
@@ -40,7 +40,7 @@ class Parameter:
     prior: Prior | None = None
     scale: Literal["linear", "log"] = "linear"
     start: tuple[float, float] | None = None
-    tie: str | None = None
+    expr: str | None = None
     source: str = ""
     description: str = ""
 
@@ -54,19 +54,19 @@ class Parameter:
             raise BadInput(f"its value is {self.value}", where=where)
         if not self.min < self.max:
             raise BadInput(f"its bounds [{self.min:g}, {self.max:g}] are empty", where=where)
-        if self.vary and self.tie is None and not self.min <= self.value <= self.max:
+        if self.vary and self.expr is None and not self.min <= self.value <= self.max:
             raise BadInput(
                 f"its start {self.value:g} lies outside its bounds [{self.min:g}, {self.max:g}]",
                 where=where,
                 do="Widen the bounds or change the value.",
             )
-        if self.vary and self.tie is not None:
-            raise BadInput("it is tied and cannot vary", where=where, do="Remove `vary` or `tie`.")
+        if self.vary and self.expr is not None:
+            raise BadInput("it is set by an expression and cannot vary", where=where, do="Remove `vary` or `expr`.")
         if self.start is not None and not self.min <= self.start[0] <= self.start[1] <= self.max:
             raise BadInput(f"its start region {self.start} is not inside its bounds", where=where)
         if self.scale == "log" and not (self.min > 0 or self.max < 0):
             raise BadInput("log scale needs bounds on one side of zero", where=where, do="Set min > 0 (or max < 0).")
 
-    def but(self, **changes: Any) -> Parameter:
+    def replace(self, **changes: Any) -> Parameter:
         """A copy with some fields changed."""
         return replace(self, **changes)

@@ -18,10 +18,11 @@ from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
-from seatruth.optimizers.evaluator import INTERRUPTED, Ledger, Progress
+from seatruth.optimizers.evaluator import INTERRUPTED, Ledger
 from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
 from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
+from seatruth.progress import Progress
 
 
 def minimise(
@@ -38,8 +39,8 @@ def minimise(
     `optimizer` is a name, an Optimizer, or a list of them for a hybrid (global then local) on one budget. `seed` fixes
     every random draw: the same seed gives the same bytes. `checkpoint` names a file in which every population
     evaluation is kept; the same call on an existing file goes on where that run stopped and ends with the outcome that
-    it would have had (wall-clock times apart). `progress` is called about ten times a second with (evaluations, best
-    value, seconds, ""), and once at the end with the code.
+    it would have had (wall-clock times apart). `progress` is called about ten times a second with a
+    `ProgressEvent`, and once at the end, when its message is the code.
 
     A cost that estimates its noise is left with the noise at the answer.
 

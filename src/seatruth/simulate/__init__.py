@@ -39,15 +39,16 @@ def simulator(
     trials: Sequence[Trial],
     free: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
-    hold: Hold = "linear",
+    hold: Hold = "foh",
     max_step: float | None = None,
     threads: int | None = None,
 ) -> Simulator:
     """A model on some trials, ready to run.
 
     `free` names the parameters that each candidate sets, `values` gives the others (the model's nominal ones where
-    None). `hold` says what inputs do between samples: "linear", or "zero" (they keep the last sample's value, as
-    orders do). `max_step` is the longest Runge-Kutta step in s; None takes one step a sample, more in a gap.
+    None). `hold` says what inputs do between samples: "foh" (first-order hold: straight lines) or "zoh" (zero-order
+    hold: they keep the last sample's value, as orders do). `max_step` is the longest Runge-Kutta step in s; None takes
+    one step a sample, more in a gap.
     `threads` is one a processor where None. Raises BadInput for an unknown name, a missing input, a wrong option.
     """
     given = model.nominal() if values is None else dict(values)

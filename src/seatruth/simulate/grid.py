@@ -17,7 +17,7 @@ from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
 Integers = NDArray[np.int64]
-Hold = Literal["linear", "zero"]
+Hold = Literal["foh", "zoh"]
 _LONG = 1.5
 """A sampling interval longer than this many usual ones (a gap) is taken in several steps."""
 _MOST_STEPS = 200_000_000
@@ -49,8 +49,8 @@ class Grid:
 
 def grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float | None, finer: int = 1) -> Grid:
     """The grid of some trials. `finer` divides every step, to see what the steps cost in accuracy."""
-    if hold not in ("linear", "zero"):
-        raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("linear", "zero")))
+    if hold not in ("foh", "zoh"):
+        raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("foh", "zoh")))
     if max_step is not None and not (math.isfinite(max_step) and max_step > 0.0):
         raise BadInput(f"the longest step is {max_step} s", do="Give a positive number of seconds.")
     if not trials:
@@ -116,7 +116,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     share = (number[:, None] + parts) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
     stage_t = t[interval][:, None] + share * gaps[interval][:, None]
     before, after = inputs[:-1][interval], inputs[1:][interval]
-    if hold == "zero":
+    if hold == "zoh":
         stage_inputs = np.repeat(before[:, None, :], 3, axis=1)
     else:
         stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]

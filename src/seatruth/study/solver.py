@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 from seatruth.errors import nearest
 from seatruth.optimizers import Budget, Chain, Optimizer, available, make
 from seatruth.study.schema import BudgetTable, OptimizerTable
@@ -60,8 +58,3 @@ def _stage(table: OptimizerTable, position: int, problems: Problems) -> Optimize
     with problems.at("optimizer", position):
         return make(table.use, **table.options)
     return None
-
-
-def but(base: Budget, evaluations: int | None) -> Budget:
-    """The same budget with another number of evaluations."""
-    return base if evaluations is None else dataclasses.replace(base, evaluations=evaluations)

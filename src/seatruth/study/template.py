@@ -78,7 +78,7 @@ def _head(log: str, model: Model, use: str) -> list[str]:
 
 def _parameters(model: Model) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
-    bounded = [p.name for p in model.parameters if p.tie is None and math.isfinite(p.min) and math.isfinite(p.max)]
+    bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
     free = declared or [name for name in bounded if name in _USUAL] or bounded[:4] or [model.parameters[0].name]
     listing = ", ".join(_text(name) for name in free)
     others = [p for p in model.parameters if p.name not in free]
@@ -88,7 +88,7 @@ def _parameters(model: Model) -> list[str]:
         "",
         "[parameters]",
         "# The others keep these values. Give yours: NAME = 1.0, or { value = 1.0, vary = true, min = 0.0, max = 2 },",
-        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or tied: { tie = "-0.5 * OTHER" }.',
+        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or computed: { expr = "-0.5 * OTHER" }.',
     ]
     for parameter in others:
         unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"

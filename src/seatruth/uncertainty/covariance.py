@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
-from seatruth.costs.study_cost import Group
+from seatruth.costs.study_cost import ResidualBlock
 from seatruth.statistics.autoregressive import Colour, colour_of
 
 _BLIND = 1e-12
@@ -75,7 +75,12 @@ def pressed(x: Array, bounds: tuple[Array, Array], slope: Array) -> Flags:
 
 
 def covariance(
-    residuals: Array, jacobian: Array, groups: Sequence[Group], held: Flags | None = None, *, white: bool = False
+    residuals: Array,
+    jacobian: Array,
+    groups: Sequence[ResidualBlock],
+    held: Flags | None = None,
+    *,
+    white: bool = False,
 ) -> Covariance:
     """Covariance at a minimum: residuals (M,), jacobian (M, K); `held` (K,) marks parameters pressed on a bound.
 
@@ -129,7 +134,7 @@ def _inverse(information: Array) -> tuple[Array, Flags]:
     return np.asarray(inverse), blind
 
 
-def _meat(residuals: Array, J: Array, groups: Sequence[Group], colours: dict[tuple[str, str], Colour]) -> Array:
+def _meat(residuals: Array, J: Array, groups: Sequence[ResidualBlock], colours: dict[tuple[str, str], Colour]) -> Array:
     """J' C J: trial by trial, channels of one trial with the correlation of their innovations."""
     total = np.zeros((J.shape[1], J.shape[1]))
     for trial in dict.fromkeys(group.trial for group in groups if group.kind == "data"):
@@ -147,7 +152,7 @@ def _meat(residuals: Array, J: Array, groups: Sequence[Group], colours: dict[tup
     return total
 
 
-def _innovations(residuals: Array, groups: Sequence[Group], colours: Sequence[Colour]) -> Array:
+def _innovations(residuals: Array, groups: Sequence[ResidualBlock], colours: Sequence[Colour]) -> Array:
     """Correlation of the channels' innovations (d, d) on the samples that they share."""
     size = len(groups)
     found = np.eye(size)

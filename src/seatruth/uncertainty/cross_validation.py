@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.optimizers import Budget
+from seatruth.progress import Progress, ProgressEvent, remaining
 from seatruth.storage.checkpoint import Pieces, in_order, refit
 from seatruth.trials.trial import Trials
 
 _BUDGET = Budget(evaluations=50_000)
+ProblemT = TypeVar("ProblemT", bound=EstimationProblem)
 
 
 def leave_one_out(
-    study: Study,
+    study: EstimationProblem,
     estimate: dict[str, float],
     *,
     pieces: Pieces,
-    say: Callable[[str], None],
+    progress: Progress,
     threads: int | None,
     workers: int,
 ) -> pd.DataFrame:
@@ -37,20 +42,22 @@ def leave_one_out(
     def one(name: str) -> tuple[str, dict[str, float]]:
         others = Trials([trial for trial in study.trials if trial.name != name])
         started = tuple(
-            parameter.but(value=float(np.clip(estimate[parameter.name], parameter.min, parameter.max)))
+            parameter.replace(value=float(np.clip(estimate[parameter.name], parameter.min, parameter.max)))
             if parameter.name in estimate
             else parameter
             for parameter in study.parameters
         )
-        cost = cost_of(study.but(trials=others, holdout=Trials([]), parameters=started), threads=threads)
+        cost = cost_of(study.with_trials(others).replace(parameters=started), threads=threads)
         found = refit(cost, _BUDGET)
         trial = study.trials[name]
         predicted = cost.predict(found.x, [trial])[0]
         return name, rms_errors(study, trial.outputs, predicted)
 
+    began = time.perf_counter()
     for done, (name, errors) in enumerate(in_order(one, [(name,) for name in ahead], workers), 1):
         pieces.add(_key(name), errors)
-        say(f"Leaving out each trial in turn: {done} of {len(ahead)}")
+        left = remaining(done, len(ahead), time.perf_counter() - began)
+        progress(ProgressEvent("Cross-validation", done, len(ahead), "trials left out", remaining_s=left))
     rows = [
         {"trial": name, "channel": channel, "rmse": math.nan if rmse is None else float(rmse)}
         for name in names
@@ -59,7 +66,7 @@ def leave_one_out(
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
-def by_rows(study: Study, parts: int = 10) -> Study:
+def by_rows(study: ProblemT, parts: int = 10) -> ProblemT:
     """A formula's study whose one table is cut at random into parts, each a trial: to leave rows out instead of trials.
 
     Which row is in which part depends on their number alone.
@@ -67,10 +74,10 @@ def by_rows(study: Study, parts: int = 10) -> Study:
     table = study.trials[0]
     order = np.random.default_rng(len(table)).permutation(len(table))
     cut = np.array_split(order, min(parts, len(table)))
-    return study.but(trials=Trials([table.samples(np.sort(rows), f"part {k + 1}") for k, rows in enumerate(cut)]))
+    return study.replace(trials=Trials([table.samples(np.sort(rows), f"part {k + 1}") for k, rows in enumerate(cut)]))
 
 
-def pooled(left: pd.DataFrame, study: Study, name: str) -> pd.DataFrame:
+def pooled(left: pd.DataFrame, study: EstimationProblem, name: str) -> pd.DataFrame:
     """The errors of all parts of a table as those of the table."""
     rows = []
     for channel, part in left.groupby("channel", sort=False):
@@ -80,7 +87,7 @@ def pooled(left: pd.DataFrame, study: Study, name: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
-def rms_errors(study: Study, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
+def rms_errors(study: EstimationProblem, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
     """Root mean square of measured less predicted for each recorded output."""
     found = {}
     for column, channel in enumerate(study.model.outputs):

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from seatruth.arrays import Array
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput
 from seatruth.optimizers import Budget
 from seatruth.storage.checkpoint import refit
@@ -43,22 +44,22 @@ def folds(n: int, parts: int, repeats: int, rng: np.random.Generator) -> list[li
     return [[np.sort(part) for part in np.array_split(rng.permutation(n), parts)] for _ in range(repeats)]
 
 
-def left_out_errors(study: Study, parts: Sequence[Rows], start: dict[str, float] | None = None) -> Array:
+def left_out_errors(study: EstimationProblem, parts: Sequence[Rows], start: dict[str, float] | None = None) -> Array:
     """Measured less predicted (n,) of a formula's table, each part predicted by a fit to the other rows.
 
     Rows in no part, and those without a measurement, are NaN. Fits are local ones from `start` (the study's values).
     """
-    if study.cost != "formula" or len(study.trials) != 1:
+    if study.cost.kind != "formula" or len(study.trials) != 1:
         raise BadInput("rows are left out of the one table of a formula", where=f"study {study.name!r}")
     table, output = study.trials[0], study.model.outputs[0].name
     parameters = tuple(
-        p.but(value=float(np.clip(start[p.name], p.min, p.max))) if start and p.name in start else p
+        p.replace(value=float(np.clip(start[p.name], p.min, p.max))) if start and p.name in start else p
         for p in study.parameters
     )
     found = np.full(len(table), math.nan)
     for part in parts:
         others = np.setdiff1d(np.arange(len(table)), part)
-        cost = cost_of(study.but(trials=Trials([table.samples(others)]), parameters=parameters), threads=1)
+        cost = cost_of(study.replace(trials=Trials([table.samples(others)]), parameters=parameters), threads=1)
         predicted = cost.predict(refit(cost, _BUDGET).x, [table.samples(part)])[0][:, 0]
         found[part] = table.outputs[output][part] - predicted
     return found

@@ -6,13 +6,14 @@ import numpy as np
 import pandas as pd
 
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.identifiability import tied, verdict
 
 
-def excitation(study: Study, threads: int | None = None) -> pd.DataFrame:
+def excitation(study: EstimationProblem, threads: int | None = None) -> pd.DataFrame:
     """Best possible standard error of each free parameter at its start value: index parameter; value, crlb, verdict.
 
     The bound takes the stated noise as white (where it is to be estimated: what the model leaves at its start values),
@@ -25,15 +26,15 @@ def excitation(study: Study, threads: int | None = None) -> pd.DataFrame:
     if not np.isfinite(cost.residuals(x)).all():
         raise BadInput(
             "the formula has no finite value at its start values"
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "the model diverges on these trials at its start values",
             where=f"study {study.name!r}",
             do="Start from other values."
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "Check units and signs (`seatruth simulate` shows where), or start from other values.",
         )
     cost.reweight(x)
-    found = covariance(cost.residuals(x), cost.jacobian(x), cost.groups, white=True)
+    found = covariance(cost.residuals(x), cost.jacobian(x), cost.residual_blocks, white=True)
     related = tied(found)
     rows = {}
     for k, parameter in enumerate(cost.parameters):

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Cost
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.optimizers import Budget
+from seatruth.progress import Progress, ProgressEvent, remaining
 from seatruth.storage.checkpoint import Pieces, in_order, refit
 
 POINTS = 9
@@ -27,7 +30,7 @@ class Held(Cost):
     def __init__(self, cost: StudyCost, index: int, value: float, start: Array) -> None:
         self._cost, self._index, self._value = cost, index, value
         self.parameters = tuple(
-            parameter.but(value=float(np.clip(start[k], parameter.min, parameter.max)))
+            parameter.replace(value=float(np.clip(start[k], parameter.min, parameter.max)))
             for k, parameter in enumerate(cost.parameters)
             if k != index
         )
@@ -59,13 +62,13 @@ def grid_of(value: float, stderr: float, low: float, high: float) -> Array:
 
 
 def profiles(
-    study: Study,
+    study: EstimationProblem,
     names: Sequence[str],
     x: Array,
     stderr: Array,
     *,
     pieces: Pieces,
-    say: Callable[[str], None],
+    progress: Progress,
     threads: int | None,
     workers: int,
 ) -> dict[str, pd.DataFrame]:
@@ -86,9 +89,11 @@ def profiles(
             return _key(name, value), float(held.values(np.zeros((1, 0)))[0])
         return _key(name, value), refit(held, _BUDGET).value
 
+    began = time.perf_counter()
     for done, (key, value) in enumerate(in_order(one, ahead, workers), 1):
         pieces.add(key, value)
-        say(f"Profile: {done} of {len(ahead)} points")
+        left = remaining(done, len(ahead), time.perf_counter() - began)
+        progress(ProgressEvent("Profile", done, len(ahead), "points", remaining_s=left))
     return {
         name: pd.DataFrame(
             {

@@ -18,7 +18,7 @@ def sensitivity(cost: StudyCost, x: Array, step: float = STEP) -> pd.DataFrame:
     S = sum |y((1 + step) c) - y(c)| / (step sum |y(c)|) over all samples of all trials, inputs held. NaN where the
     changed run diverges, or for a parameter that is zero.
     """
-    channels = [channel.name for channel in cost.study.model.outputs]
+    channels = [channel.name for channel in cost.problem.model.outputs]
     own = [parameter.name for parameter in cost.parameters if parameter.name not in cost.nuisances]
     base = np.concatenate(cost.predict(x))
     size = np.nansum(np.abs(base), axis=0)

@@ -34,7 +34,7 @@ def degeneracies(cost: StudyCost, x: Array) -> list[dict[str, Any]]:
     where the derivatives at `x` have full rank, which is all that it costs then.
     """
     own = [k for k, name in enumerate(cost.names) if name not in cost.nuisances]
-    rows = np.concatenate([group.rows for group in cost.groups if group.kind == "data"])
+    rows = np.concatenate([group.rows for group in cost.residual_blocks if group.kind == "data"])
     if not own or not len(rows) or not _null(_slopes(cost, x, rows, own)).size:
         return []
     points = _points(cost, x, own)
