@@ -19,11 +19,10 @@ import xu2012_system
 
 from seatruth import Model, Parameter, Study, Trials
 from seatruth.comparison import Problem
-from seatruth.costs import formula_study
 from seatruth.manoeuvres import Manoeuvre, Sawtooth, Trim, run_manoeuvre
 from seatruth.models.glider import Glider
 from seatruth.models.torpedo import Torpedo
-from seatruth.study import build, parse, read_text
+from seatruth.study import build, formula_study, parse, read_text
 from seatruth.trials import Trial
 
 SHIPS = Path(__file__).resolve().parent / "real_ships"

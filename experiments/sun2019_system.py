@@ -16,6 +16,7 @@ from scipy.optimize import root
 
 from seatruth import Parameter, Study, simulator
 from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.effects import available as effects
 from seatruth.effects import with_effects
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Stepper, Trim, add_noise, run_manoeuvre, steady_current
@@ -231,9 +232,7 @@ def study(trials: Sequence[Trial], free: Sequence[str], *, start_at: float = 1.0
         Trials(list(trials)),
         parameters=tuple(parameters),
         noise={name: sd for name, sd in noise_of(level).items() if name in trials[0].outputs},
-        initial="free",
-        initial_sd=dict.fromkeys(guessed, GUESS_SD),
-        max_step=DT,
+        cost=TrajectoryOptions(initial="free", initial_sd=dict.fromkeys(guessed, GUESS_SD), max_step=DT),
     )
 
 

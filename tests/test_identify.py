@@ -12,11 +12,12 @@ import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
 
 from seatruth import sample
+from seatruth.costs.options import RegressionOptions
 from seatruth.errors import BadInput
-from seatruth.identification import Study, identify
+from seatruth.identification import identify
 from seatruth.models.parameter import Prior
 from seatruth.optimizers import Budget, from_callable
-from seatruth.study import load_study
+from seatruth.study import Study, load_study
 from seatruth.trials.trial import Trial, Trials
 
 
@@ -107,7 +108,9 @@ def test_a_model_that_diverges_everywhere_ends_in_words() -> None:
         def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
             return (p.a + p.b + 1.0) * (1.0 + s.v * s.v) * 50.0, s.v
 
-    found = identify(study().replace(model=Exploding()), "differential_swarm", budget=Budget(evaluations=200), threads=1)
+    found = identify(
+        study().replace(model=Exploding()), "differential_swarm", budget=Budget(evaluations=200), threads=1
+    )
     assert found.outcome["code"] == "failed"
     assert "diverged" in found.outcome["reason"]
     assert found.outcome["diverged"] > 0
@@ -181,13 +184,15 @@ def test_coarse_steps_are_warned_of() -> None:
         Trial(t.name, t.t[every], {"push": t.inputs["push"][every]}, {k: v[every] for k, v in t.outputs.items()})
         for t in sailed(1)
     ]
-    found = identify(study(noise=dict.fromkeys("vs", 1e-5)).replace(trials=Trials(coarse), holdout=Trials([])), threads=1)
+    found = identify(
+        study(noise=dict.fromkeys("vs", 1e-5)).replace(trials=Trials(coarse), holdout=Trials([])), threads=1
+    )
     assert any(finding.code == "coarse-steps" for finding in found.findings)
     assert found.discretisation["v"]["ratio"] > 0.3
 
 
 def test_regression_cost_and_support_vectors() -> None:
-    found = identify(study(cost="regression", noise={}, initial="fixed"), "ls_svm", threads=1)
+    found = identify(study(cost=RegressionOptions(), noise={}), "ls_svm", threads=1)
     for name, true in TRUE.items():
         assert found.parameters.loc[name, "value"] == pytest.approx(true, rel=0.25)
     assert any(finding.code == "equation-error" for finding in found.findings)

@@ -19,7 +19,7 @@ import pandas as pd
 
 from seatruth import Study, Trials, identify
 from seatruth.models import Parameter
-from seatruth.study import build, parse, read_text
+from seatruth.study import read_text, study_from
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
@@ -41,11 +41,7 @@ def load(name: str, data: Path) -> Study:
     text = read_text(source)
     if data.resolve() != (HERE / USUAL).resolve():
         text = text.replace(USUAL, data.resolve().as_posix())
-    file, problems = parse(text, str(source))
-    study = build.study(file, source, name, problems)
-    problems.stop()
-    assert study is not None  # otherwise there was a problem
-    return study
+    return study_from(text, source)
 
 
 def sets(study: Study) -> dict[str, list[Any]]:

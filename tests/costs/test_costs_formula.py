@@ -10,11 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from seatruth.costs import FormulaCost, Study, cost_of, formula_study
+from seatruth.costs import FormulaCost, cost_of
+from seatruth.costs.options import FormulaOptions
 from seatruth.errors import BadInput, PluginError
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, minimise
+from seatruth.study import Study, formula_study
 from seatruth.trials.trial import Trials
 
 EDA = "D = (a1*Fr**3 + a2*Fr**2 + a3*Fr) / (a4*delta + a5)"
@@ -58,9 +60,9 @@ def test_the_published_formulas_agree_with_each_other_in_size() -> None:
     assert cost_of(eda.replace(trials=formula_study(EDA, one, eda.parameters).trials)).predict(np.array(A))[0] == (
         pytest.approx(7.0, abs=0.05)
     )
-    assert cost_of(lobas.replace(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[0] == (
-        pytest.approx(7.8, abs=0.05)
-    )
+    assert cost_of(lobas.replace(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[
+        0
+    ] == (pytest.approx(7.8, abs=0.05))
 
 
 @pytest.mark.parametrize("solver", ["least_squares", "newton", "differential_swarm", "genetic"])
@@ -186,7 +188,7 @@ def test_what_cannot_be_a_formula_is_said() -> None:
     with pytest.raises(BadInput, match="weights below zero"):
         cost_of(formula_study("D = a * Fr + b", TABLE.assign(w=-1.0), parameters, weight="w"))
     with pytest.raises(BadInput, match="no trial to fit"):
-        Study("empty", study.model, Trials([]), cost="formula")
+        Study("empty", study.model, Trials([]), cost=FormulaOptions())
 
 
 def test_a_formula_without_a_value_costs_infinity() -> None:

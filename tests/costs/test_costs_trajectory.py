@@ -14,11 +14,13 @@ from hypothesis import strategies as st
 from known_runs import Yaw, YawGain, yaw_trials
 from scipy.optimize import least_squares
 
-from seatruth.costs import Study, TrajectoryCost, cost_of
+from seatruth.costs import TrajectoryCost, cost_of
+from seatruth.costs.options import TrajectoryOptions, option_names
 from seatruth.errors import BadInput
 from seatruth.models.blackbox import BlackBox
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, Problem, StaleCheckpoint, from_callable, minimise
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 NOISE = {"psi": 0.01, "r": 0.002}
@@ -52,7 +54,9 @@ def tied() -> tuple[Parameter, ...]:
 
 
 def study(**changes: Any) -> Study:
-    return Study(**{"name": "yaw", "model": Yaw(), "trials": TRIALS, "noise": NOISE, **changes})
+    options = {name: changes.pop(name) for name in option_names(TrajectoryOptions) if name in changes}
+    fields = {"name": "yaw", "model": Yaw(), "trials": TRIALS, "noise": NOISE, "cost": TrajectoryOptions(**options)}
+    return Study(**{**fields, **changes})
 
 
 STUDIES: dict[str, Callable[[], Study]] = {
@@ -121,7 +125,7 @@ def test_groups_hold_every_residual_once_and_say_where_it_is_from(name: str) -> 
         np.testing.assert_array_equal(group.t, trial.t[group.sample])
         assert (np.diff(group.sample) > 0).all()
         assert np.isfinite(trial.outputs[group.channel][group.sample]).all()
-        if made.segments is None and made.criterion == "weighted":
+        if made.cost.segments is None and made.cost.criterion == "weighted":
             column = [channel.name for channel in made.model.outputs].index(group.channel)
             error = trial.outputs[group.channel] - whole[made.trials.names.index(group.trial)][:, column]
             np.testing.assert_allclose(r[group.rows] * cost.sigma[group.channel], error[group.sample], atol=1e-12)
@@ -326,7 +330,7 @@ def test_a_black_box_behind_the_same_interface() -> None:
     t = np.arange(80) * 0.5
     y = 0.05 + (0.01 - 0.05) * np.exp(-t / 6.0) + 1e-4 * np.asarray(rate)[:80]
     trial = Trial("step", t, {"delta": np.zeros(80)}, {"r": y})
-    cost = cost_of(Study("box", model, Trials([trial]), noise={"r": 1e-4}, initial="free"))
+    cost = cost_of(Study("box", model, Trials([trial]), noise={"r": 1e-4}, cost=TrajectoryOptions(initial="free")))
     assert cost.nuisances == ("step: r",)
     assert "regression" not in cost.gives
     outcome = minimise(cost, "least_squares")

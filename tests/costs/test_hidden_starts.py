@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatruth.costs import Study, TrajectoryCost
+from seatruth.costs import TrajectoryCost
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.effects import available, with_effects
 from seatruth.models import load_model
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 STEP, LENGTH = 0.5, 120
@@ -37,7 +39,7 @@ def cost_with(effect: str, tau: float, noise: float = 0.05) -> TrajectoryCost:
             parameters=parameters,
             trials=Trials([trial(noise)]),
             noise=sizes,
-            initial="free",
+            cost=TrajectoryOptions(initial="free"),
         )
     )
 
@@ -78,7 +80,7 @@ def _simulated(cost: TrajectoryCost) -> np.ndarray:
     """Outputs (n, D) from the cost's own start: what was recorded less the residuals."""
     (one,) = cost.trials
     residuals = cost.residuals(cost.start)
-    names = [channel.name for channel in cost.study.model.outputs]
+    names = [channel.name for channel in cost.problem.model.outputs]
     found = np.empty((len(one), len(names)))
     for group in cost.residual_blocks:
         if group.kind == "data":
@@ -101,12 +103,12 @@ def test_a_prediction_may_start_far_from_what_a_wrong_sensor_shows() -> None:
     """A steady run with a compass that is wrong by far more than the heading changes."""
     wrong = 0.25
     cost = cost_with("heading_bias", wrong, noise=1e-4)
-    cost = TrajectoryCost(cost.study.replace(noise=dict.fromkeys(cost.study.noise, 1e-4)))
+    cost = TrajectoryCost(cost.problem.replace(noise=dict.fromkeys(cost.problem.noise, 1e-4)))
     (recorded,) = cost.trials
     straight = {**recorded.inputs, "delta": np.zeros(LENGTH)}
     calm = Trial("straight", recorded.t, straight, dict(recorded.outputs), synthetic=True)
     true = cost_with("heading_bias", 0.0, noise=1e-4).predict(np.array([0.0, *cost.start[1:]]), [calm])[0]
-    names = [channel.name for channel in cost.study.model.outputs]
+    names = [channel.name for channel in cost.problem.model.outputs]
     shown = {name: true[:, k] + (wrong if name == "psi" else 0.0) for k, name in enumerate(names)}
     run = Trial("straight", recorded.t, straight, shown, synthetic=True)
     found = cost.predict(cost.start, [run])[0]

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from seatruth.costs.study import Study
 
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Prior
 from seatruth.simulate import simulator
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 SHIP = '''

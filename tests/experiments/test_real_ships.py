@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from seatruth import Study, Trial, Trials, identify, load_study
+from seatruth.costs.options import as_trajectory
 from seatruth.trials import check_trials
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,8 +72,7 @@ def test_a_quick_fit_predicts_a_run_left_out_better_than_the_published_coefficie
         trials=study.trials.only(["Z_10_05", "Z_20_05"]),
         holdout=Trials([]),
         parameters=tuple(fixed),
-        initial="fixed",
-        initial_sd={},
+        cost=as_trajectory(study.cost).replace(initial="fixed", initial_sd={}),
     )
     estimate = identify(quick, threads=2)
     published = {p.name: p.value for p in study.parameters}

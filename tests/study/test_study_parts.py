@@ -179,7 +179,7 @@ def test_parameters_take_what_the_file_says_and_keep_the_rest() -> None:
         ("Y_v = { min = 1.0, max = 0.5 }", [], ["bounds", "empty"]),
         ("Y_v = { start = [-5.0, 0.0] }", [], ["start region"]),
         ('Y_v = { scale = "log", max = 1.0 }', [], ["one side of zero"]),
-        ('Y_v = { vary = true, expr = "N_v" }', [], ["tied and cannot vary"]),
+        ('Y_v = { vary = true, expr = "N_v" }', [], ["set by an expression and cannot vary"]),
         ("Y_v = { unit = 'm' }", [], ["unit of a model's parameter"]),
         ("", ["Z_*"], ["no parameter 'Z_*'"]),
     ],

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatruth.costs import cost_of
 from seatruth.costs.study_cost import ResidualBlock
-from seatruth.identification import Study, cost_of
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.storage.checkpoint import Pieces
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 from seatruth.uncertainty import covariance, excitation, identifiability, sensitivity, tied, trade_offs, verdict
 
@@ -104,9 +105,7 @@ def diving() -> Study:
     model = load_model("diving_plane")
     zigzag = PitchZigzag(math.radians(5.0), math.radians(5.0))
     trial = run_manoeuvre(model, zigzag, dt=0.5, first_state={"z": 100.0}, rudder_rate=math.radians(2.5), limit=120.0)
-    return Study(
-        "zigzag", model, Trials([trial]), cost="trajectory", noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3)
-    )
+    return Study("zigzag", model, Trials([trial]), noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3))
 
 
 def test_sensitivities_are_the_published_kind(diving: Study) -> None:

@@ -34,7 +34,9 @@ def coverage(rho: float, n: int, cross: float, runs: int = 150, channels: int = 
                 first = len(blocks) * n
                 blocks.append(np.column_stack([*waves, np.ones(n)]))
                 noise.append(errors[:, channel])
-                groups.append(ResidualBlock("data", f"run {trial}", f"y{channel}", first + np.arange(n), t, np.arange(n)))
+                groups.append(
+                    ResidualBlock("data", f"run {trial}", f"y{channel}", first + np.arange(n), t, np.arange(n))
+                )
         jacobian, y = np.concatenate(blocks), np.concatenate(noise)
         x = np.linalg.lstsq(jacobian, y, rcond=None)[0]  # the truth is zero
         found = covariance(y - jacobian @ x, jacobian, groups)

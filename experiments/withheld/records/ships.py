@@ -13,6 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from seatruth import Study, Trials, identify, load_study
+from seatruth.costs.options import as_trajectory
 from withheld.records.plan import BASINS, SOURCES
 
 FOLDER = Path(__file__).resolve().parents[2] / "real_ships"
@@ -43,7 +44,12 @@ def to_fit(file: Path, source: str, data: Path) -> Study:
     steps = [float(np.median(np.diff(trials[0].t))) for trials in (list(own.trials), list(runs))]
     factor = math.sqrt(steps[0] / steps[1])
     noise = {name: factor * float(sd) for name, sd in own.noise.items() if not isinstance(sd, str)}
-    return study.replace(trials=runs, noise=noise, segments=own.segments, initial="fixed")
+    windows = as_trajectory(own.cost).segments
+    return study.replace(
+        trials=runs,
+        noise=noise,
+        cost=as_trajectory(study.cost).replace(segments=windows, initial="fixed", initial_sd={}),
+    )
 
 
 def fitted_elsewhere(source: str, data: Path, threads: int | None = None) -> dict[str, dict[str, float]]:

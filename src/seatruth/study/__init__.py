@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seatruth.study.load import load_study, parse, parsed, read_text
+from seatruth.study.load import load_study, parse, parsed, read_text, study_from
 from seatruth.study.study import OutputSettings, Study
 from seatruth.study.table import formula_study, table_trial
 
@@ -14,5 +14,6 @@ __all__ = [
     "parse",
     "parsed",
     "read_text",
+    "study_from",
     "table_trial",
 ]

@@ -47,7 +47,16 @@ def load_study(path: str | Path) -> Study:
         ('least_squares', 20000, 1)
     """
     source = Path(path)
-    file, problems = parse(read_text(source), str(source))
+    return study_from(read_text(source), source)
+
+
+def study_from(text: str, source: Path) -> Study:
+    """The study that a study file's text describes; `source` is its path, to which files in it are relative.
+
+    Raises:
+        BadInput: see `load_study`.
+    """
+    file, problems = parse(text, str(source))
     name = file.study.name or source.stem
     optimizer = solver.optimizer(file.optimizer, problems)
     budget = solver.budget(file.budget, problems)
