@@ -37,12 +37,34 @@ def compare(
 ) -> Results:
     """Runs what is missing of a comparison and gives all its results.
 
-    `folder` gets the store, `comparison.sqlite`; runs that are in it are not made again (with `fresh` they are; with
-    `retry_failed` those that failed are). `workers` processes run at once and do not change the results; `backend`
-    "dask" takes the workers of the dask client of this process instead. `progress` is called after every group of runs.
+    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on.
 
-    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on. Raises
-    BadInput where another program writes to the store or a program of another version made it, Interrupted on Ctrl-C.
+    Args:
+        comparison: what is compared.
+        folder: gets the store, `comparison.sqlite`; runs that are in it are not made again.
+        workers: processes that run at once; they do not change the results.
+        backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
+        fresh: make all runs anew.
+        retry_failed: make those runs anew that failed.
+        progress: called with a `ProgressEvent` after every group of runs.
+
+    Returns:
+        The results of all runs in the store that belong to the comparison.
+
+    Raises:
+        BadInput: another program writes to the store, or one of another version made it.
+        Interrupted: the user stopped it; finished runs are kept.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison, compare
+        >>> from seatruth.comparison import Noise, Problem
+        >>> study = seatruth.sample.load()
+        >>> problems = [Problem("sample", study.replace(trials=study.trials[:1]), start="study")]
+        >>> comparison = Comparison(problems, ["cma_es"], [Noise("white", 0.01)], seeds=1, budgets=[30])
+        >>> results = compare(comparison, "comparison-result")
+        >>> results.runs["evaluations"].tolist()
+        [30]
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")

@@ -110,11 +110,31 @@ class Run:
 class Comparison:
     """Solvers compared on problems under noise.
 
-    `solvers` maps labels to what `as_optimizer` takes (a name, an Optimizer, a list for a hybrid; a plain function
-    through `seatruth.optimizers.from_callable`). `seeds` is how many realisations each noise gets, `budgets` are
-    evaluations (finite differences counted), `costs` the kinds of cost (each problem's own where empty). `targets` are
-    excesses over the best known fit in units of chi-square (twice the cost), the middle one the headline. `seed` fixes
-    all random draws. Raises BadInput for what cannot be compared.
+    Args:
+        problems: the problems.
+        solvers: label -> a name, an Optimizer or a list of them for a hybrid (a plain function through
+            `seatruth.optimizers.from_callable`); or a list of these.
+        noise: kinds of noise with their levels.
+        seeds: realisations of each noise.
+        budgets: evaluations that a run may spend, finite differences counted.
+        costs: kinds of cost; each problem's own where empty.
+        name, description: for results and reports.
+        seed: fixes all random draws.
+        targets: excesses over the best known fit, in units of chi-square (twice the cost).
+        success: the target at which a run counts as a success.
+        made_of: what the store notes about the comparison.
+
+    Raises:
+        BadInput: the parts cannot be compared.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison
+        >>> from seatruth.comparison import Noise, Problem
+        >>> problems = [Problem("sample", seatruth.sample.load())]
+        >>> comparison = Comparison(problems, ["least_squares", "cma_es"], [Noise("white", 0.01)], seeds=15)
+        >>> len(comparison.runs)
+        30
     """
 
     problems: Sequence[Problem]

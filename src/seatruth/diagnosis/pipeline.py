@@ -58,11 +58,30 @@ def diagnose(
 ) -> Diagnosis:
     """Says where a study's model and its trials disagree, which effect causes it, and how far the gap shrinks.
 
-    `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
-    under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
-    `suggest` looks for the next trial. `seed` is that of the tests by permutation (None: the study's). Raises BadInput
-    for a study that cannot be diagnosed; an interrupt once the model without effects is fitted gives what
-    there is.
+    Args:
+        study: a model and several trials of one vehicle. Its free coefficients are nuisances under their priors (20 %
+            of the value where none is stated).
+        effects: names or Effects that take part; None takes all installed ones that can act on the model.
+        seed: seed of the permutation tests; None takes the study's.
+        threads: threads of a simulation; None takes one per processor.
+        progress: called with a `ProgressEvent` at every stage.
+        left_out: predict each trial from the others.
+        suggest: look for the next trial.
+
+    Returns:
+        The diagnosis. An interrupt after the model without effects is fitted returns what has been reached.
+
+    Raises:
+        BadInput: the study cannot be diagnosed.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import diagnose
+        >>> study = seatruth.sample.load("diagnose.toml")
+        >>> short = study.replace(trials=study.trials[:2])
+        >>> found = diagnose(short, ["current"], left_out=False, suggest=False)
+        >>> found.seed, [effect["name"] for effect in found.effects]
+        (1, ['current'])
     """
     began = time.perf_counter()
     show = progress or silent

@@ -43,13 +43,30 @@ def simulator(
     max_step: float | None = None,
     threads: int | None = None,
 ) -> Simulator:
-    """A model on some trials, ready to run.
+    """A model bound to trials, ready to run a population of candidates.
 
-    `free` names the parameters that each candidate sets, `values` gives the others (the model's nominal ones where
-    None). `hold` says what inputs do between samples: "foh" (first-order hold: straight lines) or "zoh" (zero-order
-    hold: they keep the last sample's value, as orders do). `max_step` is the longest Runge-Kutta step in s; None takes
-    one step a sample, more in a gap.
-    `threads` is one a processor where None. Raises BadInput for an unknown name, a missing input, a wrong option.
+    Args:
+        model: a Model of equations, or a BlackBox.
+        trials: T trials that have the model's inputs.
+        free: names of the K parameters that each candidate sets.
+        values: values of the other parameters; None takes the model's nominal ones.
+        hold: input between samples: "foh" (first-order hold, straight lines) or "zoh" (zero-order hold, constant).
+        max_step: longest Runge-Kutta step, s; None takes one step per sample, more in a gap.
+        threads: None takes one per processor.
+
+    Returns:
+        The simulator.
+
+    Raises:
+        BadInput: a name is unknown, an input is missing, or an option is not possible.
+
+    Example:
+        >>> import numpy as np
+        >>> from seatruth import Trial, load_model, simulator
+        >>> trial = Trial("run", np.arange(11) * 0.1, {"delta": np.zeros(11), "n": np.full(11, 10.0)}, {})
+        >>> sim = simulator(load_model("mmg"), [trial])
+        >>> sim.outputs(np.zeros((1, 0)), np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])).y.shape
+        (1, 11, 6)
     """
     given = model.nominal() if values is None else dict(values)
     count = thread_count(threads)

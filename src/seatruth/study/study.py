@@ -27,6 +27,13 @@ class OutputSettings:
         report: write report.html.
         cross_validate: leave out each trial in turn, fit the others and predict it.
         profile: names of the free parameters whose likelihood is profiled.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import OutputSettings
+        >>> study = seatruth.sample.load().replace(output=OutputSettings(cross_validate=True, profile=("Y_v",)))
+        >>> study.output.profile
+        ('Y_v',)
     """
 
     folder: Path | None = None
