@@ -17,7 +17,7 @@ _MAX_DAMPING = 1e12
 
 @dataclass(frozen=True)
 class Newton(Optimizer):
-    """Alternates an estimate of the innovation covariance with one step on the likelihood.
+    """Alternates an estimate of the measurement-noise covariance R with one step on the likelihood.
 
     With residuals r weighted by the inverse root of the covariance and their derivatives J, the gradient is J'r and
     the Hessian nearly J'J (Gauss-Newton). "none" takes theta - H^-1 grad as published, which diverges from starts that

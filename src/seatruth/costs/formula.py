@@ -21,8 +21,8 @@ from seatruth.models.formula import Formula
 from seatruth.trials.read import place
 from seatruth.trials.trial import Trial
 
-_AT_ONCE = 8_000_000
-"""Numbers that a population is held in at a time."""
+_MAX_NUMBERS = 8_000_000
+"""Most numbers of a population in memory at a time [chosen here: 64 MB]."""
 
 
 class FormulaCost(StudyCost):
@@ -63,7 +63,7 @@ class FormulaCost(StudyCost):
         """Cost of each candidate: (P, K) -> (P,)."""
         X = np.asarray(X, dtype=np.float64)
         squares = np.empty(len(X))
-        size = max(1, _AT_ONCE // len(self._measured))
+        size = max(1, _MAX_NUMBERS // len(self._measured))
         weights = self._noise.weights[:, 0] * self._weight[:, 0]
         with np.errstate(all="ignore"):
             for k in range(0, len(X), size):
@@ -91,7 +91,7 @@ class FormulaCost(StudyCost):
         return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
 
     def errors(self, x: Array) -> Array:
-        """(Measured less computed) times the row's weight: (N, 1)."""
+        """(Measured minus computed) times the row's weight: (N, 1)."""
         with np.errstate(all="ignore"):
             return np.asarray((self._measured[:, 0] - self._predicted(np.asarray(x)[None])[0])[:, None] * self._weight)
 
@@ -102,7 +102,7 @@ class FormulaCost(StudyCost):
         return [self._formula.run(trial, parameters, None) for trial in chosen]
 
     def require_values(self) -> None:
-        """BadInput where measured rows have no finite value at the start nor at any of twenty other candidates."""
+        """Raises BadInput where a measured row has no finite value at the start nor at any of twenty other candidates."""
         rng = np.random.default_rng(0)
         low, high = self.bounds
         spread = np.where(self.start == 0, 1.0, np.abs(self.start)) * rng.standard_normal((20, len(self.start)))

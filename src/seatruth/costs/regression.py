@@ -1,4 +1,4 @@
-"""Equation error: the equations of motion held against accelerations taken from the record, without simulating."""
+"""Equation error: compare the equations of motion with accelerations from the record, without simulating."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from seatruth.models.blackbox import BlackBox
 from seatruth.simulate import Simulator, evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 
-_AT_ONCE = 64 * 1024 * 1024
-"""Bytes of rates that a population is held in at a time."""
+_MAX_BYTES = 64 * 1024 * 1024
+"""Largest size of the rates of a population in memory at a time, bytes [chosen here]."""
 
 
 class RegressionCost(StudyCost):
     """Minus the log-likelihood of accelerations given the measured states, equation by equation.
 
-    A residual is the recorded (or differenced) acceleration less what the equations give with the measured states and
-    inputs, over the standard deviation of that equation's errors, which is always estimated: it holds noise of all
-    states and is no sensor's. Its name is that of the state with "_dot". Fast, and linear wherever the parameters are,
-    but noise in the states biases it; a trajectory cost does not have that bias.
+    A residual is the recorded (or differenced) acceleration minus the one that the equations give for the measured
+    states and inputs, over the standard deviation of that equation's errors. This deviation is always estimated: it
+    contains the noise of all states and is no sensor's. A channel is named after its state, with "_dot". The cost is
+    fast, and linear wherever the parameters are, but noise in the states biases it; a trajectory cost has no such bias.
 
-    Equations are those of the states that `equations` names, or all that hold free parameters. Raises BadInput naming
-    the state that an equation needs and no trial measured.
+    Fitted are the equations of the states in `equations`, or all that contain free parameters. Raises BadInput with the
+    name of a state that an equation needs and no trial measured.
     """
 
     gives = frozenset({"values", "residuals", "derivatives", "regression"})
@@ -45,7 +45,7 @@ class RegressionCost(StudyCost):
         self._options = problem.options(RegressionOptions)
         if isinstance(problem.model, BlackBox):
             raise BadInput(
-                f"model {problem.model.name!r} is a black box and has no equations to hold against accelerations",
+                f"model {problem.model.name!r} is a black box and has no equations to compare with accelerations",
                 where=where,
                 do='Use cost kind = "trajectory".',
             )
@@ -93,7 +93,7 @@ class RegressionCost(StudyCost):
         return np.concatenate([data, self.space.prior_jacobian(x)])
 
     def regression(self) -> Regression:
-        """One linear regression an equation. Their weights against each other are those of their joint solution.
+        """One linear regression per equation, weighted against each other as in their joint solution.
 
         Raises BadInput naming a parameter that does not enter linearly.
         """
@@ -103,7 +103,7 @@ class RegressionCost(StudyCost):
         return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
 
     def errors(self, x: Array) -> Array:
-        """Recorded less computed accelerations (N, equations)."""
+        """Recorded minus computed accelerations (N, equations)."""
         return np.asarray(self._targets - self._predicted(np.asarray(x, dtype=np.float64)[None])[0])
 
     def predict(self, x: Array, trials: Sequence[Trial] | None = None) -> list[Array]:
@@ -171,14 +171,14 @@ class RegressionCost(StudyCost):
     def _squares(self, X: Array) -> Array:
         """Weighted sums of squares (P, equations), some candidates at a time."""
         found = np.empty((len(X), len(self._equations)))
-        size = max(1, _AT_ONCE // max(1, self._data.states.nbytes))
+        size = max(1, _MAX_BYTES // max(1, self._data.states.nbytes))
         for k in range(0, len(X), size):
             errors = np.where(self._valid, (self._targets - self._predicted(X[k : k + size])) * self._noise.weights, 0)
             found[k : k + size] = np.einsum("pne,pne->pe", errors, errors)
         return found
 
     def _chosen(self, sensitivity: Array, where: str) -> NDArray[np.intp]:
-        """Numbers of the states whose equations are used. A parameter that meets only gaps is no reason to drop one."""
+        """Indices of the states whose equations are fitted. An equation with gaps alone stays."""
         states = [channel.name for channel in self.problem.model.states]
         # NaN counts: it comes from a state that was not measured, times the parameter.
         holds = ((sensitivity != 0) | np.isnan(sensitivity)).any(axis=(0, 2))
@@ -211,7 +211,7 @@ class RegressionCost(StudyCost):
             )
 
     def _needs(self, equation: int, state: int) -> bool:
-        """Whether an equation holds a state: it is not a number where the state is none."""
+        """Whether an equation contains a state: its rate is NaN where the state is NaN."""
         probe = np.ones((2, len(self.problem.model.states)))
         probe[:, state] = np.nan
         inputs = np.ones((2, self._data.inputs.shape[1]))
