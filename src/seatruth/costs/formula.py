@@ -102,7 +102,7 @@ class FormulaCost(StudyCost):
         return [self._formula.run(trial, parameters, None) for trial in chosen]
 
     def require_values(self) -> None:
-        """Raises BadInput where a measured row has no finite value at the start nor at any of twenty other candidates."""
+        """Raises BadInput where a measured row has no finite value at the start nor at twenty other candidates."""
         rng = np.random.default_rng(0)
         low, high = self.bounds
         spread = np.where(self.start == 0, 1.0, np.abs(self.start)) * rng.standard_normal((20, len(self.start)))

@@ -74,9 +74,9 @@ class Noise:
     """Weights and likelihood of errors (N, D).
 
     `measured` (N, D) gives each channel's spread, `valid` (N, D) the samples that count. `known` holds the stated
-    deviations by channel; the others are estimated. With `correlated` all of them are estimated, with their covariances,
-    for each set of channels that is recorded together (samples of rare sets count channel by channel); `known` is then
-    a first guess. Residual k belongs to sample `rows[k]` and channel `columns[k]`, (M,) each.
+    deviations by channel; the others are estimated. With `correlated` all of them are estimated, together with their
+    covariances, for each set of channels that is recorded together (samples of rare sets count channel by channel);
+    `known` is then a first guess. Residual k belongs to sample `rows[k]` and channel `columns[k]`, (M,) each.
     """
 
     def __init__(

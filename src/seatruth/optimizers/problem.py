@@ -123,7 +123,7 @@ class Problem:
         return self._ledger.jacobian(np.asarray(z, dtype=float))
 
     def reweight(self, z: Array) -> bool:
-        """Re-estimates the weights (measurement-noise covariance R) at z where the criterion has any; True if they changed."""
+        """Re-estimates the weights (measurement-noise covariance R) at z where there are any; True if they changed."""
         return self._ledger.reweight(np.asarray(z, dtype=float))
 
     def regression(self) -> Regression:
