@@ -112,7 +112,7 @@ def test_certified_values(known: Certified, start: int, optimizer: str) -> None:
     if (known.name, start, optimizer) == ("BoxBOD", 0, "newton"):
         # NIST's hardest start: short first steps are needed, or the search ends on the plateau at infinite b2.
         assert 2 * outcome.value == pytest.approx(9771.5)
-        outcome = minimise(known.cost(start), make("newton", tolerance=1e-14, first=100.0))
+        outcome = minimise(known.cost(start), make("newton", tolerance=1e-14, initial_damping=100.0))
     assert 2 * outcome.value == pytest.approx(known.rss, rel=2e-10)
     assert outcome.x == pytest.approx(np.array(known.b), rel=2e-7)
 

@@ -33,6 +33,12 @@ class TestParticleSwarm(OptimizerConformance):
         return make("particle_swarm", boundary=request.param)
 
 
+class TestLocalBestSwarm(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("particle_swarm", topology="ring", neighbours=10)
+
+
 class TestPeriodicSwarm(OptimizerConformance):
     """A particle that leaves at one end comes back at the other: poor at minima that lie at a bound."""
 

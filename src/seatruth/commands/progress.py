@@ -13,7 +13,7 @@ from seatruth.commands.common import error_console
 from seatruth.progress import ProgressEvent
 
 _LOG_EVERY_S = 5.0
-"""Shortest time between two lines of a log, s [chosen here]."""
+"""Shortest time between two lines of a log, s (chosen here [S])."""
 
 
 class ProgressLine:

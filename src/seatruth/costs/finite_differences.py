@@ -15,7 +15,7 @@ from seatruth.trials.trial import Trial
 Form = Literal["euler", "central", "trapezoid"]
 
 _MAX_INTERVAL = 3.5
-"""Intervals above this many median ones are gaps; a difference across a gap is no acceleration [chosen here]."""
+"""Intervals above this many median ones are gaps; a difference across a gap is no acceleration (chosen here [S])."""
 
 
 @dataclass(frozen=True)

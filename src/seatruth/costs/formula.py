@@ -22,7 +22,7 @@ from seatruth.trials.read import place
 from seatruth.trials.trial import Trial
 
 _MAX_NUMBERS = 8_000_000
-"""Most numbers of a population in memory at a time [chosen here: 64 MB]."""
+"""Most numbers of a population in memory at a time (chosen here [S]: 64 MB)."""
 
 
 class FormulaCost(StudyCost):

@@ -19,16 +19,16 @@ from seatruth.trials.trial import Trial
 _DEFECT_SD = 1e-4
 """Standard deviation of a defect (the gap between two segments), as a part of the state's spread.
 
-[chosen here, by trial] It must be small against what the data say of a state, so that the segments join: estimates then
+Chosen here by trial [S]. It must be small against what the data say of a state, so that the segments join: estimates then
 move by a hundredth of their standard error. A tenth of it takes five times as many steps of the solver; three times it
 moves estimates by a tenth of their standard error.
 """
 _RADIUS_SD = 8.0
-"""Search radius of a free initial state in standard deviations of its prior [chosen here: wider than any error]."""
+"""Search radius of a free initial state in standard deviations of its prior (chosen here [S]: wider than any error)."""
 _RADIUS_NOISE = 10.0
-"""Smallest search radius of a free initial state in standard deviations of its noise [chosen here: the same]."""
+"""Smallest search radius of a free initial state in standard deviations of its noise (chosen here [S]: the same)."""
 _PROBE = 0.01
-"""Displacement of the second state at which observability is tested, as a part of the state's spread [chosen here]."""
+"""Displacement of the second state for the test of observability, as a part of the spread (chosen here [S])."""
 
 
 @dataclass(frozen=True)

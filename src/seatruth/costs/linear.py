@@ -15,11 +15,11 @@ from seatruth.costs.parameter_space import ParameterSpace
 
 Function = Callable[[Array], Array]
 SAME = 1e-9
-"""Relative change of an exact derivative below which it counts as constant [chosen here: far above rounding]."""
+"""Relative change of an exact derivative below which it counts as constant (chosen here [S]: far above rounding)."""
 SAME_BY_DIFFERENCES = 1e-6
-"""The same for a derivative by central differences, whose own error is about 1e-8 [chosen here]."""
+"""The same for a derivative by central differences, whose own error is about 1e-8 (chosen here [S])."""
 _MAX_ITERATIONS = 20
-"""Iterations of the weights of the equations; they converge in a few [chosen here]."""
+"""Iterations of the weights of the equations; they converge in a few (chosen here [S])."""
 
 
 @dataclass(frozen=True)

@@ -27,11 +27,11 @@ from seatruth.arrays import Array, Flags, Indices
 from seatruth.errors import BadInput
 
 _MIN_SAMPLES = 5
-"""Fewest samples from which a deviation is estimated: its relative error is then 1/sqrt(2 n) = 0.3 [chosen here]."""
+"""Fewest samples for an estimated deviation: its relative error is then 1/sqrt(2 n) = 0.3 (chosen here [S])."""
 _UNCHANGED = 1e-6
-"""Relative change of a covariance below which it counts as unchanged [chosen here]."""
+"""Relative change of a covariance below which it counts as unchanged (chosen here [S])."""
 _FLOOR = 1e-6
-"""Smallest deviation that an estimate can reach, as a part of the channel's spread [chosen here]."""
+"""Smallest deviation that an estimate can reach, as a part of the channel's spread (chosen here [S])."""
 
 
 @dataclass
@@ -267,6 +267,6 @@ def _floor(values: Array) -> float:
 
 
 def _first_guess(values: Array, floor: float) -> float:
-    """A deviation to start with: a twentieth of the channel's spread [chosen here]."""
+    """A deviation to start with: a twentieth of the channel's spread (chosen here [S])."""
     finite = values[np.isfinite(values)]
     return max(float(finite.std()) / 20.0 if finite.size else 1.0, 2.0 * floor)

@@ -23,7 +23,7 @@ from seatruth.simulate import Simulator, evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 
 _MAX_BYTES = 64 * 1024 * 1024
-"""Largest size of the rates of a population in memory at a time, bytes [chosen here]."""
+"""Largest size of the rates of a population in memory at a time, bytes (chosen here [S])."""
 
 
 class RegressionCost(StudyCost):

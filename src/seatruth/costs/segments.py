@@ -14,9 +14,9 @@ from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
 _MIN_SAMPLES = 3
-"""Samples of the shortest segment, its first one included: two intervals show a rate and its change [chosen here]."""
+"""Fewest samples of a segment: two intervals show a rate and its change (chosen here [S])."""
 _TIME_TOLERANCE = 1e-9
-"""Rounding of a sample's time that does not move an edge by one sample, s [chosen here]."""
+"""Rounding of a sample's time that does not move an edge by one sample, s (chosen here [S])."""
 
 
 @dataclass(frozen=True)

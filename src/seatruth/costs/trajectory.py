@@ -23,11 +23,11 @@ from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial, Trials
 
 _MAX_BYTES = 64 * 1024 * 1024
-"""Largest size of the outputs of a population in memory at a time, bytes [chosen here]."""
+"""Largest size of the outputs of a population in memory at a time, bytes (chosen here [S])."""
 _WARM_UP = 0.2
-"""Part of a new trial from which its initial state is estimated before it is predicted [chosen here]."""
+"""Part of a new trial from which its initial state is estimated before it is predicted (chosen here [S])."""
 _MIN_WARM_UP = 20
-"""Samples of such a beginning at least [chosen here: enough for the noise of a sample to average out]."""
+"""Samples of such a beginning at least (chosen here [S]: enough for the noise of a sample to average out)."""
 
 
 class TrajectoryCost(StudyCost):

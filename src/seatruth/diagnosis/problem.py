@@ -24,7 +24,7 @@ from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.study import Study
-from seatruth.trials.prepare.decimate import thinned
+from seatruth.trials.prepare.decimate import decimate
 from seatruth.trials.trial import Trial, Trials
 
 COEFFICIENT_SD = 0.2
@@ -94,7 +94,7 @@ class GapProblem:
         self.parameters = tuple(parameters)
         outputs = [channel.name for channel in self.model.outputs]
         trials = list(study.trials) if lead is None else [lead.trial(trial) for trial in study.trials]
-        self.trials = Trials([_from_zero(trial) for trial in thinned(trials, outputs)])
+        self.trials = Trials([_from_zero(trial) for trial in decimate(trials, outputs)])
         self.cost = self._cost(self.model, self.parameters)
         cost = self.cost
         self.names = cost.names

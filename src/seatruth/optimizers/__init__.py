@@ -9,7 +9,7 @@ from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
-from seatruth.optimizers.evaluator import Ledger
+from seatruth.optimizers.evaluator import Evaluator
 from seatruth.optimizers.journal import StaleCheckpoint
 from seatruth.optimizers.problem import Problem
 from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
@@ -19,7 +19,7 @@ __all__ = [
     "Chain",
     "Code",
     "Coordinates",
-    "Ledger",
+    "Evaluator",
     "Optimizer",
     "OptimizerInfo",
     "OptionInfo",

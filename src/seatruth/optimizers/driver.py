@@ -18,7 +18,7 @@ from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
-from seatruth.optimizers.evaluator import INTERRUPTED, Ledger
+from seatruth.optimizers.evaluator import INTERRUPTED, Evaluator
 from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
 from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
@@ -69,21 +69,21 @@ def minimise(
     if checkpoint is not None:
         journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed))
     try:
-        ledger = Ledger(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
+        evaluator = Evaluator(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
         # One thread of linear algebra: its sums then do not depend on the machine, and on matrices as small as these
         # its threads only stand in the way of those that simulate.
         with threadpool_limits(1, "blas"):
-            code, reason, notes = _run(solver, ledger, np.random.default_rng(seed))
+            code, reason, notes = _run(solver, evaluator, np.random.default_rng(seed))
     finally:
         if journal is not None:
             journal.close()
-    x, value = ledger.coordinates.x_of(ledger.best_z), ledger.best_value
-    if ledger.answer is not None:
-        x, value = ledger.answer, ledger.answer_value
-    if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(ledger.best_value):
-        if ledger.evaluations:
+    x, value = evaluator.coordinates.x_of(evaluator.best_z), evaluator.best_value
+    if evaluator.answer is not None:
+        x, value = evaluator.answer, evaluator.answer_value
+    if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(evaluator.best_value):
+        if evaluator.evaluations:
             reason = (
-                f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
+                f"none of the {evaluator.evaluations} candidates tried could be evaluated: all diverged or broke a "
                 "constraint. Check the units and signs of the data, the start values and the bounds."
             )
         else:
@@ -93,18 +93,18 @@ def minimise(
     if not cost.noise_known and math.isfinite(value):
         with contextlib.suppress(Exception):  # an answer is there; a cost that fails now cannot take it away
             cost.reweight(x)
-    if journal is not None and journal.trouble:
-        notes.append(journal.trouble)
-    ledger.report(code)
+    if journal is not None and journal.write_error:
+        notes.append(journal.write_error)
+    evaluator.report(code)
     return Outcome(
         x=x,
         value=value,
-        evaluations=ledger.evaluations,
+        evaluations=evaluator.evaluations,
         code=code,
         reason=reason,
-        history=ledger.history.table(),
-        diverged=ledger.diverged,
-        clipped=ledger.clipped,
+        history=evaluator.history.table(),
+        diverged=evaluator.diverged,
+        clipped=evaluator.clipped,
         seed=int(seed),
         optimizer=solver.describe(),
         wall_s=time.perf_counter() - begun,
@@ -127,11 +127,11 @@ def _check(cost: Cost, solver: Optimizer, seed: int) -> None:
         )
 
 
-def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
+def _run(solver: Optimizer, evaluator: Evaluator, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
     """Runs the solver to its end: (code, reason, notes)."""
     try:
         # A chain does the same for each of its stages.
-        reason = solver.run(Problem(ledger), rng) if isinstance(solver, Chain) else solve(solver, ledger, rng)
+        reason = solver.run(Problem(evaluator), rng) if isinstance(solver, Chain) else solve(solver, evaluator, rng)
     except Stop as stop:
         return stop.code, stop.reason, []
     except KeyboardInterrupt:
@@ -139,15 +139,15 @@ def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[C
     except StaleCheckpoint:
         raise
     except SeatruthError as problem:
-        if not ledger.evaluations:
+        if not evaluator.evaluations:
             raise  # nothing was tried yet: it is the input that is wrong, not the run
         return "failed", problem.message, []
     except Exception as problem:
-        if ledger.stopped is not None:  # the solver answered the stop with an error of its own
-            return ledger.stopped.code, ledger.stopped.reason, []
+        if evaluator.stopped is not None:  # the solver answered the stop with an error of its own
+            return evaluator.stopped.code, evaluator.stopped.reason, []
         frame = traceback.extract_tb(problem.__traceback__)[-1]
         place = f"It raised in {Path(frame.filename).name}, line {frame.lineno}, in {frame.name}."
         return "failed", f"the optimizer {solver.name!r} raised {type(problem).__name__}: {problem}", [place]
-    if ledger.stopped is not None:  # the solver swallowed the stop and returned
-        return ledger.stopped.code, ledger.stopped.reason, []
+    if evaluator.stopped is not None:  # the solver swallowed the stop and returned
+        return evaluator.stopped.code, evaluator.stopped.reason, []
     return "converged", str(reason or "it stopped by its own rule"), []

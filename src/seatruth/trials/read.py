@@ -103,9 +103,9 @@ def read_trial(
         >>> run.inputs["delta"].tolist()
         [0.0, 10.0, 10.0]
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
     return trial_from_table(
-        found,
+        content,
         time=time,
         inputs=inputs,
         outputs=outputs,
@@ -118,8 +118,8 @@ def read_trial(
     )
 
 
-def _spec(given: ColumnSpec | str) -> ColumnSpec:
-    return ColumnSpec(given) if isinstance(given, str) else given
+def _spec(spec: ColumnSpec | str) -> ColumnSpec:
+    return ColumnSpec(spec) if isinstance(spec, str) else spec
 
 
 def trial_from_table(
@@ -184,9 +184,9 @@ def read_columns(
 
     The units that the header states are in `frame.attrs["units"]`, the file's name in `frame.attrs["source"]`.
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    frame = pd.DataFrame(found.columns)
-    frame.attrs.update(units=dict(found.units), source=found.source)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    frame = pd.DataFrame(content.columns)
+    frame.attrs.update(units=dict(content.units), source=content.source)
     return frame
 
 

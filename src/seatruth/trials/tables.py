@@ -121,14 +121,14 @@ def named(headers: Iterable[str], source: str) -> tuple[list[str], dict[str, str
 def runs(numbers: Iterable[int], most: int = 5) -> str:
     """Whole numbers as runs: "3-7, 12 and 4 more"."""
     ordered = sorted(numbers)
-    found: list[list[int]] = []
+    ranges: list[list[int]] = []
     for number in ordered:
-        if found and number <= found[-1][1] + 1:
-            found[-1][1] = number
+        if ranges and number <= ranges[-1][1] + 1:
+            ranges[-1][1] = number
         else:
-            found.append([number, number])
-    shown = ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in found[:most])
-    rest = sum(b - a + 1 for a, b in found[most:])
+            ranges.append([number, number])
+    shown = ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:most])
+    rest = sum(b - a + 1 for a, b in ranges[most:])
     return f"{shown} and {rest} more" if rest else shown
 
 
@@ -176,10 +176,10 @@ def _bytes_of(file: Path) -> bytes:
 
 def _not_found(file: Path) -> BadInput:
     try:
-        beside = [entry.name for entry in file.parent.iterdir()][:500] if file.parent.is_dir() else []
+        neighbours = [entry.name for entry in file.parent.iterdir()][:500] if file.parent.is_dir() else []
     except OSError:
-        beside = []
-    hint = nearest(file.name, beside).split(" Known:")[0] if beside else ""
+        neighbours = []
+    hint = nearest(file.name, neighbours).split(" Known:")[0] if neighbours else ""
     hint = "" if hint.startswith("Known:") else hint
     folder = "" if file.parent.is_dir() else f"The folder {str(file.parent)!r} does not exist."
     return BadInput("no such file", where=str(file), do=hint or folder or "Check the path.")

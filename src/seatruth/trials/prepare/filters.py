@@ -196,7 +196,7 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     lines = None
     if trial.lines is not None:
         lines = trial.lines[np.clip(np.searchsorted(trial.t, t + 1e-9 * step, side="right") - 1, 0, len(trial) - 1)]
-    found = replace(
+    resampled = replace(
         trial,
         t=t,
         inputs={n: _between(t, trial.t, source[n], options.inputs, np.inf) for n in trial.inputs},
@@ -210,7 +210,7 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     wide = pauses > max(5.0 * step, 5.0 / options.rate)
     if wide.any() and trial.inputs:
         effect += f"; inputs carried over {int(wide.sum())} pause(s) of up to {pauses.max():.3g} s without samples"
-    return found, effect
+    return resampled, effect
 
 
 def _between(t: Array, known_t: Array, values: Array, how: str, max_gap: float) -> Array:
@@ -224,9 +224,9 @@ def _between(t: Array, known_t: Array, values: Array, how: str, max_gap: float) 
     if how == "zoh":
         return np.asarray(y[before], dtype=np.float64)
     after = np.clip(np.searchsorted(at, t - slack, side="left"), 0, at.size - 1)
-    found = np.interp(t, at, y)
+    values = np.interp(t, at, y)
     outside = (t < at[0] - slack) | (t > at[-1] + slack)
-    return np.where((at[after] - at[before] > max_gap * (1 + 1e-9)) | outside, np.nan, found)
+    return np.where((at[after] - at[before] > max_gap * (1 + 1e-9)) | outside, np.nan, values)
 
 
 class Differentiate(Options):
