@@ -19,9 +19,9 @@ from seatruth.trials.trial import Trial
 _DEFECT_SD = 1e-4
 """Standard deviation of a defect (the gap between two segments), as a part of the state's spread.
 
-Chosen here by trial [S]. It must be small against what the data say of a state, so that the segments join: estimates then
-move by a hundredth of their standard error. A tenth of it takes five times as many steps of the solver; three times it
-moves estimates by a tenth of their standard error.
+Chosen here by trial [S]. It must be small against what the data say of a state, so that the segments join: estimates
+then move by a hundredth of their standard error. A tenth of it takes five times as many steps of the solver; three
+times it moves estimates by a tenth of their standard error.
 """
 _RADIUS_SD = 8.0
 """Search radius of a free initial state in standard deviations of its prior (chosen here [S]: wider than any error)."""

@@ -31,7 +31,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         plain, model = model, None
         with problems.at("model", "effects"):
             model = with_effects(plain, load_effects(file.model.effects, source.parent))
-    found = trial_files.recordings(file, source.parent, problems)
+    recordings = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)
@@ -42,7 +42,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         )
     sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
-    trials, holdout = trial_files.read(file, model, found, problems, synthetic=file.study.synthetic)
+    trials, holdout = trial_files.read(file, model, recordings, problems, synthetic=file.study.synthetic)
     if problems:
         return None
     options: CostOptions | None = None
@@ -60,7 +60,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
             constraints=tuple(file.model.constraints),
             cost=options,
             noise=sd,
-            provenance=_provenance(file, source, found),
+            provenance=_provenance(file, source, recordings),
         )
     return None
 
@@ -124,9 +124,9 @@ def _options(file: StudyFile, initial_sd: Mapping[str, Any]) -> CostOptions:
     return kind(**{key: value for key, value in stated.items() if key in option_names(kind)})
 
 
-def _provenance(file: StudyFile, source: Path, found: Sequence[trial_files.Recording]) -> dict[str, Any]:
+def _provenance(file: StudyFile, source: Path, recordings: Sequence[trial_files.Recording]) -> dict[str, Any]:
     """Which files the study came from, by the hash of their bytes; names without the folders of this machine."""
-    hashes = {recording.path.name: _sha256(recording.path) for recording in found}
+    hashes = {recording.path.name: _sha256(recording.path) for recording in recordings}
     return {"study_file": source.name, "study_sha256": _sha256(source), "file_sha256": hashes}
 
 

@@ -53,18 +53,18 @@ def expand(
     """The known names that the patterns take, in their order; a pattern that takes none is a problem."""
     taken: set[str] = set()
     for position, pattern in enumerate(patterns):
-        found = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
-        if not found:
+        matching = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
+        if not matching:
             problems.add((*path, position), f"no {what} {pattern!r}", nearest(pattern, known))
-        taken.update(found)
+        taken.update(matching)
     return [name for name in known if name in taken]
 
 
 def _changes(
     parameter: Parameter, table: ParameterTable, freed: bool, problems: Problems, *, unit_allowed: bool = False
 ) -> dict[str, Any]:
-    given = table.model_dump(exclude_none=True)
-    changes: dict[str, Any] = {key: given[key] for key in _COPIED if key in given}
+    stated = table.model_dump(exclude_none=True)
+    changes: dict[str, Any] = {key: stated[key] for key in _COPIED if key in stated}
     if freed and "vary" not in changes and "expr" not in changes:
         changes["vary"] = True
     if "expr" in changes and parameter.vary and "vary" not in changes:
