@@ -12,7 +12,6 @@ import typer
 from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
 from seatruth.costs.options import OPTIONS, option_names
-from seatruth.costs.registry import KINDS
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
@@ -101,6 +100,8 @@ def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
 
 
 def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.costs.registry import KINDS  # loads the engine, which no other list needs
+
     fields = CostTable.model_fields
     entries = [
         {
