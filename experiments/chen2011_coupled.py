@@ -23,7 +23,7 @@ from seatruth.models.torpedo import Torpedo324
 from seatruth.models.torpedo_parameters import TIES
 from seatruth.optimizers import minimise
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
 PLANT = Torpedo324()
 VALUES = PLANT.nominal() | {"dG": -0.05 * PLANT.nominal()["m"] * PLANT.nominal()["g"]}
@@ -101,7 +101,7 @@ def sizes(trial: Trial, level: float) -> dict[str, float]:
 def bounds(level: float) -> dict[str, float]:
     """Cramer-Rao bounds in per cent."""
     trial = benchmark()
-    frame = excitation(study(trial, sizes(trial, level)), threads=1)
+    frame = prior_identifiability(study(trial, sizes(trial, level)), threads=1)
     return {str(q): 100.0 * float(row["crlb"] / abs(row["value"])) for q, row in frame.iterrows()}
 
 

@@ -73,7 +73,7 @@ def steered(settings: Array, seconds: float, step: float = STEP) -> Array:
     bare = _trial("steered", t, {}, {channel.name: FIRST.get(channel.name, 0.0) for channel in model.outputs})
     free = tuple(setting.name for setting in SETTINGS)
     sim = simulator(model, [bare], free=free, values=model.nominal(), threads=1)
-    return np.asarray(sim.outputs(settings, sim.first_states).y[:, :, -1])
+    return np.asarray(sim.outputs(settings, sim.initial_states).y[:, :, -1])
 
 
 def trial(elevator: Array, step: float = STEP, name: str = "designed") -> Trial:
@@ -81,7 +81,7 @@ def trial(elevator: Array, step: float = STEP, name: str = "designed") -> Trial:
     t = _times((len(elevator) - 1) * step, step)
     bare = _trial(name, t, {"delta_s": elevator}, {q: FIRST.get(q, 0.0) for q in OUTPUTS})
     sim = simulator(PLANT, [bare], values=TRUTH, threads=1)
-    y = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0]
+    y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
     return Trial(name, t, {"delta_s": elevator}, dict(zip(OUTPUTS, y.T)), synthetic=True)
 
 
@@ -108,7 +108,7 @@ def _worst(elevators: Array) -> Array:
     trials = [_trial(str(k), t, {"delta_s": angle}, first) for k, angle in enumerate(elevators)]
     truth = np.array([TRUTH[name] for name in FREE])
     sim = simulator(PLANT, trials, free=FREE, values=TRUTH, threads=1)
-    run = sim.jacobian(truth, sim.first_states)
+    run = sim.jacobian(truth, sim.initial_states)
     found = np.full(len(trials), np.inf)
     for k, rows in enumerate(sim.rows):
         y = run.y[rows]

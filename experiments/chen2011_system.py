@@ -17,7 +17,7 @@ from seatruth import Model, Study
 from seatruth.manoeuvres import Manoeuvre, add_noise, run_manoeuvre
 from seatruth.models.longitudinal_plane import READINGS, LongitudinalPlane
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
 Array = NDArray[np.float64]
 PLANT = LongitudinalPlane()
@@ -110,7 +110,7 @@ def random_start(rng: np.random.Generator) -> dict[str, float]:
 
 def bounds(trial: Trial, level: float, **changes: Any) -> dict[str, float]:
     """Cramer-Rao bounds in per cent of each parameter."""
-    frame = excitation(study(trial, level, **changes), threads=1)
+    frame = prior_identifiability(study(trial, level, **changes), threads=1)
     return {str(q): 100.0 * float(row["crlb"] / abs(row["value"])) for q, row in frame.iterrows()}
 
 

@@ -30,7 +30,7 @@ from scipy.optimize import least_squares
 
 from seatruth import Study
 from seatruth.comparison import Comparison, Noise, Problem, compare
-from seatruth.comparison.realisation import Bench, Setting
+from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.costs import cost_of
 from seatruth.manoeuvres import Stepper
 from seatruth.optimizers import from_callable
@@ -201,7 +201,7 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
     for name in names:
         problem = systems.SYNTHETIC[name]()
         problem = Problem(problem.name, problem.study.replace(holdout=[]), problem.truth)
-        study = Bench(problem, Setting(SEED, LEVEL)).realised("trajectory", Noise("white", LEVEL), 0)
+        study = NoisyProblem(problem, RealisationSettings(SEED, LEVEL)).realise("trajectory", Noise("white", LEVEL), 0)
         cost, naive = cost_of(study, threads=1), Naive(study)
         low, high = cost.bounds
         assert problem.truth is not None

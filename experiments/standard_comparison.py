@@ -66,7 +66,7 @@ def body(options: Options, results: Results) -> None:
     write_tables(found, options.out / "tables")
     results.add_text(__doc__ or "")
     for about in ("optimisation", "estimation", "caution"):
-        lines = [f"- {said.text}" for said in found.sentences if said.about == about]
+        lines = [f"- {said.text}" for said in found.conclusions if said.about == about]
         results.add_text(f"**{about.capitalize()}**\n\n" + "\n".join(lines))
     results.add_figure("runs", len(found.runs), "1", f"{made.seeds} realisations of each noise, kept ones included")
     results.add_figure("failed runs", len(found.failures), "1", "kept with their reasons")
@@ -79,7 +79,7 @@ def body(options: Options, results: Results) -> None:
             ranking = found.ranking(by, cost=cost)
             if ranking is not None:
                 best = ranking.table.iloc[0]
-                note = f"{best['solver']} of {len(ranking.order)}, over {ranking.blocks} {ranking.block_is}s"
+                note = f"{best['solver']} of {len(ranking.order)}, over {ranking.blocks} {ranking.block_kind}s"
                 results.add_figure(f"{cost}, {by}: best mean rank", float(best["mean_rank"]), "1", note)
                 results.add_table(f"pairs by {by}, {cost}", ranking.pairs.set_index(["first", "second"]))
                 results.add_picture(f"ranks by {by}, {cost}", ranks(ranking))

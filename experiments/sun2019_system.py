@@ -22,7 +22,7 @@ from seatruth.effects import with_effects
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Stepper, Trim, add_noise, run_manoeuvre, steady_current
 from seatruth.models.glider import Glider
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import covariance, tied, trade_offs, verdict
+from seatruth.uncertainty import correlated_pairs, covariance, strongly_correlated, verdict
 
 Array = NDArray[np.float64]
 PLANT = Glider()
@@ -143,10 +143,10 @@ def run(plan: Sawtooth | GlideSpiral, current: Mapping[str, float] | None = None
     depth = depth if trim.m_b > 0 else 150.0
     given = current or {"current_north": 0.0, "current_east": 0.0}
     flow = complex(given["current_north"], given["current_east"])
-    around = steady_current(abs(flow), math.atan2(flow.imag, flow.real))
+    environment = steady_current(abs(flow), math.atan2(flow.imag, flow.real))
     inputs = {"m_b": trim.m_b, "x_p": trim.x_p}
     first = start(trim, given, z=depth)
-    return run_manoeuvre(PLANT, plan, dt=DT, first_state=first, inputs=inputs, limit=limit, around=around)
+    return run_manoeuvre(PLANT, plan, dt=DT, first_state=first, inputs=inputs, limit=limit, environment=environment)
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def trials_of(plans: Sequence[Sawtooth | GlideSpiral], threads: int | None = Non
             outputs={name: values[::each] for name, values in fine.outputs.items()},
         )
         engine = simulator(IN_CURRENT, [coarse], (), IN_CURRENT.nominal() | CURRENT, max_step=DT, threads=threads)
-        y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+        y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
         names = [channel.name for channel in IN_CURRENT.outputs]
         found.append(replace(coarse, outputs=dict(zip(names, y.T))))
     return tuple(found)
@@ -245,14 +245,14 @@ def bound(
     x = np.array([_true(parameter, runs) for parameter in cost.parameters])
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
     found = covariance(residuals, jacobian, cost.residual_blocks, white=True)
-    related = tied(found)
+    related = strongly_correlated(found)
     table = {}
     for k, parameter in enumerate(cost.parameters):
         if parameter.name not in cost.nuisances:
             sd = float(found.crlb[k])
-            said = verdict(parameter, float(x[k]), sd, False, bool(found.unseen[k]), bool(related[k]))
+            said = verdict(parameter, float(x[k]), sd, False, bool(found.unidentifiable[k]), bool(related[k]))
             table[parameter.name] = {"crlb": sd, "verdict": said}
-    pairs = trade_offs(found, cost.parameters)
+    pairs = correlated_pairs(found, cost.parameters)
     unseen = {name for name, row in table.items() if row["verdict"] == "not identifiable"} | {*cost.nuisances}
     sentences = [pair["sentence"] for pair in pairs if not {*pair["combination"]} & unseen]
     return {"bounds": table, "trade-offs": sentences}

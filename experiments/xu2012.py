@@ -25,7 +25,7 @@ from seatruth.costs import cost_of
 from seatruth.costs.options import OPTIONS, RegressionOptions
 from seatruth.optimizers import available, minimise
 from seatruth.trials import Trial
-from seatruth.uncertainty import excitation, sensitivity
+from seatruth.uncertainty import prior_identifiability, sensitivity
 
 SEED = 2012
 LEVEL = 0.01
@@ -122,7 +122,7 @@ def _bounds(trial: Trial, threads: int) -> dict[str, Any]:
     found: dict[str, Any] = {"sd": sd, "trials": {}}
     runs = {f"{fin:g} deg, 120 s": system.zigzag(fin) for fin in FINS} | {"5 deg, 600 s": system.zigzag(seconds=600.0)}
     for name, run in runs.items():
-        frame = excitation(system.study(run, noise=sd), threads=threads)
+        frame = prior_identifiability(system.study(run, noise=sd), threads=threads)
         part = (100.0 * frame["crlb"] / frame["value"].abs()).to_dict()
         found["trials"][name] = {"crlb": part, "verdict": frame["verdict"].to_dict()}
     return found
@@ -169,7 +169,7 @@ def _noise(trial: Trial, *, threads: int, seed: int, levels: Sequence[float], se
     rows = []
     for place, level in enumerate(levels):
         sd = system.noise_of(trial, level)
-        bound: Any = excitation(system.study(trial, noise=sd), threads=threads)["crlb"]
+        bound: Any = prior_identifiability(system.study(trial, noise=sd), threads=threads)["crlb"]
         for k in range(seeds):
             record = system.noisy(trial, sd, np.random.default_rng([seed, place, k]))
             machine = percent(system.separate(record))

@@ -21,7 +21,7 @@ from seatruth.manoeuvres import add_noise
 from seatruth.models.torpedo import Torpedo
 from seatruth.models.torpedo_channels import FREE, channel
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
 FREE_START = TrajectoryOptions(initial="free")
 """Least squares with known noise; initial states are estimated."""
@@ -64,7 +64,7 @@ def forward_facts(threads: int) -> dict[str, Any]:
         values = {q.name: TRUTH[q.name] for q in channel("forward").parameters}
         parameters = system.channel_parameters("forward", free, values)
         asked = Study("forward", channel("forward"), Trials([run]), parameters=parameters, noise={"u": 0.02})
-        table = excitation(asked, threads=threads)
+        table = prior_identifiability(asked, threads=threads)
         start = system.channel_parameters("forward", free, wide=True)
         fit = identify(
             asked.replace(trials=Trials([noisy]), parameters=start, cost=FREE_START), UNDAMPED, threads=threads
@@ -109,7 +109,7 @@ def lateral_facts(threads: int) -> dict[str, dict[str, dict[str, float]]]:
             parameters = tuple(q.replace(vary=q.name in free) for q in model.parameters)
             sd = dict.fromkeys(run.outputs, 1.0) | noise
             asked = Study(label, model, Trials([replace(run, outputs=outputs)]), parameters=parameters, noise=sd)
-            table = excitation(asked, threads=threads)
+            table = prior_identifiability(asked, threads=threads)
             part = 100.0 * table["crlb"] / table["value"].abs()
             found[vehicle.set][label] = {str(name): float(value) for name, value in part.items()}
     return found
@@ -127,7 +127,7 @@ def excited(ready: Mapping[str, Trial], threads: int) -> dict[str, dict[str, flo
             parameters = system.channel_parameters(name, _free(name))
             sd = sensors.bound_noise(SEEN[name])
             asked = system.study(name, [system.channel_trial(name, trial)], parameters, noise=sd, cost=FREE_START)
-            table = excitation(asked, threads=threads)
+            table = prior_identifiability(asked, threads=threads)
             part = (100.0 * table["crlb"] / table["value"].abs())[table["value"] != 0.0]
             row[name] = float(part.max())
         found[run] = row
@@ -290,7 +290,7 @@ def _bounds() -> dict[str, dict[str, float]]:
 
 
 def _crlb(asked: Study) -> dict[str, float]:
-    table = excitation(asked, threads=1)
+    table = prior_identifiability(asked, threads=1)
     return {str(name): float(value) for name, value in table["crlb"].items()}
 
 

@@ -61,9 +61,9 @@ def test_engine(folder: Path) -> None:
     model = load_model("mmg")
     weights = np.ones((sum(len(trial) for trial in trials), len(model.outputs)))
     theta = np.array([[model.nominal()["Y_v"], model.nominal()["N_v"]]] * 3)
-    sums = execute("docs/engine.md", trials=trials, theta=theta, weights=weights)["sums"]
-    assert np.isfinite(sums.squares).all()
-    assert sums.squares.shape == (3, len(trials), len(model.outputs))
+    errors = execute("docs/engine.md", trials=trials, theta=theta, weights=weights)["errors"]
+    assert np.isfinite(errors.sums).all()
+    assert errors.sums.shape == (3, len(trials), len(model.outputs))
 
 
 def test_the_model_of_the_document_conforms(folder: Path) -> None:

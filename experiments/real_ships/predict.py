@@ -43,7 +43,7 @@ def simulated(study: Study, values: Mapping[str, float], trials: Sequence[Trial]
     """
     options = as_trajectory(study.cost)
     engine = simulator(study.model, trials, (), values, options.hold, options.max_step, threads)
-    found = engine.outputs(np.zeros((1, 0)), engine.first_states)
+    found = engine.outputs(np.zeros((1, 0)), engine.initial_states)
     names = [channel.name for channel in study.model.outputs]
     made = []
     for k, trial in enumerate(trials):

@@ -18,16 +18,16 @@ from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
-from seatruth.statistics.autoregressive import autocorrelation, colour_of
+from seatruth.statistics.autoregressive import fit_autoregressive, lag_one_autocorrelation
 from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step, Trial
-from seatruth.uncertainty.covariance import Covariance, at_bound, covariance, pressed
-from seatruth.uncertainty.identifiability import identifiability, tied, trade_offs, verdict
+from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
+from seatruth.uncertainty.identifiability import correlated_pairs, identifiability, strongly_correlated, verdict
 from seatruth.uncertainty.prediction import prediction_intervals
 from seatruth.uncertainty.sensitivity import sensitivity
-from seatruth.uncertainty.structural_identifiability import degeneracies
+from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
@@ -149,7 +149,7 @@ class Analysis:
             )
             return
         slope = jacobian.T @ residuals
-        held = pressed(self.x, self.cost.bounds, slope)
+        held = active_bounds(self.x, self.cost.bounds, slope)
         self.found = covariance(residuals, jacobian, self.cost.residual_blocks, held)
         self.stderr = self.found.stderr
         self._settled(residuals, jacobian, ~held)
@@ -161,14 +161,14 @@ class Analysis:
         inflation = float(np.median(larger)) if larger.size else 1.0
         # What initial states can take up does not count for the parameters.
         data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
-        exact = degeneracies(self.cost, self.x)
+        exact = unidentifiable_directions(self.cost, self.x)
         steps = np.array([entry.pop("step")[own] for entry in exact]).reshape(len(exact), len(own))
         self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation, steps)
         self.identifiability["weak"] = [*exact, *self.identifiability["weak"]]
         known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
         self.identifiability["weak"] += [
             entry
-            for entry in trade_offs(self.found, self.cost.parameters)
+            for entry in correlated_pairs(self.found, self.cost.parameters)
             if frozenset(entry["combination"]) not in known
             and not set(entry["combination"]) <= set(self.cost.nuisances)
         ]
@@ -216,7 +216,7 @@ class Analysis:
                     "held_out": held_out,
                 }
                 if isinstance(self.cost, FormulaCost):
-                    half = prediction_intervals(self.cost, self.x, [trial])[0].half
+                    half = prediction_intervals(self.cost, self.x, [trial])[0].half_width
                     part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
                     part |= {f"input {name}": values for name, values in trial.inputs.items()}
                 parts.append(pd.DataFrame(part))
@@ -239,8 +239,8 @@ class Analysis:
             "ratio": rmse / noise if noise > 0 else math.nan,
             "bias": float(error.mean()) if finite else math.nan,
             "n": int(valid.sum()),
-            "n_eff": colour_of(error, ordered).effective(len(error)) if finite else math.nan,
-            "autocorrelation": autocorrelation(error) if finite and ordered else math.nan,
+            "n_eff": fit_autoregressive(error, ordered).effective_samples(len(error)) if finite else math.nan,
+            "autocorrelation": lag_one_autocorrelation(error) if finite and ordered else math.nan,
             "held_out": held_out,
         }
 
@@ -270,8 +270,8 @@ class Analysis:
         found = self.found
         half = np.full(self.size, math.nan) if found is None else found.half_width()
         bound = np.full(self.size, math.nan) if found is None else found.crlb
-        unseen = np.zeros(self.size, dtype=bool) if found is None else found.unseen
-        related = np.zeros(self.size, dtype=bool) if found is None else tied(found)
+        unseen = np.zeros(self.size, dtype=bool) if found is None else found.unidentifiable
+        related = np.zeros(self.size, dtype=bool) if found is None else strongly_correlated(found)
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
             value, stderr = float(self.x[k]), float(self.stderr[k])

@@ -7,8 +7,6 @@ import html
 import io
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.errors import BadInput
+from seatruth.storage.atomic import write_files
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
@@ -105,11 +104,10 @@ class Estimate:
     def save(self, folder: str | Path) -> Path:
         """Writes the estimate into a folder: estimate.json and Parquet tables.
 
-        An estimate that stood there is replaced only once all files of this one are on the disk. OSError where they
-        cannot be written; nothing has changed then.
+        An estimate that stood there is replaced only once all files of this one are on the disk. Raises CannotWrite
+        (a BadInput; DiskFull where no space is left) where they cannot be written; nothing has changed then.
         """
         place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
         tables: dict[str, dict[str, Any]] = {}
         files: dict[str, bytes] = {}
         for name, frame in self._frames().items():
@@ -245,25 +243,3 @@ def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     frame = frame.set_index("index of the table")
     frame.index.name = layout["index"]["name"]
     return frame
-
-
-def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes all files, then puts all in their places."""
-    written: dict[Path, str] = {}
-    try:
-        for name, data in files.items():
-            try:
-                handle, written[folder / name] = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
-                with os.fdopen(handle, "wb") as stream:
-                    stream.write(data)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-            except OSError as problem:
-                raise OSError(problem.errno, problem.strerror, str(folder / name)) from None
-        for path, temporary in written.items():
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-    except BaseException:
-        for temporary in written.values():
-            Path(temporary).unlink(missing_ok=True)
-        raise

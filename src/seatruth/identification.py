@@ -19,11 +19,12 @@ from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
 from seatruth.progress import Progress, ProgressEvent, silent
-from seatruth.storage.checkpoint import Pieces, pieces_beside
+from seatruth.storage.checkpoint import Checkpoint, jobs_file
 from seatruth.study.settings import RunSettings, run_settings
 from seatruth.study.study import Study
+from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
-from seatruth.uncertainty.cross_validation import by_rows, pooled
+from seatruth.uncertainty.cross_validation import pool_parts, split_rows
 
 _INTERRUPTED = "stopped by the user"
 
@@ -51,7 +52,7 @@ def identify(
         optimizer: name, `Optimizer`, or a list of them for a hybrid.
         budget: limits of the search.
         seed: seed of everything random, 0 or more.
-        checkpoint: file that keeps the search (and beside it, with the ending .pieces, the profile and the trials left
+        checkpoint: file that keeps the search (and beside it, with the ending .jobs, the profile and the trials left
             out). The same call goes on where an interrupted one stopped and ends with the same estimate. Both files
             stay, so that an estimate that could not be saved is soon made again; remove them afterwards.
         progress: called with a `ProgressEvent` about ten times a second.
@@ -134,9 +135,8 @@ def _analysed(
     usable = math.isfinite(outcome.value)
     if outcome.code == "interrupted" or not usable:
         return analysis.estimate()
-    place = None if checkpoint is None else pieces_beside(checkpoint)
-    pieces = Pieces(place, f"{study.content_hash} {outcome.x.tobytes().hex()}")
     estimate = analysis.estimate()
+    jobs = _finished_jobs(study, outcome, checkpoint, estimate)
     try:
         if settings.profile:
             try:
@@ -145,7 +145,7 @@ def _analysed(
                     settings.profile,
                     outcome.x,
                     analysis.stderr,
-                    pieces=pieces,
+                    checkpoint=jobs,
                     progress=show,
                     threads=threads,
                     workers=workers,
@@ -155,18 +155,38 @@ def _analysed(
         if settings.cross_validate:
             try:
                 by_row = study.cost.kind == "formula" and len(study.trials) == 1
-                parts = by_rows(study) if by_row else study
+                parts = split_rows(study) if by_row else study
                 left = leave_one_out(
-                    parts, _values(cost, outcome), pieces=pieces, progress=show, threads=threads, workers=workers
+                    parts, _values(cost, outcome), checkpoint=jobs, progress=show, threads=threads, workers=workers
                 )
                 if by_row:
-                    left = pooled(left, parts, study.trials[0].name)
+                    left = pool_parts(left, parts, study.trials[0].name)
                 estimate.cross_validation = _with_fit(left, estimate.fit)
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The prediction of trials left out", problem))
     except KeyboardInterrupt:
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
+    finally:
+        jobs.close()
+    if jobs.write_error:
+        estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
+
+
+def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:
+    """The jobs that an earlier call has finished. A file that cannot be used costs the checkpoint, not the answer."""
+    work = f"{study.content_hash} {outcome.x.tobytes().hex()}"
+    if checkpoint is None:
+        return Checkpoint(None, work)
+    try:
+        return Checkpoint(jobs_file(checkpoint), work, drop_other_work=True)
+    except SeatruthError as problem:
+        estimate.findings.append(_checkpoint_finding(problem.message))
+        return Checkpoint(None, work)
+
+
+def _checkpoint_finding(message: str) -> Finding:
+    return Finding("warning", "checkpoint", message, "search")
 
 
 def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:

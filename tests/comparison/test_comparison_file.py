@@ -76,9 +76,9 @@ def test_a_file_is_read(folder: Path) -> None:
         ("share = 0.1", "share = 2.0", r"share = 2.0 is out of range"),
         ("levels = [0, 0.05]", "levels = []", "list of levels is empty"),
         ("levels = [0, 0.05]", "levels = [-0.1]", "0 or more"),
-        ("levels = [0, 0.05]", "levels = [0.05, 0.05]", "stands twice"),
+        ("levels = [0, 0.05]", "levels = [0.05, 0.05]", "is repeated"),
         ("budgets = [40, 80]", "budgets = []", "list of budgets is empty"),
-        ("budgets = [40, 80]", "budgets = [40, 40]", "'40' stands twice among its budgets"),
+        ("budgets = [40, 80]", "budgets = [40, 40]", "'40' is repeated among its budgets"),
         ("budgets = [40, 80]", "budgets = [0]", "greater than 0"),
         ("seeds = 2", "seeds = 0", "greater than 0"),
         ("seeds = 2", "sed = 2", r"unknown key 'sed'.*Did you mean 'seed"),
@@ -107,7 +107,7 @@ def test_empty_comparisons_are_refused() -> None:
     for key in ("problems", "solvers", "noise", "budgets"):
         with pytest.raises(BadInput, match=f"it has no {key}"):
             small(**{key: []})
-    with pytest.raises(BadInput, match="stands twice"):
+    with pytest.raises(BadInput, match="is repeated"):
         small(noise=[Noise(), Noise()])
     with pytest.raises(BadInput, match="0 workers"):
         compare(small(), "nowhere", workers=0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.models.base import Model, Surroundings, record
+from seatruth.models.base import Environment, Model, record
 from seatruth.models.diving_plane import DivingPlane
 from seatruth.models.parameter import Parameter
 from seatruth.simulate import simulator
@@ -97,7 +97,7 @@ def dive(fin_deg: float = 5.0, seconds: float = 120.0, h: float = 0.5) -> Trial:
     fin, order = np.zeros(n), limit
 
     def f(state: Array, delta: float) -> Array:
-        return np.array(model.rhs(States(*state), Inputs(delta), p, Surroundings()))
+        return np.array(model.rhs(States(*state), Inputs(delta), p, Environment()))
 
     for k in range(n - 1):
         theta = x[k, 3]

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from seatruth.costs import TrajectoryCost, cost_of
 from seatruth.costs.options import TrajectoryOptions, option_names
 from seatruth.errors import BadInput
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, Problem, StaleCheckpoint, from_callable, minimise
 from seatruth.study import Study

@@ -165,7 +165,7 @@ from seatruth.models import Parameter
 class Fade(Effect):
     name = "fade"
     title = "rudder that fades with its angle"
-    family = "actuator"
+    cause = "actuator.steering.gain"
     equation = "delta (1 - k |delta| / 0.35)"
     source = "measured on the slipway"
     needs_inputs = ("delta",)
@@ -174,7 +174,7 @@ class Fade(Effect):
     null = {"k": 0.0}
 
     @staticmethod
-    def inputs(i, s, q, e):
+    def true_inputs(i, s, q, e):
         return i._replace(delta=i.delta * (1.0 - q.k * abs(i.delta) / 0.35))
 '''
 

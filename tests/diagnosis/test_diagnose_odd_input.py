@@ -140,7 +140,7 @@ from seatruth.models import Parameter
 class Explodes(Effect):
     name = "explodes"
     title = "a rudder that runs away"
-    family = "actuator"
+    cause = "actuator.steering.gain"
     needs_inputs = ("delta",)
     needs_states = ("r",)
     acts_on = ("actuator:delta",)
@@ -149,7 +149,7 @@ class Explodes(Effect):
     starts = ({"k": 1e4},)
 
     @staticmethod
-    def inputs(i, s, q, e):
+    def true_inputs(i, s, q, e):
         return i._replace(delta=i.delta + q.k * s.r * (1.0 + 1e6 * s.r * s.r))
 """
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatruth.effects import ExtendedBlackBox, available, with_effects
 from seatruth.models import load_model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
@@ -37,7 +37,7 @@ def heard(effect: str, delta: Array, **values: float) -> Array:
     model = with_effects(echo(), [available()[effect]])
     given = {f"{effect}_{name}": value for name, value in values.items()}
     sim = simulator(model, [Trial("t", T, {"delta": delta}, {}, synthetic=True)], values={**model.nominal(), **given})
-    return np.asarray(sim.outputs(np.zeros((1, 0)), sim.first_states).y[0, :, 0])
+    return np.asarray(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0, :, 0])
 
 
 WAVE = 0.3 * np.sin(0.4 * T)
@@ -143,13 +143,13 @@ def test_a_slow_log_takes_several_steps_a_sample() -> None:
     model = with_effects(echo(), [available()["rudder_lag"]])
     trial = Trial("slow", t, {"delta": delta}, {}, synthetic=True)
     sim = simulator(model, [trial], values={**model.nominal(), "rudder_lag_tau": 2.0})
-    found = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0, :, 0]
+    found = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0, :, 0]
     assert found[10:] == pytest.approx(np.sin(0.02 * (t - 2.0))[10:], abs=0.01)
 
 
 def test_only_those_from_outside_can() -> None:
     found = available()
-    outside = {name for name, effect in found.items() if effect.outside}
+    outside = {name for name, effect in found.items() if effect.suits_black_box}
     assert {"rudder_lag", "heading_delay", "compass_deviation", "depth_lag", "plane_backlash"} <= outside
     assert not {"current", "wind", "added_mass", "sloshing", "quantisation"} & outside
     assert "black box" in found["wind"].missing(echo())
@@ -163,4 +163,4 @@ def test_a_run_that_diverged_stays_so() -> None:
     box = BlackBox("bad", run, inputs=[], outputs=[Channel("psi", "rad")], parameters=[])
     model = with_effects(box, [available()["heading_delay"]])
     sim = simulator(model, [Trial("t", T, {}, {}, synthetic=True)], values={"heading_delay_tau": 0.5})
-    assert sim.outputs(np.zeros((1, 0)), sim.first_states).diverged.all()
+    assert sim.outputs(np.zeros((1, 0)), sim.initial_states).diverged.all()

@@ -11,8 +11,8 @@ import pytest
 from seatruth.effects import Effect, ExtendedModel, available, broken, effects_by_name, with_effects
 from seatruth.errors import BadInput, PluginError
 from seatruth.models import load_model
-from seatruth.models.blackbox import BlackBox
-from seatruth.models.parameter import Parameter
+from seatruth.models.black_box import BlackBox
+from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.testing.effects import EffectConformance
 from seatruth.trials.channel import Channel
@@ -40,7 +40,7 @@ class Lagging(Effect):
 
     name = "lagging"
     title = "rudder partly late"
-    family = "actuator"
+    cause = "actuator.steering.dynamics.lag"
     source = "[S] made for this test"
     acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)
@@ -49,7 +49,7 @@ class Lagging(Effect):
     states = (Channel("late_delta", "rad"),)
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=i.delta + q.share * (s.late_delta - i.delta))
 
     @staticmethod
@@ -138,6 +138,69 @@ def test_a_wrong_effect_is_said() -> None:
 
     with pytest.raises(PluginError, match="rates"):
         NoRates()
+
+    class NoHook(Effect):
+        name = "no_hook"
+        cause = "actuator.steering"
+        parameters = (Parameter("k", 1.0),)
+        null = {"k": 0.0}  # noqa: RUF012
+
+    with pytest.raises(PluginError, match=r"changes nothing.*true_inputs"):
+        NoHook()
+
+    class BothNullAndPrior(NoHook):
+        parameters = (Parameter("k", 1.0, prior=Prior(1.0, 0.5)),)
+
+    with pytest.raises(PluginError, match="both a null and a prior"):
+        BothNullAndPrior()
+
+    class OffItsPrior(NoHook):
+        parameters = (Parameter("k", 1.0), Parameter("lever", 0.2, prior=Prior(0.1, 0.5)))
+
+    class Askew(NoHook):
+        direction = ("k", "lever")
+        true_inputs = staticmethod(lambda i, s, q, e: i)
+
+    with pytest.raises(PluginError, match="two of its magnitudes"):
+        Askew()
+
+    with pytest.raises(PluginError, match="'lever' must stand at the mean of its prior"):
+        OffItsPrior()
+
+
+def test_the_form_of_an_effect_is_free_under_priors() -> None:
+    """Shape parameters have the priors that they declare, whatever the model; magnitudes those about their null."""
+    wind = available()["wind"]
+    assert wind.magnitudes == ("north", "east")
+    assert set(wind.shape_priors) == {"lever", "ln_area", "yaw_slope", "ln_x_ratio"}
+    model = load_model("mmg")
+    priors = wind.priors(model)
+    assert {name: priors[name] for name in wind.shape_priors} == wind.shape_priors
+    assert priors["yaw_slope"].mean == wind.null["yaw_slope"] == wind.typical(model)["yaw_slope"] == 0.18
+    assert priors["north"].mean == 0.0
+    extended = with_effects(model, [wind])
+    assert extended.parameter("wind_yaw_slope").prior == priors["yaw_slope"]
+    assert extended.parameter("wind_north").prior is None
+    assert all(start["yaw_slope"] == 0.18 for start in wind.starts)
+
+
+def test_effects_with_a_direction_start_in_several() -> None:
+    """At the typical magnitude of the model; declared starts shrink on a small ship as its magnitudes do."""
+    model, known = load_model("mmg"), available()
+    for name in ("current", "wave_drift", "varying_current"):
+        effect = known[name]
+        north, east = effect.direction
+        starts = effect.starting_points(model)
+        towards = sorted(math.degrees(math.atan2(start[east], start[north])) % 360 for start in starts)
+        assert towards == pytest.approx([45.0 * k for k in range(8)], abs=1e-9)
+        for start in starts:
+            assert math.hypot(start[north], start[east]) == pytest.approx(effect.priors(model)[north].sd)
+            assert {key: start[key] for key in effect.shape_priors} == {
+                key: prior.mean for key, prior in effect.shape_priors.items()
+            }
+    wind = known["wind"].starting_points(model)
+    assert [math.hypot(start["north"], start["east"]) for start in wind] == pytest.approx([3.0 * math.sqrt(0.07)] * 8)
+    assert known["rudder_offset"].starting_points(model) == []
 
 
 def test_an_extended_model_shows_itself() -> None:

@@ -192,6 +192,6 @@ def test_a_slow_log_does_not_make_quick_followers_diverge() -> None:
     values = {**extended.nominal(), "heading_delay_tau": 0.4}
     sim = simulator(extended, [trial], values=values)
     assert sim.steps == 5 * (t.size - 1)
-    start = sim.first_states.copy()
+    start = sim.initial_states.copy()
     start[0, 0] = 1.0
     assert not sim.outputs(np.zeros((1, 0)), start).diverged.any()

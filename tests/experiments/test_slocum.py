@@ -73,7 +73,7 @@ def test_steady_glide_balances_its_forces_and_is_where_the_unsteady_one_settles(
     assert -drag * math.sin(angle) + lift * math.cos(angle) + up == pytest.approx(0.0, abs=1e-9)
     values = glide.UNSTEADY.nominal() | {"m": 70.1}
     engine = simulator(glide.UNSTEADY, [trial], (), values, max_step=1.0)
-    y = engine.outputs(np.zeros((1, 0)), engine.first_states).y[0]
+    y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
     assert y[-1] == pytest.approx([sink, U], rel=1e-6)
 
 

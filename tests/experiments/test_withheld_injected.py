@@ -54,8 +54,8 @@ def test_the_library_means_the_same_by_it(key: str) -> None:
                 return Outputs(**{**vars(self), **more})
 
         sample = Outputs(**{name: float(column[k]) for name, column in record.items()})
-        assert effect.outputs_recorded is not None
-        theirs = type(effect).outputs_recorded(sample, None, None, SimpleNamespace(**values), None)
+        assert effect.measured_outputs is not None
+        theirs = type(effect).measured_outputs(sample, None, None, SimpleNamespace(**values), None)
         ours = injected(record, key, values)
         for name in ("x", "y", "psi", "u", "v", "r"):
             assert ours[name][k] == pytest.approx(getattr(theirs, name), abs=1e-12)

@@ -18,10 +18,10 @@ deg = math.radians
 
 
 def rates(
-    model: Model, state: Mapping[str, float], inputs: Mapping[str, float], values: Any = None, around: Any = None
+    model: Model, state: Mapping[str, float], inputs: Mapping[str, float], values: Any = None, environment: Any = None
 ) -> dict[str, float]:
     """d/dt of all states by name."""
-    stepper = Stepper(model, values, around)
+    stepper = Stepper(model, values, environment)
     given = {channel.name: inputs.get(channel.name, 0.0) for channel in model.inputs}
     found = stepper.rate(0.0, stepper.first(state), given)
     return dict(zip((s.name for s in model.states), found))

@@ -105,11 +105,11 @@ def test_it_returns_to_service_speed() -> None:
 
 def test_force_moves_the_mass() -> None:
     """An outside force accelerates the mass with its added mass; the series does not change it."""
-    from seatruth.models.base import Surroundings
+    from seatruth.models.base import Environment
 
     model, p = AbkowitzShip(), AbkowitzShip().nominal()
     force = 1e5
     plain = rates(model, {"u": U0}, {})
-    pushed = rates(model, {"u": U0}, {}, around=lambda t, s: Surroundings(X=force))
+    pushed = rates(model, {"u": U0}, {}, environment=lambda t, s: Environment(X=force))
     mass = 0.5 * p["rho"] * p["L"] ** 3 * (p["m"] - p["X_du"])
     assert (pushed["u"] - plain["u"]) * mass == pytest.approx(force, rel=1e-9)

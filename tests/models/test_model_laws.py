@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motion import deg, rates
 
 from seatruth.manoeuvres import Straight, TurningCircle, Zigzag, run_manoeuvre, steady_current
-from seatruth.models import Model, Surroundings
+from seatruth.models import Environment, Model
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.diving_plane import DivingPlane
 from seatruth.models.mmg import MMGShip, MMGShipOrdered
@@ -59,8 +59,8 @@ def test_a_steady_current_carries_the_whole_track(case: Any) -> None:
     plan = TurningCircle(deg(25), deg(200), approach=2)
     still = run_manoeuvre(model, plan, dt=dt, first_state=first, inputs=inputs)
     moved = {"u": first["u"] + speed * math.cos(direction), "v": speed * math.sin(direction)}
-    around = steady_current(speed, direction)
-    drifting = run_manoeuvre(model, plan, dt=dt, first_state=moved, inputs=inputs, around=around)
+    environment = steady_current(speed, direction)
+    drifting = run_manoeuvre(model, plan, dt=dt, first_state=moved, inputs=inputs, environment=environment)
     assert len(drifting) == len(still)
     # Runge-Kutta in two frames differs by its own error only.
     assert drifting.outputs["psi"] == pytest.approx(still.outputs["psi"], abs=1e-5)
@@ -73,14 +73,14 @@ def test_a_steady_current_carries_the_whole_track(case: Any) -> None:
 def test_a_current_carries_the_diving_vehicle() -> None:
     model, speed, dip = DivingPlane(), 0.2, 0.6
 
-    def around(t: float, s: Any) -> Surroundings:
+    def environment(t: float, s: Any) -> Environment:
         u_c, w_c = speed * math.cos(s.theta + dip), speed * math.sin(s.theta + dip)
-        return Surroundings(t=t, u_c=u_c, w_c=w_c, du_c=-s.q * w_c, dw_c=s.q * u_c)
+        return Environment(t=t, u_c=u_c, w_c=w_c, du_c=-s.q * w_c, dw_c=s.q * u_c)
 
     common: dict[str, Any] = {"dt": 0.2, "inputs": {"delta_s": 0.08}, "limit": 60.0}
     still = run_manoeuvre(model, Straight(60.0), first_state={"u": 1.4}, **common)
     first = {"u": 1.4 + speed * math.cos(dip), "w": speed * math.sin(dip)}
-    drifting = run_manoeuvre(model, Straight(60.0), first_state=first, around=around, **common)
+    drifting = run_manoeuvre(model, Straight(60.0), first_state=first, environment=environment, **common)
     assert drifting.outputs["theta"] == pytest.approx(still.outputs["theta"], abs=1e-5)
     assert drifting.outputs["x"] == pytest.approx(still.outputs["x"] + speed * math.cos(dip) * still.t, abs=1e-3)
     assert drifting.outputs["z"] == pytest.approx(still.outputs["z"] + speed * math.sin(dip) * still.t, abs=1e-3)
@@ -91,7 +91,7 @@ def test_force_acts_on_the_virtual_mass_of_the_ship(name: str, force: str) -> No
     """At rest, a force through the centre of gravity moves the mass and its added mass."""
     p = MMGShip().nominal()
     values = {"x_G": 1e-12, "J_z": 0.011}
-    moved = rates(MMGShip(), {}, {}, values, lambda t, s: Surroundings(**{force: 100.0}))
+    moved = rates(MMGShip(), {}, {}, values, lambda t, s: Environment(**{force: 100.0}))
     added = p["m_x"] if name == "u" else p["m_y"]
     virtual = p["rho"] * p["nabla"] + 0.5 * p["rho"] * p["L"] ** 2 * p["d"] * added
     assert moved[name] * virtual == pytest.approx(100.0, rel=1e-9)
@@ -99,7 +99,7 @@ def test_force_acts_on_the_virtual_mass_of_the_ship(name: str, force: str) -> No
 
 def test_moment_acts_on_the_virtual_inertia_about_midship() -> None:
     p = MMGShip().nominal()
-    moved = rates(MMGShip(), {}, {}, None, lambda t, s: Surroundings(N=100.0))
+    moved = rates(MMGShip(), {}, {}, None, lambda t, s: Environment(N=100.0))
     m = p["rho"] * p["nabla"]
     area = 0.5 * p["rho"] * p["L"] ** 2 * p["d"]
     inertia = m * (0.25 * p["L"]) ** 2 + m * p["x_G"] ** 2 + area * p["L"] ** 2 * p["J_z"]

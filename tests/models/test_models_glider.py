@@ -16,7 +16,7 @@ from seatruth.errors import BadInput
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Trim, run_manoeuvre, steady_current
 from seatruth.manoeuvres.gliding import PUMP
 from seatruth.models import Model
-from seatruth.models.base import Surroundings
+from seatruth.models.base import Environment
 from seatruth.models.glider import Glider
 from seatruth.models.glider_parameters import GLIDERS
 from seatruth.testing.models import ModelConformance
@@ -48,11 +48,11 @@ def steady(trim: Trim, rudder: float = 0.0, model: Model | None = None) -> dict[
     return {**state, **found, "radius": turning, "psi_dot": rate["psi"]}
 
 
-def sawtooth(around: Any = None, halves: int = 4, **first: float) -> Trial:
+def sawtooth(environment: Any = None, halves: int = 4, **first: float) -> Trial:
     state = {"u": 0.57, "w": 0.017, "theta": deg(-29.0), "z": 8.0} | first
     plan = Sawtooth(DIVE, CLIMB, halves=halves)
     inputs = {"m_b": DIVE.m_b, "x_p": DIVE.x_p}
-    return run_manoeuvre(Glider(), plan, dt=0.25, first_state=state, inputs=inputs, limit=4000, around=around)
+    return run_manoeuvre(Glider(), plan, dt=0.25, first_state=state, inputs=inputs, limit=4000, environment=environment)
 
 
 SAWTOOTH = sawtooth()
@@ -170,7 +170,7 @@ def test_a_current_only_carries_the_glider() -> None:
     model = with_effects(Glider(), [effects()["current"]])
     state, inputs = dict.fromkeys(MOVING, 0.1), {"m_b": 0.3, "x_p": 0.4, "delta": 0.2}
     by_effect = rates(model, state, inputs, {"current_north": north, "current_east": east})
-    assert by_effect == pytest.approx(rates(Glider(), state, inputs, around=current), rel=1e-12)
+    assert by_effect == pytest.approx(rates(Glider(), state, inputs, environment=current), rel=1e-12)
 
 
 def test_without_weight_and_friction_kinetic_energy_stays() -> None:
@@ -181,7 +181,7 @@ def test_without_weight_and_friction_kinetic_energy_stays() -> None:
     forces = ("X", "Y", "Z", "K", "M", "N")
 
     def pushed(force: str) -> list[float]:
-        found = rates(model, {}, inputs, free, lambda t, s: Surroundings(**{force: 1.0}))
+        found = rates(model, {}, inputs, free, lambda t, s: Environment(**{force: 1.0}))
         return [found[name] for name in names]
 
     inertia = np.linalg.inv(np.array([pushed(force) for force in forces]))

@@ -21,7 +21,7 @@ import chen2011_system as system  # type: ignore[import-not-found,unused-ignore]
 
 from seatruth.errors import BadInput  # noqa: E402
 from seatruth.manoeuvres import Straight, run_manoeuvre  # noqa: E402
-from seatruth.models import Model, Surroundings, load_model  # noqa: E402
+from seatruth.models import Environment, Model, load_model  # noqa: E402
 from seatruth.models.longitudinal_plane import (  # noqa: E402
     READINGS,
     LongitudinalPlane,
@@ -167,7 +167,7 @@ def test_signs() -> None:
 
 
 def test_outside_forces_act_on_the_virtual_masses() -> None:
-    pushed = rates(PLANT, {}, {}, {"lambda_26": 0.0}, lambda t, s: Surroundings(X=10.0, Z=20.0, M=30.0))
+    pushed = rates(PLANT, {}, {}, {"lambda_26": 0.0}, lambda t, s: Environment(X=10.0, Z=20.0, M=30.0))
     still = rates(PLANT, {}, {}, {"lambda_26": 0.0})
     p = PLANT.nominal()
     assert (pushed["u"] - still["u"]) * (p["m"] + p["lambda_11"]) == pytest.approx(10.0)
@@ -178,14 +178,14 @@ def test_outside_forces_act_on_the_virtual_masses() -> None:
 def test_a_current_carries_the_whole_track() -> None:
     speed, dip = 0.4, 0.6  # m/s, rad below the horizon
 
-    def around(t: float, s: Any) -> Surroundings:
+    def environment(t: float, s: Any) -> Environment:
         u_c, w_c = speed * math.cos(s.theta + dip), speed * math.sin(s.theta + dip)
-        return Surroundings(t=t, u_c=u_c, w_c=w_c, du_c=-s.q * w_c, dw_c=s.q * u_c)
+        return Environment(t=t, u_c=u_c, w_c=w_c, du_c=-s.q * w_c, dw_c=s.q * u_c)
 
     common: dict[str, Any] = {"dt": 0.05, "inputs": {"delta_s": deg(2)}, "limit": 10.0}
     still = run_manoeuvre(PLANT, Straight(10.0), first_state={"u": 4.0}, **common)
     first = {"u": 4.0 + speed * math.cos(dip), "w": speed * math.sin(dip)}
-    drifting = run_manoeuvre(PLANT, Straight(10.0), first_state=first, around=around, **common)
+    drifting = run_manoeuvre(PLANT, Straight(10.0), first_state=first, environment=environment, **common)
     assert drifting.outputs["theta"] == pytest.approx(still.outputs["theta"], abs=1e-5)
     assert drifting.outputs["x"] == pytest.approx(still.outputs["x"] + speed * math.cos(dip) * still.t, abs=1e-4)
     assert drifting.outputs["z"] == pytest.approx(still.outputs["z"] + speed * math.sin(dip) * still.t, abs=1e-4)

@@ -21,7 +21,7 @@ def effect(name: str, title: str, unit: str = "m/s") -> dict[str, Any]:
     parameters = [{"name": q, "unit": unit, "null": 0.0, "typical": 0.2} for q in ("north", "east")]
     return {
         **{"name": name, "number": 1, "title": title, "family": "environment", "equation": "nu_r = nu - nu_c"},
-        **{"acts_on": ["kinematics"], "equivalent": [], "told_apart": "a full turn", "source": "<[L] a & book>"},
+        **{"acts_on": ["kinematics"], "equivalent": [], "distinguished_by": "a full turn", "source": "<[L] a & book>"},
         "parameters": parameters,
     }
 

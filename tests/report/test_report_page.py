@@ -12,6 +12,7 @@ import pytest
 from fake_estimate import CHANNELS, empty, estimate
 
 from seatruth.report import render, write_report
+from seatruth.storage.atomic import CannotWrite
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
@@ -243,7 +244,7 @@ def test_tables_indexed_by_trial_and_channel_read_the_same() -> None:
 def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path: Path) -> None:
     target = tmp_path / "report.html"
     target.mkdir()
-    with pytest.raises(OSError, match="report"):
+    with pytest.raises(CannotWrite, match="report"):
         write_report(empty(), target)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 

@@ -46,6 +46,10 @@ def record_of(t: Any, push: Callable[[Any], Any] | None = None, name: str = "run
     return Trial(name, times, inputs, outputs, synthetic=True)
 
 
+def step_record(n: int = 51, dt: float = 0.1, **outputs: Any) -> Trial:
+    return record_of(np.arange(n) * dt, np.ones_like, **outputs)
+
+
 def plain_model(
     rates: Callable[..., Any], states: Sequence[str], parameters: Sequence[str] = (), inputs: Sequence[str] = ()
 ) -> Model:

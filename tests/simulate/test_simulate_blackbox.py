@@ -10,7 +10,7 @@ import pytest
 from known_models import Lag, record_of
 
 from seatruth.errors import BadInput
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs, simulator
 from seatruth.trials.trial import Trial
 
@@ -53,31 +53,31 @@ def test_it_agrees_with_the_compiled_model() -> None:
     pair = [simulator(model, trials(), free=("k", "T")) for model in (Lag(), box())]
     theta = np.array([[1.5, 2.0], [1.2, 1.0], [0.7, 3.0]])
     weights = np.linspace(0.5, 1.5, pair[0].measured.size).reshape(pair[0].measured.shape)
-    ours, theirs = (sim.sums(theta, sim.first_states + 0.1, weights) for sim in pair)
-    assert theirs.squares == pytest.approx(ours.squares, rel=1e-9)
-    assert theirs.end == pytest.approx(ours.end, rel=1e-9)
-    ours_j, theirs_j = (sim.jacobian(theta[0], sim.first_states, ["x", "angle"]) for sim in pair)
+    ours, theirs = (sim.squared_errors(theta, sim.initial_states + 0.1, weights) for sim in pair)
+    assert theirs.sums == pytest.approx(ours.sums, rel=1e-9)
+    assert theirs.x_end == pytest.approx(ours.x_end, rel=1e-9)
+    ours_j, theirs_j = (sim.jacobian(theta[0], sim.initial_states, ["x", "angle"]) for sim in pair)
     assert theirs_j.dy == pytest.approx(ours_j.dy, abs=1e-8)
-    assert theirs_j.dend == pytest.approx(ours_j.dend, abs=1e-8)
+    assert theirs_j.dx_end == pytest.approx(ours_j.dx_end, abs=1e-8)
     assert theirs_j.y == pytest.approx(ours_j.y, rel=1e-9)
-    states = [sim.states(theta[0], sim.first_states) for sim in pair]
+    states = [sim.states(theta[0], sim.initial_states) for sim in pair]
     assert states[1] == pytest.approx(states[0], rel=1e-9)
     assert pair[0].steps == pair[1].steps
 
 
 def test_runs_that_are_not_finite_have_diverged() -> None:
     sim = simulator(box(), trials(), free=("k",))
-    found = sim.sums(np.array([[1.0], [9.0]]), sim.first_states, np.ones(sim.measured.shape))
+    found = sim.squared_errors(np.array([[1.0], [9.0]]), sim.initial_states, np.ones(sim.measured.shape))
     assert found.diverged.tolist() == [[False, False], [True, True]]
-    assert np.isinf(found.squares[1]).all()
+    assert np.isinf(found.sums[1]).all()
 
 
 def test_what_a_black_box_cannot_do_is_said() -> None:
     with pytest.raises(BadInput, match="black box"):
         evaluate_rhs(box(), np.zeros(0), (), box().nominal(), np.zeros((3, 2)), np.zeros((3, 1)))
     sim = simulator(box(), trials(), free=("k",))
-    assert np.isnan(sim.discretisation_error(np.ones(1), sim.first_states)).all()
+    assert np.isnan(sim.discretisation_error(np.ones(1), sim.initial_states)).all()
     with pytest.raises(BadInput, match="no state"):
-        sim.jacobian(np.ones(1), sim.first_states, ["z"])
+        sim.jacobian(np.ones(1), sim.initial_states, ["z"])
     with pytest.raises(BadInput, match="no input"):
         simulator(box(), [Trial("bare", np.arange(3.0), {}, {})])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from seatruth.costs.study_cost import ResidualBlock
-from seatruth.uncertainty import autocorrelation, colour_of, covariance
+from seatruth.uncertainty import covariance
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def test_what_the_data_do_not_see_has_an_infinite_error() -> None:
     jacobian = np.column_stack([a, b, np.zeros(300), a + b, rng.normal(size=300)])
     groups = [ResidualBlock("data", "run", "y", np.arange(300), np.arange(300) * 1.0, np.arange(300))]
     found = covariance(rng.normal(size=300), jacobian, groups)
-    assert found.unseen.tolist() == [True, True, True, True, False]
+    assert found.unidentifiable.tolist() == [True, True, True, True, False]
     assert np.isinf(found.stderr[:4]).all()
     assert np.isfinite(found.stderr[4])
 
@@ -110,24 +110,3 @@ def test_a_parameter_at_its_bound_is_held() -> None:
     assert np.isnan(found.stderr[1])
     alone = covariance(residuals, jacobian[:, [0, 2]], groups)
     assert found.stderr[[0, 2]] == pytest.approx(alone.stderr)
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.7, 0.95])
-def test_effective_samples_of_a_known_process(rho: float) -> None:
-    series = coloured(np.random.default_rng(5), rho, 20_000, 1)[:, 0]
-    expected = 20_000 * (1.0 - rho) / (1.0 + rho)
-    assert colour_of(series).effective(20_000) == pytest.approx(expected, rel=0.15)
-    assert autocorrelation(series) == pytest.approx(rho, abs=0.03)
-
-
-def test_oscillating_residuals_are_never_worth_more_than_their_number() -> None:
-    series = coloured(np.random.default_rng(6), -0.8, 2_000, 1)[:, 0]
-    assert colour_of(series).effective(2_000) == 2_000
-
-
-def test_short_and_constant_series() -> None:
-    assert colour_of(np.zeros(50)).effective(50) == 50
-    assert colour_of(np.ones(3)).effective(3) == 3
-    assert colour_of(np.zeros(0)).effective(0) == 0
-    assert 1.0 <= colour_of(np.ones(200)).effective(200) <= 2.0
-    assert np.isnan(autocorrelation(np.zeros(9)))

@@ -82,11 +82,11 @@ def _smooth(series: Any, width: int = 7) -> Any:
 
 def _modelled(model: Any, values: dict[str, float], columns: list[Any]) -> Any:
     """The model's rates at each sample, (n, states)."""
-    from seatruth.models import Surroundings
+    from seatruth.models import Environment
     from seatruth.models.base import record
 
     s, i, p = (record(name, fields) for name, fields in zip("sip", (model.states, model.inputs, model.parameters)))
     own = p(*(values.get(q.name, q.value) for q in model.parameters))
     count = len(model.states)
     rows = np.stack(columns, axis=1)
-    return np.array([model.rhs(s(*row[:count]), i(*row[count:]), own, Surroundings()) for row in rows.tolist()])
+    return np.array([model.rhs(s(*row[:count]), i(*row[count:]), own, Environment()) for row in rows.tolist()])

@@ -17,9 +17,9 @@ import pandas as pd
 
 from seatruth import BadInput, Channel, Parameter, Study, Trial, Trials
 from seatruth.effects import available
-from seatruth.effects.kinematics import into_body
-from seatruth.effects.weather import wind_force
-from seatruth.models.geometry import Body
+from seatruth.effects.kinematics import to_body_axes
+from seatruth.effects.weather import WindShape, wind_force
+from seatruth.models.geometry import Vehicle
 from seatruth.models.mmg import MMGShipOrdered
 
 WIND = available()["wind"]
@@ -46,10 +46,10 @@ class InMeasuredWind(MMGShipOrdered):
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        body = Body(*_SIZE(p))
-        along, across, _ = into_body(i.wind_x, i.wind_y, s)
-        X, Y, N = wind_force(s.u - along, s.v - across, p.wind_lever, body)
-        X_0, Y_0, N_0 = wind_force(s.u, s.v, p.wind_lever, body)
+        body = Vehicle(*_SIZE(p))
+        along, across, _ = to_body_axes(i.wind_x, i.wind_y, s)
+        X, Y, N = wind_force(s.u - along, s.v - across, WindShape(p.wind_lever), body)
+        X_0, Y_0, N_0 = wind_force(s.u, s.v, WindShape(p.wind_lever), body)
         share = p.wind_share
         e = e._replace(X=e.X + share * (X - X_0), Y=e.Y + share * (Y - Y_0), N=e.N + share * (N - N_0))
         found: tuple[Any, ...] = _SHIP(s, i, p, e)

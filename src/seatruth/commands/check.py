@@ -70,9 +70,9 @@ def _show(findings: Sequence[Finding]) -> None:
 
 def _preview(study: Study) -> pd.DataFrame:
     """Which parameters the trials can move, from the model's sensitivities at the start values."""
-    from seatruth.uncertainty import excitation
+    from seatruth.uncertainty import prior_identifiability
 
-    frame = excitation(study)
+    frame = prior_identifiability(study)
     say("\nWhat the trials can move, at the start values and the stated noise:")
     rows = [
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()

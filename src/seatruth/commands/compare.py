@@ -34,7 +34,7 @@ def compare(
     from seatruth.comparison import compare as run
     from seatruth.comparison import standing
     from seatruth.comparison.file import read_comparison
-    from seatruth.simulate.threads import thread_count
+    from seatruth.simulate import thread_count
 
     made, folder = read_comparison(comparison)
     folder = folder if out is None else out
@@ -80,7 +80,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
             if made is not None:
                 rankings[f"{by}, {cost}"] = {
                     "blocks": made.blocks,
-                    "block_is": made.block_is,
+                    "block_kind": made.block_kind,
                     "p_friedman": made.p_friedman,
                     "ranks": made.table,
                     "pairs": made.pairs,
@@ -91,7 +91,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
         "runs": len(results.runs),
         "failed": len(results.failures),
         "left": results.left,
-        "sentences": [{"about": said.about, "text": said.text} for said in results.sentences],
+        "conclusions": [{"about": said.about, "text": said.text} for said in results.conclusions],
         "rankings": rankings,
         "overall": results.overall,
         "success": results.success,
@@ -119,7 +119,7 @@ def show(results: Results) -> None:
         say(f"Mean ranks, {cost} cost (1 is best)")
         console().print(table(["solver", *found], rows, numbers=list(found)))
         say("")
-    for said in results.sentences:
+    for said in results.conclusions:
         say(f"{'! ' if said.grave else '- '}{said.text}", style="yellow" if said.grave else "")
     say("")
 

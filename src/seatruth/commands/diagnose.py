@@ -14,6 +14,7 @@ from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, 
 from seatruth.commands.identify import names
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput, nearest
+from seatruth.storage.atomic import CannotWrite, write_file
 from seatruth.study import Study, load_study
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def run(
             report = folder / REPORT
             write_report(diagnosis, report)
             written = _augmented(diagnosis, study, folder, specs)
-        except OSError:
+        except CannotWrite:
             # What was found is on the screen at least.
             progress.__exit__(None, None, None)
             show(diagnosis)
@@ -158,7 +159,7 @@ def _augmented(diagnosis: Diagnosis, study: Study, folder: Path, specs: Mapping[
     called = {name: specs.get(name, name) for name in diagnosis.augmented["effects"]}
     text = augmented(study.source, folder, f"{diagnosis.study} augmented", called, values, priors)
     path = folder / AUGMENTED
-    path.write_text(text, encoding="utf-8")
+    write_file(path, text)
     return path
 
 

@@ -15,6 +15,7 @@ from rich.text import Text
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
+from seatruth.storage.atomic import CannotWrite
 from seatruth.study import Study, load_study
 from seatruth.study.load import profile_names
 
@@ -86,7 +87,7 @@ def run(
     """
     from seatruth.identification import identify as identify_study
     from seatruth.optimizers import StaleCheckpoint
-    from seatruth.storage.checkpoint import pieces_beside
+    from seatruth.storage.checkpoint import jobs_file
 
     folder = folder if folder is not None else study.output.folder or Path(f"{study.name}-result")
     checkpoint = folder / CHECKPOINT
@@ -95,7 +96,7 @@ def run(
     except (FileExistsError, NotADirectoryError):
         what = "a file stands where the results' folder should be"
         raise BadInput(what, where=str(folder), do=_ELSEWHERE) from None
-    kept = (checkpoint, pieces_beside(checkpoint))
+    kept = (checkpoint, jobs_file(checkpoint))
     if fresh:
         for path in kept:
             path.unlink(missing_ok=True)
@@ -122,7 +123,7 @@ def run(
         try:
             estimate.save(folder)
             report = _report(estimate, study, folder)
-        except OSError:
+        except CannotWrite:
             # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
             progress.__exit__(None, None, None)
             show(estimate)

@@ -54,7 +54,15 @@ def _details(entry: Mapping[str, Any]) -> None:
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
     if entry.get("about"):
         say(entry["about"])
-    for part in ("equation", "acts on", "source", "kinds", "never told from", "confused with", "told apart by"):
+    for part in (
+        "equation",
+        "acts on",
+        "source",
+        "kinds",
+        "never distinguished from",
+        "confused with",
+        "distinguished by",
+    ):
         if part in entry and entry[part] and "acts on" in entry:
             say(f"{part}: {_cell(entry[part])}")
     for part in ("parameters", "options", "sets"):
@@ -164,20 +172,22 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
             "name": effect.name,
             "title": effect.title,
             "family": effect.family,
+            "cause": effect.cause,
             "acts on": list(effect.acts_on),
             "about": inspect.getdoc(effect) or "",
             "equation": effect.equation,
             "source": effect.source,
             "kinds": list(effect.kinds),
-            "never told from": list(effect.equivalent),
+            "never distinguished from": list(effect.equivalent),
             "confused with": list(effect.confused_with),
-            "told apart by": effect.told_apart,
-            "black boxes": effect.outside,
+            "distinguished by": effect.distinguished_by,
+            "black boxes": effect.suits_black_box,
             "parameters": [
                 {
                     "parameter": q.name,
                     "null": float(effect.null[q.name]),
-                    "typical": abs(q.value - effect.null[q.name]),
+                    "typical": abs(q.value - effect.null[q.name]) if q.prior is None else q.prior.sd,
+                    "shape": q.prior is not None,
                     "unit": q.unit,
                     "means": q.description,
                 }

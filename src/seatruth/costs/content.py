@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.models.formula import Formula
 from seatruth.trials.trial import Trial
 

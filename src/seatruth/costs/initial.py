@@ -170,7 +170,7 @@ def _observable(
             dy = np.where(valid[rows][:, :, None], derivative.dy[rows][:, :, size:], 0.0)
             observable[number] |= (dy != 0).any(axis=(0, 1))
             if len(segments) > 1:
-                moves = derivative.dend[number][:, size:] != 0
+                moves = derivative.dx_end[number][:, size:] != 0
                 np.fill_diagonal(moves, False)
                 observable[number] |= moves.any(axis=0) & observable[number].any()
     # A state that is observable in one segment of a trial is so in all of them: they are one run.

@@ -18,7 +18,7 @@ from seatruth.costs.options import RegressionOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.errors import BadInput
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import Simulator, evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 
@@ -110,12 +110,12 @@ class RegressionCost(StudyCost):
         """Outputs (n, D) of each trial, simulated in the open loop from its first samples."""
         engine = self._whole if trials is None else self._simulate(trials)
         theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None])[0]
-        return outputs_by_trial(engine, theta, engine.first_states)
+        return outputs_by_trial(engine, theta, engine.initial_states)
 
     def discretisation(self, x: Array) -> dict[str, float]:
         """Root mean square change of each simulated output when every integration step is halved."""
         theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None])[0]
-        found = self._whole.discretisation_error(theta, self._whole.first_states)
+        found = self._whole.discretisation_error(theta, self._whole.initial_states)
         return {channel.name: float(error) for channel, error in zip(self.problem.model.outputs, found)}
 
     @cached_property

@@ -18,7 +18,7 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.regression import RegressionCost
 from seatruth.costs.segments import cut, state_at
 from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial, Trials
 
@@ -51,7 +51,7 @@ class TrajectoryCost(StudyCost):
         self._whole: Simulator | None = None
         self._K = len(self.space.free)
         values = self.space.nominal()
-        base = self._simulator.first_states.copy()
+        base = self._simulator.initial_states.copy()
         for number, segment in enumerate(self._segments):
             if not segment.first:
                 base[number] = state_at(problem.model, self.trials[segment.parent], segment.start, values)
@@ -85,8 +85,8 @@ class TrajectoryCost(StudyCost):
             if self._noise.correlated:
                 cost, end = self._by_errors(theta, x0)
             else:
-                sums = self._simulator.sums(theta, x0, self._noise.weights)
-                cost, end = self._noise.cost_of_squares(sums.squares.sum(axis=1)), sums.end
+                errors = self._simulator.squared_errors(theta, x0, self._noise.weights)
+                cost, end = self._noise.cost_of_squares(errors.sums.sum(axis=1)), errors.x_end
             if self.space.priors:
                 cost = cost + 0.5 * (self.space.prior_residuals(model_x) ** 2).sum(axis=1)
             if len(self._initial.priors):
@@ -111,7 +111,7 @@ class TrajectoryCost(StudyCost):
                 self._noise.residuals(self._simulator.measured - outputs.y[0]),
                 self.space.prior_residuals(model_x)[0],
                 self._initial_residuals(free)[0],
-                self._defects(outputs.end, x0)[0],
+                self._defects(outputs.x_end, x0)[0],
             ]
         return np.concatenate(parts)
 
@@ -125,7 +125,7 @@ class TrajectoryCost(StudyCost):
         derivative = self._simulator.jacobian(theta, x0, initial.names)
         chain = self.space.varying_jacobian(model_x) if self.space.has_ties else None
         dy = self._spread(derivative.dy, [(rows, k) for k, rows in enumerate(self._simulator.rows)], chain)
-        ends = self._spread(derivative.dend, [(slice(k, k + 1), k) for k in range(len(self._segments))], chain)
+        ends = self._spread(derivative.dx_end, [(slice(k, k + 1), k) for k in range(len(self._segments))], chain)
         result = np.zeros((self._first_defect + self._continuity.size, len(x)))
         row = self._noise.size
         result[:row] = self._noise.derivatives(-dy)
@@ -173,7 +173,7 @@ class TrajectoryCost(StudyCost):
         if not len(trials):
             return []
         engine = self._simulate(trials)
-        x0 = engine.first_states if self.options.initial == "fixed" else self._fitted_start(x, trials)
+        x0 = engine.initial_states if self.options.initial == "fixed" else self._fitted_start(x, trials)
         theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None, : self._K])[0]
         return outputs_by_trial(engine, theta, x0)
 
@@ -216,7 +216,7 @@ class TrajectoryCost(StudyCost):
             outputs = self._simulator.outputs(theta[part], x0[part] if x0.ndim == 3 else x0)
             cost = self._noise.cost_of_errors(measured - outputs.y)
             costs[part] = np.where(outputs.diverged.any(axis=1), np.inf, cost)
-            end[part] = outputs.end
+            end[part] = outputs.x_end
         return costs, end
 
     def _initial_residuals(self, free: Array) -> Array:

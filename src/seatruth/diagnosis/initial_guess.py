@@ -15,7 +15,7 @@ from seatruth.arrays import Array
 from seatruth.costs.trajectory import TrajectoryCost
 from seatruth.diagnosis.problem import GapProblem
 from seatruth.errors import SeatruthError
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import minimise
 from seatruth.trials.trial import Trials
 

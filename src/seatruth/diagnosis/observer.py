@@ -21,8 +21,9 @@ from seatruth.diagnosis.discrepancy.terms import EQUATIONS, KINEMATIC, equations
 from seatruth.diagnosis.fit import Fit, fit
 from seatruth.diagnosis.noise import NoiseFloor, noise_floor
 from seatruth.diagnosis.problem import GapProblem
-from seatruth.models.base import Model, record, takes_surroundings
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.base import Equations, Model
+from seatruth.models.black_box import BlackBox
+from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
@@ -68,20 +69,17 @@ def led(problem: GapProblem) -> GapProblem | None:
     return GapProblem(problem.study, list(problem.effects.values()), threads=problem.threads, lead=Led(found))
 
 
-class LedModel(Model):
+class LedModel(ModelWrapper):
     """A model whose states follow the inputs "seen_NAME" where "has_NAME" is 1; `gains` (1/s) by the state's name."""
 
     def __init__(self, base: Model, gains: Mapping[str, float]) -> None:
-        self.base, self.gains = base, dict(gains)
-        self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
-        self.states, self.outputs, self.parameters = base.states, base.outputs, base.parameters
-        self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
-        self.dimensions, self.thrust, self.drag, self.standard = base.dimensions, base.thrust, base.drag, base.standard
+        self.gains = dict(gains)
         units = {channel.name: channel.unit for channel in base.outputs}
         seen = [Channel(name, unit) for n in gains for name, unit in ((f"seen_{n}", units[n]), (f"has_{n}", "1"))]
-        self.inputs = (*base.inputs, *seen)
-        self.rhs, self.output, self.initial_state = _rhs(self), _output(self), _initial(self)
-        super().__init__()
+        super().__init__(base, inputs=seen)
+
+    def make_rhs(self) -> Equations:
+        return _rhs(self)
 
 
 def with_record(trial: Trial, names: Sequence[str]) -> Trial:
@@ -152,28 +150,21 @@ def _size(floor: NoiseFloor) -> float:
     return sum(one.samples * math.log(max(one.innovation, 1e-300)) for one in floor.channels)
 
 
-def _own(model: LedModel) -> Callable[[Any], Any]:
-    """The inputs of the model that is led."""
-    kind, count = record("Inputs", model.base.inputs), len(model.base.inputs)
-    return lambda i: kind(*tuple(i)[:count])
-
-
 def _rhs(model: LedModel) -> Callable[..., tuple[Any, ...]]:
-    base, recorded, own = model.base.rhs, _recorded(model), _own(model)
-    full = takes_surroundings(base)
+    base, recorded, split = model.base.rhs, _recorded(model), model.split_inputs()
     order, gains = [channel.name for channel in model.states], dict(model.gains)
     kinematic = [k for k, name in enumerate(order) if name in KINEMATIC]
 
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        plain = own(i)
+        plain = split(i)[0]
         missed = _missed(i, recorded(s, plain, p, e), gains)
-        rates = list(base(s, plain, p, e) if full else base(s, plain, p))
+        rates = list(base(s, plain, p, e))
         for name, gain in gains.items():
             rates[order.index(name)] += gain * missed[name]
         # As the sensors have it: what a speed's error would leave there is taken off, to second order.
         near = _moved(s, missed)
         near = _moved(near, _missed(i, recorded(near, plain, p, e), gains))
-        along = base(near, plain, p, e) if full else base(near, plain, p)
+        along = base(near, plain, p, e)
         for k in kinematic:
             rates[k] = along[k]
         return tuple(rates)
@@ -193,35 +184,10 @@ def _moved(s: Any, by: Mapping[str, Any]) -> Any:
 def _recorded(model: LedModel) -> Callable[..., dict[str, Any]]:
     """(s, i, p, e) to the led channels as the sensors would record them."""
     base, names = model.base.output, [channel.name for channel in model.outputs]
-    full = base is not None and takes_surroundings(base)
 
     def recorded(s: Any, i: Any, p: Any, e: Any) -> dict[str, Any]:
         if base is None:
             return {name: getattr(s, name) for name in names}
-        return dict(zip(names, base(s, i, p, e) if full else base(s, i, p)))
+        return dict(zip(names, base(s, i, p, e)))
 
     return recorded
-
-
-def _output(model: LedModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.output
-    if base is None:
-        return None
-    own, full = _own(model), takes_surroundings(base)
-
-    def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        return tuple(base(s, own(i), p, e) if full else base(s, own(i), p))
-
-    return output
-
-
-def _initial(model: LedModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.initial_state
-    if base is None:
-        return None
-    own = _own(model)
-
-    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return tuple(base(y, own(i), p))
-
-    return initial_state

@@ -36,7 +36,7 @@ from seatruth.diagnosis.result_builder import Parts
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.effects import Effect, available
 from seatruth.errors import BadInput, SeatruthError
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
 from seatruth.progress import Progress, ProgressEvent, silent
 from seatruth.study import Study
 from seatruth.trials.check import check_trials
@@ -238,7 +238,7 @@ def _effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[
         reason = "the model has it already" if effect.name in own else effect.missing(study.model)
         if not reason and not effect.dynamic:
             reason = "it is noise, which the noise floor takes up"
-        if not reason and isinstance(study.model, BlackBox) and not effect.outside:
+        if not reason and isinstance(study.model, BlackBox) and not effect.suits_black_box:
             reason = "it acts inside the model, and the model is a black box"
         if reason:
             reasons[effect.name] = reason

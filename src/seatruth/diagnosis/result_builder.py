@@ -206,7 +206,7 @@ class Parts:
             "equation": effect.equation,
             "acts_on": self._acting(effect),
             "equivalent": list(effect.equivalent),
-            "told_apart": effect.told_apart,
+            "distinguished_by": effect.distinguished_by,
             "source": effect.source,
             "parameters": [
                 {"name": q.name, "unit": q.unit, "null": effect.null[q.name], "typical": priors[q.name].sd}

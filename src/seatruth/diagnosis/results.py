@@ -13,8 +13,9 @@ from typing import Any
 import pandas as pd
 
 from seatruth.errors import BadInput
-from seatruth.estimate import decoded, encoded, write_files
+from seatruth.estimate import decoded, encoded
 from seatruth.models.parameter import Prior
+from seatruth.storage.atomic import write_files
 from seatruth.trials.finding import Finding
 
 FORMAT = 1
@@ -132,9 +133,8 @@ class Diagnosis:
         return {"format": FORMAT, **parts, "findings": [dict(vars(finding)) for finding in self.findings]}
 
     def save(self, folder: str | Path) -> Path:
-        """Writes diagnosis.json and the traces (Parquet) into a folder; OSError where they cannot be written."""
+        """Writes diagnosis.json and the traces (Parquet) into a folder; CannotWrite (a BadInput) where that fails."""
         place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
         text = json.dumps(encoded(self.content()), indent=1, ensure_ascii=False, allow_nan=False)
         buffer = io.BytesIO()
         self.traces.to_parquet(buffer, index=False)

@@ -1,4 +1,4 @@
-"""Between an order or a reading and what the rudder or the stern plane really does.
+"""Errors between the recorded angle of a rudder or a stern plane and the angle that acts.
 
 Each effect on the rudder has a twin on the stern plane. They act on the recorded angle, or on the order where the
 model takes the order.
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import LONGEST_STEP, QUICKEST, delayed, followers, lagging, within
+from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, clipped, delayed, filter_rates, lagged
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -21,55 +21,56 @@ PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_de", "m_z_de")
 
 
 class OnRudder(Effect):
-    """Base of effects on the rudder's angle, `delta` in the equations."""
+    """Base of effects on the rudder angle, `delta` in the equations."""
 
-    family = "actuator"
     acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": RUDDERS}
 
 
 class OnPlane(Effect):
-    """What turns an effect on the rudder into one on the stern plane, which takes the name `delta` in its equations."""
+    """Mixed into an effect on the rudder to act on the stern plane, then named `delta` in the equations."""
 
     acts_on = ("actuator:delta_s",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": PLANES}
 
 
 class RudderOffset(OnRudder):
-    """The rudder stands off its reading by a constant angle."""
+    """The rudder angle differs from the recorded one by a constant."""
 
     name = "rudder_offset"
     title = "rudder zero offset"
+    cause = "actuator.steering.offset"
     number = 12
     equation = "delta = delta_m + angle"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
     confused_with: tuple[str, ...] = ("propeller_walk", "wind", "gyro_bias", "bank")
-    told_apart = "its force goes with u^2: vary the speed and the revolutions apart"
+    distinguished_by = "its force goes with u^2: vary the speed and the revolutions apart"
     parameters = (Parameter("angle", 0.02, "rad", -0.2, 0.2, source="[S] 1.1 deg", description="added to delta"),)
-    null: ClassVar[Mapping[str, float]] = {"angle": 0.0}
+    null: Mapping[str, float] = {"angle": 0.0}
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=i.delta + q.angle)
 
 
 class RudderGain(OnRudder):
-    """The rudder works as if turned by another share of its reading; one with an error of the rudder's coefficients."""
+    """The angle that acts is a multiple of the recorded one; the same as an error of the rudder's coefficients."""
 
     name = "rudder_gain"
     title = "rudder effectiveness"
+    cause = "actuator.steering.gain"
     number = 13
     equation = "delta = k delta_m"
     source = "[S] magnitude of the catalogue: 0.8 to 1.2"
     equivalent: tuple[str, ...] = RUDDER_COEFFICIENTS
     confused_with: tuple[str, ...] = ("rudder_dead_band", "shallow_water", "cross_flow")
-    told_apart = "never from the rudder's coefficients; a gain is the same at every amplitude and speed"
+    distinguished_by = "never from the rudder's coefficients; a gain is the same at every amplitude and speed"
     parameters = (Parameter("k", 0.85, "1", 0.3, 1.7, source="[S] 15 % off", description="factor on delta"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 1.0}
+    null: Mapping[str, float] = {"k": 1.0}
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=q.k * i.delta)
 
 
@@ -78,86 +79,90 @@ class RudderLag(OnRudder):
 
     name = "rudder_lag"
     title = "lag of the rudder"
+    cause = "actuator.steering.dynamics.lag"
     number = 14
     equation = "tau ddelta/dt = delta_m - delta"
     source = "[L] first-order steering gear; [S] magnitudes of the catalogue: 0.05 to 0.5 s, ships 1 to 3 s"
     confused_with: tuple[str, ...] = ("rudder_delay", "added_mass", "rudder_rate_limit", "sloshing")
-    told_apart = "phase rises with frequency; a measured rudder angle settles it"
+    distinguished_by = "phase rises with frequency; a measured rudder angle settles it"
     parameters = (Parameter("tau", 0.3, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
-    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"tau": 2.0}, "planing": {"tau": 0.3}}
+    null: Mapping[str, float] = {"tau": 0.0}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"tau": 2.0}, "planing": {"tau": 0.3}}
     froude: ClassVar[Mapping[str, float]] = {"tau": 0.5}
-    longest_step = LONGEST_STEP
+    longest_step = MAX_STEP
     states = (Channel("first", "rad", "rudder after one lag"), Channel("second", "rad", "rudder after two"))
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        return i._replace(delta=lagging(i.delta, s.first, s.second, q.tau))
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+        return i._replace(delta=lagged(i.delta, s.first, s.second, q.tau))
 
     @staticmethod
     def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return followers(i.delta, s.first, s.second, q.tau)
+        return filter_rates(i.delta, s.first, s.second, q.tau)
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return i.delta, i.delta
 
 
 class RudderDelay(RudderLag):
-    """The rudder does what was ordered some time ago."""
+    """The rudder follows its order after a dead time."""
 
     name = "rudder_delay"
     title = "dead time of the rudder"
+    cause = "actuator.steering.dynamics.delay"
     number = 15
     equation = "delta(t) = delta_m(t - tau)"
     source = "[S] magnitude of the catalogue: 0.05 to 0.5 s"
     confused_with: tuple[str, ...] = ("rudder_lag", "heading_delay", "rate_delay", "added_mass")
-    told_apart = "common to all outputs; the same at every amplitude"
+    distinguished_by = "common to all outputs; the same at every amplitude"
     parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] catalogue", description="dead time"),)
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {}
     froude: ClassVar[Mapping[str, float]] = {}
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=delayed(i.delta, s.first, s.second, q.tau))
 
 
 class RudderRateLimit(OnRudder):
     """The rudder turns no faster than 1 / slowness.
 
-    A follower with the limit, and what its own lag leaves out, which one without the limit knows; that too no faster.
+    The recorded angle passes a first-order filter with the limit. What the filter itself delays is added back, from a
+    second filter without the limit, and that part is limited too.
     """
 
     name = "rudder_rate_limit"
     title = "rate limit of the rudder"
+    cause = "actuator.steering.dynamics.rate_limit"
     number = 14
     equation = "|ddelta/dt| <= 1 / slowness"
     source = "[L] steering gear; [S] magnitudes of the catalogue: 5 to 40 deg/s, ships 2 to 5 deg/s"
     confused_with: tuple[str, ...] = ("rudder_lag", "rudder_delay")
-    told_apart = "depends on amplitude: large orders come later, small ones in time"
+    distinguished_by = "depends on amplitude: large orders come later, small ones in time"
     parameters = (
         Parameter("slowness", 5.0, "s/rad", 0.0, 200.0, source="[S] 11 deg/s", description="1 / fastest rate"),
     )
-    null: ClassVar[Mapping[str, float]] = {"slowness": 0.0}
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"slowness": 20.0}}
+    null: Mapping[str, float] = {"slowness": 0.0}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"slowness": 20.0}}
     froude: ClassVar[Mapping[str, float]] = {"slowness": 0.5}
     starts = tuple({"slowness": slowness} for slowness in (2.0, 5.0, 12.0, 30.0, 70.0))
-    longest_step = LONGEST_STEP
+    longest_step = MAX_STEP
     states = (Channel("limited", "rad", "rudder with the limit"), Channel("free", "rad", "rudder without it"))
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         behind = i.delta - s.free
-        too_fast = behind - behind / max(1.0, q.slowness * abs(behind) / QUICKEST)
+        too_fast = behind - behind / max(1.0, q.slowness * abs(behind) / MIN_TIME_CONSTANT)
         return i._replace(delta=i.delta + (s.limited - s.free) - too_fast)
 
     @staticmethod
     def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        wanted = (i.delta - s.limited) / QUICKEST
-        return wanted / max(1.0, q.slowness * abs(wanted)), (i.delta - s.free) / QUICKEST
+        wanted = (i.delta - s.limited) / MIN_TIME_CONSTANT
+        return wanted / max(1.0, q.slowness * abs(wanted)), (i.delta - s.free) / MIN_TIME_CONSTANT
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return i.delta, i.delta
 
 
@@ -166,20 +171,21 @@ class RudderDeadBand(OnRudder):
 
     name = "rudder_dead_band"
     title = "dead band of the rudder"
+    cause = "actuator.steering.dynamics.dead_band"
     number = 15
     equation = "delta = delta_m - clip(delta_m, -band, band)"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
     confused_with: tuple[str, ...] = ("rudder_backlash", "rudder_gain")
-    told_apart = "small amplitudes lose most: a staircase of small angles"
+    distinguished_by = "small amplitudes lose most: a staircase of small angles"
     parameters = (
         Parameter("band", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the dead range"),
     )
-    null: ClassVar[Mapping[str, float]] = {"band": 0.0}
+    null: Mapping[str, float] = {"band": 0.0}
     starts = ({"band": 0.005}, {"band": 0.02})
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        return i._replace(delta=i.delta - within(i.delta, q.band))
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+        return i._replace(delta=i.delta - clipped(i.delta, q.band))
 
 
 class RudderBacklash(OnRudder):
@@ -187,48 +193,49 @@ class RudderBacklash(OnRudder):
 
     name = "rudder_backlash"
     title = "backlash of the rudder"
+    cause = "actuator.steering.dynamics.backlash"
     number = 15
     equation = "delta follows delta_m at a distance of at most slack"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
     confused_with: tuple[str, ...] = ("rudder_dead_band", "rudder_delay", "rudder_lag")
-    told_apart = "late by an angle, not by a time: slow and fast reversals"
+    distinguished_by = "late by an angle, not by a time: slow and fast reversals"
     parameters = (Parameter("slack", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the play"),)
-    null: ClassVar[Mapping[str, float]] = {"slack": 0.0}
+    null: Mapping[str, float] = {"slack": 0.0}
     starts = ({"slack": 0.005}, {"slack": 0.02})
-    longest_step = LONGEST_STEP
+    longest_step = MAX_STEP
     states = (Channel("loose", "rad", "rudder with play"), Channel("tight", "rad", "rudder without it"))
 
     @staticmethod
-    def inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
+    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=i.delta + s.loose - s.tight)
 
     @staticmethod
     def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
         apart = i.delta - s.loose
-        return (apart - within(apart, q.slack)) / QUICKEST, (i.delta - s.tight) / QUICKEST
+        return (apart - clipped(apart, q.slack)) / MIN_TIME_CONSTANT, (i.delta - s.tight) / MIN_TIME_CONSTANT
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return i.delta, i.delta
 
 
 class PlaneOffset(OnPlane, RudderOffset):
-    """The stern plane stands off its reading by a constant angle."""
+    """The plane angle differs from the recorded one by a constant."""
 
     name = "plane_offset"
     title = "stern plane zero offset"
     confused_with: tuple[str, ...] = ("net_weight", "trim", "asymmetry")
-    told_apart = "its angle is the same at every speed: two speeds"
+    distinguished_by = "its angle is the same at every speed: two speeds"
 
 
 class PlaneGain(OnPlane, RudderGain):
-    """The stern plane works as if turned by another share of its reading."""
+    """The plane angle that acts is a multiple of the recorded one."""
 
     name = "plane_gain"
     title = "stern plane effectiveness"
     equivalent: tuple[str, ...] = PLANE_COEFFICIENTS
     confused_with: tuple[str, ...] = ("plane_dead_band", "cross_flow_vertical")
-    told_apart = "never from the plane's coefficients; a gain is the same at every amplitude and speed"
+    distinguished_by = "never from the plane's coefficients; a gain is the same at every amplitude and speed"
 
 
 class PlaneLag(OnPlane, RudderLag):
@@ -240,7 +247,7 @@ class PlaneLag(OnPlane, RudderLag):
 
 
 class PlaneDelay(OnPlane, RudderDelay):
-    """The stern plane does what was ordered some time ago."""
+    """The stern plane follows its order after a dead time."""
 
     name = "plane_delay"
     title = "dead time of the stern plane"

@@ -1,19 +1,24 @@
 """What a model may have left out: the Effect interface.
 
-An effect is one small class of plain equations. Each hook is optional:
+An effect is one small class of plain equations around a model. Each hook is optional:
 
-    parameters_acting(p, q)               the model's parameters as they really are: loading, hydrodynamics
-    surroundings(e, s, i, p, q[, d])      current and outside forces
-    inputs(i, s, q, e)                    inputs as they really act: the actuator's path
+    true_parameters(p, q)                 the model's parameters as they really are: loading, hydrodynamics
+    current(e, s, i, p, q)                the motion of the water: e.u_c ... e.dw_c
+    force(e, s, i, p, q, d)               outside forces and moments: e.X ... e.N
+    true_inputs(i, s, q, e)               the inputs that really act: the actuator's path
+    measured_outputs(y, s, i, q, e)       the outputs that the sensors show: the sensor's path
     rates(s, i, p, q, e)                  d/dt of the effect's own `states`
-    rates_recorded(y, s, i, q, e)         the same, where they follow the outputs
-    outputs_recorded(y, s, i, q, e)       outputs as they were recorded: the sensor's path
-    initial(y, i, p, q)                   own states at the start of a trial; zero where there is none
+    rates_from_outputs(y, s, i, q, e)     the same, where they depend on the outputs
+    initial_state(y, i, p, q)             own states at the start of a trial; zero where there is no hook
 
 s, i, y, p are the named tuples of the model, s with the effect's own states too, under the standard names of channels;
-q are the effect's own parameters, e the surroundings, d the vehicle's size, thrust and drag (`models.vehicle.Body`). A
-hook gives a changed copy (`i._replace(delta=i.delta + q.offset)`). At its null values an effect vanishes exactly, so
-one model can carry many.
+q are the effect's own parameters, e the environment, d the vehicle's size, thrust and drag (`models.geometry.Vehicle`).
+A hook gives a changed copy (`i._replace(delta=i.delta + q.offset)`).
+
+Its parameters are of two kinds. A **magnitude** has a null value; where all magnitudes stand there, the effect vanishes
+exactly, so that one model can carry many effects. A **shape** parameter says how well the form of the effect is known
+(an area, a lever arm, a frequency): it declares a prior, stands at the mean of that prior, and has no influence while
+the magnitudes are at their null.
 """
 
 from __future__ import annotations
@@ -22,37 +27,46 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from seatruth.effects.channel_aliases import Names
+from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
+from seatruth.effects.channel_aliases import ChannelAliases
 from seatruth.errors import BadInput, PluginError, nearest
-from seatruth.models.base import Model, record, takes_surroundings
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.base import Model, record
+from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
 
 Hook = Callable[..., Any]
 
+HOOKS = (
+    *("true_parameters", "current", "force", "true_inputs", "measured_outputs"),
+    *("rates", "rates_from_outputs", "initial_state"),
+)
+"""Names of the hooks: those in the first row change something, those in the second serve the effect's own states."""
+
 EQUATIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "kinematics")
 """Words of `acts_on` beside "actuator:<input>" and "sensor:<output>"."""
 
-
 _FULL_SIZE = 100.0
-"""m: length of a ship from which typical magnitudes are full ones."""
+"""m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
 
 class Effect:
     """Base of every effect. Subclasses set the class attributes and define the hooks that they need.
 
-    `parameters` are the effect's own, at a typical magnitude; `null` gives the value of each at which the effect
-    vanishes. `needs_states`, `needs_inputs`, `needs_outputs` name channels that the model must have, `needs_vehicle`
-    which of "dimensions", "thrust", "drag" it must declare; `kinds` the kinds of vehicle that it can act on, all where
-    empty.
+    `parameters` holds magnitudes at a typical value, and shape parameters (those with a `prior`) at the prior's mean.
+    `null` gives for each magnitude the value at which the effect vanishes; an instance adds the means of the shape
+    parameters, so that `null` holds a value for every parameter. `needs_states`, `needs_inputs`, `needs_outputs` name
+    channels that the model must have, `needs_vehicle` which of "dimensions", "thrust", "drag" it must declare; `kinds`
+    the kinds of vehicle that it can act on, all where empty.
+
+    Creating an instance checks the declaration and raises PluginError where it is wrong.
     """
 
     name: str = ""
     title: str = ""
-    family: str = ""
-    """"environment", "actuator", "sensor", "hydrodynamics", "loading"."""
+    cause: str = ""
+    """Its place in the tree of causes (`seatruth.effects.causes`), "environment.force_fixed_to_earth.wind"."""
     number: int | None = None
     """In the catalogue of effects, where it is there."""
     equation: str = ""
@@ -66,12 +80,13 @@ class Effect:
     needs_parameters: tuple[str, ...] = ()
     """At least one of these must be a parameter of the model, where not empty."""
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """The channels for which a name in the hooks may stand; the model's first one is taken."""
+    """The channels for which a name in the hooks may stand; the first that the model has is taken."""
     parameters: tuple[Parameter, ...] = ()
-    null: ClassVar[Mapping[str, float]] = {}
+    null: Mapping[str, float] = {}  # an instance has its own
     states: tuple[Channel, ...] = ()
     follows: ClassVar[Mapping[str, str]] = {}
-    """Which of its states start where a state of the model starts, and move with it where that is free."""
+    """Own states that start where a state of the model starts, and move with that start: {"first": "r"}. Others start
+    from the first sample and its noise."""
 
     longest_step: float = math.inf
     """s: the longest integration step that its own states allow."""
@@ -79,80 +94,119 @@ class Effect:
     acts_on: tuple[str, ...] = ()
     """Where it acts: words of `EQUATIONS`, "actuator:<input>", "sensor:<output>"."""
     equivalent: tuple[str, ...] = ()
-    """Effects, or parameters of models (patterns: "N_d*"), from which motion data can never tell it."""
+    """Effects, or parameters of models (patterns: "N_d*"), from which motion data can never distinguish it."""
     confused_with: tuple[str, ...] = ()
-    """Effects from which only some trials can tell it."""
-    told_apart: str = ""
-    """What tells it from those."""
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {}
-    """Typical distance from null by kind of vehicle, where it is not that of `parameters`."""
+    """Effects from which only some trials can distinguish it."""
+    distinguished_by: str = ""
+    """What distinguishes it from those."""
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {}
+    """Typical distance of a magnitude from null by kind of vehicle, where it is not that of `parameters`."""
     froude: ClassVar[Mapping[str, float]] = {}
-    """Power of the length with which those of ships shorter than 100 m go (1/2 for times and speeds)."""
+    """Power of the length with which magnitudes of ships shorter than 100 m scale (1/2 for times and speeds)."""
     starts: tuple[Mapping[str, float], ...] = ()
-    """Finite values to start a fit from, where the null is no regular point."""
+    """Finite values of the magnitudes to start a fit from, where the null is no regular point; shape parameters are at
+    their mean. `starting_points` gives them for a model."""
+    direction: tuple[str, ...] = ()
+    """The two magnitudes that are components along x and y of the earth, ("north", "east"), of an effect that has a
+    direction: a fit starts in several of them, and a report gives it in degrees."""
     stochastic: bool = False
     """It has a random part, which no trial repeats: the noise of a fit must hold that."""
     dynamic: bool = True
     """It can be a term of the equations; False for what is noise only."""
 
-    parameters_acting: Hook | None = None
-    surroundings: Hook | None = None
-    inputs: Hook | None = None
+    true_parameters: Hook | None = None
+    current: Hook | None = None
+    force: Hook | None = None
+    true_inputs: Hook | None = None
+    measured_outputs: Hook | None = None
     rates: Hook | None = None
-    rates_recorded: Hook | None = None
-    outputs_recorded: Hook | None = None
-    initial: Hook | None = None
+    rates_from_outputs: Hook | None = None
+    initial_state: Hook | None = None
 
     def __init__(self) -> None:
-        where = f"effect {self.name or type(self).__name__!r}"
-        if not self.name.isidentifier():
-            raise PluginError(f"{self.name!r} is not a usable name", where=where, do="Use an identifier.")
-        known = [parameter.name for parameter in self.parameters]
-        if sorted(known) != sorted(self.null):
-            raise PluginError("null must give a value for each of its parameters", where=where)
-        if bool(self.states) != (self.rates is not None or self.rates_recorded is not None):
-            raise PluginError("its states and rates must come together", where=where)
-        if self.rates is not None and self.rates_recorded is not None:
-            raise PluginError("its states follow either rates or rates_recorded", where=where)
-        for start in self.starts:
-            if sorted(start) != sorted(known):
-                raise PluginError("each of its starts must give a value for each of its parameters", where=where)
+        self.null = {**self.null, **{q.name: q.value for q in self.parameters if q.prior is not None}}
+        means = {name: prior.mean for name, prior in self.shape_priors.items()}
+        self.starts = tuple({**means, **start} for start in self.starts)
+        _check(self)
 
     @property
-    def outside(self) -> bool:
+    def family(self) -> str:
+        """The family of causes that it belongs to, "environment": the first part of `cause`."""
+        return self.cause.partition(".")[0]
+
+    @property
+    def magnitudes(self) -> tuple[str, ...]:
+        """Names of the parameters that have a null; the effect vanishes where all of them stand there."""
+        return tuple(q.name for q in self.parameters if q.prior is None)
+
+    @property
+    def shape_priors(self) -> dict[str, Prior]:
+        """Priors of the parameters that describe its form, by name; the same on every model."""
+        return {q.name: q.prior for q in self.parameters if q.prior is not None}
+
+    @property
+    def suits_black_box(self) -> bool:
         """Whether it acts on inputs and outputs alone, so that a black box can have it."""
-        inside = self.surroundings is not None or self.parameters_acting is not None or self.needs_states
-        return self.dynamic and not inside
+        inside = (self.current, self.force, self.true_parameters)
+        return self.dynamic and not self.needs_states and all(hook is None for hook in inside)
 
     def priors(self, model: Model) -> dict[str, Prior]:
-        """What is known of its magnitude on a model before the data speak: parameter name to Prior about the null.
+        """What is known of its parameters on a model before the data speak, by parameter name.
 
-        The standard deviation is the typical distance from null, that of the model's kind where `magnitudes` has it;
-        on a ship that is smaller than 100 m (most such are models) reduced by Froude's rule, as `froude` says.
+        A magnitude's prior stands about its null; the standard deviation is the typical distance from null, that of
+        the model's kind where `typical_by_kind` has it; on a ship that is smaller than 100 m (most such are models)
+        reduced by Froude's rule, as `froude` says. A shape parameter has the prior that it declares.
         """
-        kind = self.magnitudes.get(model.kind, {})
+        kind = self.typical_by_kind.get(model.kind, {})
         size = dimensions_of(model) if self.froude and model.kind == "ship" else None
         ratio = 1.0 if size is None else min(1.0, size.length / _FULL_SIZE)
-        found = {}
+        priors = {}
         for q in self.parameters:
+            if q.prior is not None:
+                priors[q.name] = q.prior
+                continue
             null = self.null[q.name]
             sd = kind.get(q.name, abs(q.value - null)) * ratio ** self.froude.get(q.name, 0.0)
-            found[q.name] = Prior(null, sd)
-        return found
+            priors[q.name] = Prior(null, sd)
+        return priors
 
     def typical(self, model: Model) -> dict[str, float]:
-        """Values of its parameters at a typical magnitude on a model: one standard deviation of its priors."""
-        found = {}
+        """Its parameters at a typical magnitude on a model: one standard deviation from null; shapes at their mean."""
+        values = {}
         for q in self.parameters:
             prior = self.priors(model)[q.name]
-            side = -1.0 if q.value < prior.mean else 1.0
-            found[q.name] = min(q.max, max(q.min, prior.mean + side * prior.sd))
-        return found
+            side = 0.0 if q.prior is not None else -1.0 if q.value < prior.mean else 1.0
+            values[q.name] = min(q.max, max(q.min, prior.mean + side * prior.sd))
+        return values
+
+    def starting_points(self, model: Model) -> list[dict[str, float]]:
+        """Finite values of all parameters to start fits from on a model; empty where the null alone will do.
+
+        Declared `starts` are reduced on a small ship as its typical magnitudes are. An effect with a direction and
+        without declared starts starts in eight directions, at its typical magnitude.
+        """
+        priors, typical = self.priors(model), self.typical(model)
+        if self.direction and not self.starts:
+            north, east = self.direction
+            size = math.hypot(priors[north].sd, priors[east].sd) / math.sqrt(2.0)
+            angles = [k * math.pi / 4.0 for k in range(8)]
+            return [{**typical, north: size * math.cos(angle), east: size * math.sin(angle)} for angle in angles]
+        scale = {
+            q.name: min(1.0, priors[q.name].sd / abs(q.value - self.null[q.name]))
+            for q in self.parameters
+            if q.name in self.froude
+        }
+        return [{name: value * scale.get(name, 1.0) for name, value in start.items()} for start in self.starts]
+
+    def null_parameters(self) -> list[Parameter]:
+        """Its parameters under their names in an extended model, at null and fixed; shapes keep their priors."""
+        return [q.replace(name=self.named(q.name), value=float(self.null[q.name]), vary=False) for q in self.parameters]
 
     def places(self, model: Model) -> tuple[str, ...]:
         """`acts_on` with the model's own names of inputs and outputs."""
-        names = Names(self.aliases, self.needs_inputs, model)
-        return tuple(f"{a}:{names.own(b)}" if b else a for a, _, b in (place.partition(":") for place in self.acts_on))
+        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
+        pairs = (place.partition(":") for place in self.acts_on)
+        return tuple(f"{word}:{aliases.in_model(channel)}" if channel else word for word, _, channel in pairs)
 
     def missing(self, model: Model) -> str:
         """Why it cannot act on a model; empty where it can."""
@@ -160,13 +214,13 @@ class Effect:
             return "it is noise, no term of the equations"
         if self.kinds and model.kind and model.kind not in self.kinds:
             return f"it acts on {' and '.join(self.kinds)}, the model is of kind {model.kind!r}"
-        if isinstance(model, BlackBox) and not self.outside:
+        if isinstance(model, BlackBox) and not self.suits_black_box:
             return "the model is a black box, and the effect acts on its equations"
-        if self.surroundings is not None and not takes_surroundings(model.rhs):
-            return "the model's rhs takes no surroundings e"
-        names = Names(self.aliases, self.needs_inputs, model)
+        if (self.current is not None or self.force is not None) and not model.takes_environment:
+            return "the model's rhs takes no environment e"
+        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):
-            have = [names.seen(channel.name) for channel in getattr(model, f"{kind}s")]
+            have = [aliases.in_effect(channel.name) for channel in getattr(model, f"{kind}s")]
             lacking = [name for name in getattr(self, needed) if name not in have]
             if lacking:
                 return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"
@@ -178,8 +232,39 @@ class Effect:
         return ""
 
     def named(self, parameter: str) -> str:
-        """Name of one of its parameters or states in an extended model: "current_V_c"."""
+        """Name of one of its parameters or states in an extended model: "current_north"."""
         return f"{self.name}_{parameter}"
+
+
+def _check(effect: Effect) -> None:
+    where = f"effect {effect.name or type(effect).__name__!r}"
+    if not effect.name.isidentifier():
+        raise PluginError(f"{effect.name!r} is not a usable name", where=where, do="Use an identifier.")
+    names = [parameter.name for parameter in effect.parameters]
+    if sorted(names) != sorted(effect.null):
+        what = "each of its parameters must have a value in null, or a prior where it describes the form"
+        raise PluginError(what, where=where)
+    for q in effect.parameters:
+        if q.prior is not None and q.name in type(effect).null:
+            raise PluginError(f"{q.name!r} has both a null and a prior", where=where, do="Give it one of them.")
+        if q.prior is not None and q.value != q.prior.mean:
+            raise PluginError(f"{q.name!r} must stand at the mean of its prior", where=where)
+    if bool(effect.states) != (effect.rates is not None or effect.rates_from_outputs is not None):
+        raise PluginError("its states and rates must come together", where=where)
+    if effect.rates is not None and effect.rates_from_outputs is not None:
+        raise PluginError("its states have either rates or rates_from_outputs", where=where)
+    if effect.dynamic and all(getattr(effect, hook) is None for hook in HOOKS[:5]):
+        raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(HOOKS[:5])}.")
+    for start in effect.starts:
+        if sorted(start) != sorted(names):
+            raise PluginError("each of its starts must give a value for each of its magnitudes", where=where)
+    if effect.direction and (len(effect.direction) != 2 or not {*effect.direction} <= {*effect.magnitudes}):
+        raise PluginError("its direction must name two of its magnitudes", where=where)
+    if not is_cause(effect.cause):
+        what = f"{effect.cause!r} is no place in the tree of causes" if effect.cause else "it states no cause"
+        do = nearest(effect.cause, [path for path in CAUSES if path]) if effect.cause else ""
+        families = ", ".join(children(ROOT))
+        raise PluginError(what, where=where, do=do or f"State one of {families}, or a node below one of them.")
 
 
 def dimensions_of(model: Model) -> Dimensions | None:

@@ -1,7 +1,7 @@
-"""How an effect sees the channels of a model: under standard names, whatever the model calls them.
+"""The names under which an effect sees the channels of a model.
 
 An effect on the rudder writes `i.delta`; a model may call it `delta_order`, and a model in other axes may have `v_y`
-for minus the standard `w`. A `View` shows a record of the model as the effect expects it, and takes a changed one back.
+for minus the standard `w`. A `View` shows a record of the model under the effect's names, and takes a changed one back.
 """
 
 from __future__ import annotations
@@ -14,50 +14,51 @@ from seatruth.models.base import Model
 from seatruth.trials.channel import Channel
 
 
-class Names:
-    """The name by which an effect knows each channel of a model, and its sign."""
+class ChannelAliases:
+    """The effect's name and the sign of every channel of a model."""
 
     def __init__(self, aliases: Mapping[str, tuple[str, ...]], inputs: Sequence[str], model: Model) -> None:
         """`aliases` and `inputs` are the effect's `aliases` and `needs_inputs`."""
         self._standard = dict(model.standard)
-        ordered = {self._first(channel.name) for channel in model.inputs}
-        moving = {self._first(channel.name) for channel in (*model.states, *model.outputs)}
+        input_names = {self._standard_name(channel.name) for channel in model.inputs}
+        other_names = {self._standard_name(channel.name) for channel in (*model.states, *model.outputs)}
         self._renamed: dict[str, str] = {}
         self._chosen: dict[str, str] = {}
         for name, candidates in aliases.items():
-            known = ordered if name in inputs else moving
-            found = next((candidate for candidate in candidates if candidate in known), None)
-            if found is None:
-                self._renamed |= {name: f"other_{name}"}  # a stern plane effect must not take the rudder
+            available = input_names if name in inputs else other_names
+            chosen = next((candidate for candidate in candidates if candidate in available), None)
+            if chosen is None:
+                self._renamed |= {name: f"other_{name}"}  # an effect on the stern plane must not take the rudder
                 continue
-            self._chosen |= dict.fromkeys((name, *candidates), found)
-            if found != name:
+            self._chosen |= dict.fromkeys((name, *candidates), chosen)
+            if chosen != name:
                 # The two change places: the other channel stays in the record under the name that is now free.
-                self._renamed |= {found: name, name: found}
+                self._renamed |= {chosen: name, name: chosen}
 
-    def _first(self, name: str) -> str:
+    def _standard_name(self, name: str) -> str:
         return self._standard.get(name, (name, 1))[0]
 
-    def seen(self, name: str) -> str:
+    def in_effect(self, name: str) -> str:
         """The effect's name for a channel of the model."""
-        first = self._first(name)
-        return self._renamed.get(first, first)
+        standard = self._standard_name(name)
+        return self._renamed.get(standard, standard)
 
-    def own(self, name: str) -> str:
-        """The model's name for a channel that the effect names, in its equations or among those it stands for."""
-        first = self._chosen.get(name, name)
-        return next((ours for ours, (standard, _) in self._standard.items() if standard == first), first)
+    def in_model(self, name: str) -> str:
+        """The model's name for a channel that the effect names."""
+        chosen = self._chosen.get(name, name)
+        return next((channel for channel, (standard, _) in self._standard.items() if standard == chosen), chosen)
 
     def sign(self, name: str) -> int:
+        """+1 or -1: the standard channel is this times the model's channel `name`."""
         return self._standard.get(name, (name, 1))[1]
 
 
 class View:
     """One record of a model (states, inputs or outputs) as an effect sees it, followed by the effect's own states."""
 
-    def __init__(self, names: Names, channels: Sequence[Channel], own: Sequence[Channel] = ()) -> None:
-        self.signs = tuple(names.sign(channel.name) for channel in channels)
-        fields = [names.seen(channel.name) for channel in channels]
+    def __init__(self, aliases: ChannelAliases, channels: Sequence[Channel], own: Sequence[Channel] = ()) -> None:
+        self.signs = tuple(aliases.sign(channel.name) for channel in channels)
+        fields = [aliases.in_effect(channel.name) for channel in channels]
         self.kind = _record([*fields, *(channel.name for channel in own)])
 
     def of(self, values: Any, own: Any = ()) -> Any:
@@ -65,7 +66,7 @@ class View:
         return self.kind(*(x if sign > 0 else -x for x, sign in zip(values, self.signs)), *own)
 
     def back(self, seen: Any, kind: Any) -> Any:
-        """A changed record under the model's names."""
+        """A changed record under the model's names, as a named tuple `kind`."""
         return kind(*(x if sign > 0 else -x for x, sign in zip(seen, self.signs)))
 
 

@@ -1,4 +1,4 @@
-"""What surrounds the vehicle: currents, shallow water and banks. Wind and waves: `weather`."""
+"""Currents, shallow water and banks. Wind and waves: `weather`."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import into_body, sinking
+from seatruth.effects.kinematics import sink_rate, to_body_axes
 from seatruth.models.base import Model
-from seatruth.models.parameter import Parameter
+from seatruth.models.parameter import Parameter, Prior
 
 _FOSSEN = "[L] Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control"
 
 
-def carried(e: Any, s: Any, north: Any, east: Any, north_dot: Any = 0.0, east_dot: Any = 0.0) -> Any:
-    """The surroundings with a current over ground (m/s) more, and its rate of change (m/s2)."""
-    u_c, v_c, w_c = into_body(north, east, s)
-    du, dv, dw = into_body(north_dot, east_dot, s)
+def with_current(e: Any, s: Any, north: Any, east: Any, north_dot: Any = 0.0, east_dot: Any = 0.0) -> Any:
+    """The environment with a current over ground (north, east; m/s) added, and its rate of change (m/s2)."""
+    u_c, v_c, w_c = to_body_axes(north, east, s)
+    du, dv, dw = to_body_axes(north_dot, east_dot, s)
     p, q, r = getattr(s, "p", 0.0), getattr(s, "q", 0.0), getattr(s, "r", 0.0)
     return e._replace(
         u_c=e.u_c + u_c,
@@ -33,25 +33,26 @@ class Current(Effect):
 
     name = "current"
     title = "constant current"
-    family = "environment"
+    cause = "environment.moving_water.uniform_current"
     number = 1
     equation = "nu_c = R(psi)^T (north, east); forces by nu - nu_c, position by nu"
     source = _FOSSEN + "; [S] magnitudes of the catalogue: 0.05 to 0.5 m/s, ships 0.1 to 1.5 m/s"
     acts_on = ("kinematics",)
     confused_with = ("speed_bias", "sway_bias", "heading_bias", "wind", "wave_drift", "compass_deviation")
-    told_apart = "fixed to the earth: turn by 180 deg or more; unlike wind it leaves no drift through the water"
+    distinguished_by = "fixed to the earth: turn by 180 deg or more; unlike wind it leaves no drift through the water"
     needs_states = ("u", "v", "psi", "r")
     parameters = (
         Parameter("north", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along x of the earth"),
         Parameter("east", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along y of the earth"),
     )
-    null: ClassVar[Mapping[str, float]] = {"north": 0.0, "east": 0.0}
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 0.5, "east": 0.5}}
+    null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 0.5, "east": 0.5}}
     froude: ClassVar[Mapping[str, float]] = {"north": 0.5, "east": 0.5}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
-        return carried(e, s, q.north, q.east)
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, q.north, q.east)
 
 
 class CurrentAlong(Effect):
@@ -59,24 +60,24 @@ class CurrentAlong(Effect):
 
     name = "current_along"
     title = "constant current along the track"
-    family = "environment"
+    cause = "environment.moving_water.uniform_current"
     number = 1
     equation = "as a constant current, along x of the earth"
     source = Current.source
     acts_on = ("kinematics",)
     confused_with = ("speed_bias", "speed_scale")
-    told_apart = "the position knows it: with position, or on the reciprocal course"
+    distinguished_by = "the position knows it: with position, or on the reciprocal course"
     needs_states = ("u", "w", "theta", "q")
     parameters = (Parameter("along", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along x"),)
-    null: ClassVar[Mapping[str, float]] = {"along": 0.0}
+    null: Mapping[str, float] = {"along": 0.0}
 
     def missing(self, model: Model) -> str:
         turns = any(channel.name == "psi" for channel in model.states)
         return "the model has a heading: use `current`" if turns else super().missing(model)
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
-        return carried(e, s, q.along, 0.0)
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, q.along, 0.0)
 
 
 class CurrentShear(Effect):
@@ -84,24 +85,25 @@ class CurrentShear(Effect):
 
     name = "current_shear"
     title = "current sheared with depth"
-    family = "environment"
+    cause = "environment.moving_water.sheared_current"
     number = 2
     equation = "V_c = (north, east) z"
     source = _FOSSEN + "; [S] magnitude of the catalogue: 1e-3 1/s; its random part is coloured noise"
     acts_on = ("kinematics",)
     confused_with = ("current", "net_weight")
-    told_apart = "changes with depth: two depths"
+    distinguished_by = "changes with depth: two depths"
     needs_states = ("u", "psi", "z")
     parameters = (
         Parameter("north", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along x of the earth, a metre"),
         Parameter("east", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along y of the earth, a metre"),
     )
-    null: ClassVar[Mapping[str, float]] = {"north": 0.0, "east": 0.0}
+    null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
-        down = sinking(s)
-        return carried(e, s, q.north * s.z, q.east * s.z, q.north * down, q.east * down)
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        down = sink_rate(s)
+        return with_current(e, s, q.north * s.z, q.east * s.z, q.north * down, q.east * down)
 
 
 class VaryingCurrent(Effect):
@@ -109,24 +111,25 @@ class VaryingCurrent(Effect):
 
     name = "varying_current"
     title = "current that changes with time"
-    family = "environment"
+    cause = "environment.moving_water.varying_current"
     number = 2
     equation = "V_c = (north, east) t, t of the trial"
     source = _FOSSEN + "; [S] 0.1 m/s in 300 to 3000 s; the random rest of a Gauss-Markov current is coloured noise"
     acts_on = ("kinematics",)
     confused_with = ("current", "wind")
-    told_apart = "changes with time: repeat the first run at the end"
+    distinguished_by = "changes with time: repeat the first run at the end"
     needs_states = ("u", "v", "psi", "r")
     parameters = (
         Parameter("north", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along x of the earth"),
         Parameter("east", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along y of the earth"),
     )
-    null: ClassVar[Mapping[str, float]] = {"north": 0.0, "east": 0.0}
+    null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
     stochastic = True
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
-        return carried(e, s, q.north * e.t, q.east * e.t, q.north, q.east)
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, q.north * e.t, q.east * e.t, q.north, q.east)
 
 
 class ShallowWater(Effect):
@@ -134,7 +137,7 @@ class ShallowWater(Effect):
 
     name = "shallow_water"
     title = "shallow water"
-    family = "environment"
+    cause = "environment.confined_water.shallow_water"
     number = 30
     equation = "Y_v, N_v times 1 + gain, gain = c (d/h)^k"
     source = "[L] form of corrections for shallow water; [S] catalogue: h/d 1.2 to 3"
@@ -142,13 +145,13 @@ class ShallowWater(Effect):
     acts_on = ("sway", "yaw")
     equivalent = ("Y_v", "N_v")
     confused_with = ("drag_increase", "rudder_gain", "cross_flow", "munk")
-    told_apart = "never from Y_v and N_v on one depth: trials on two depths"
+    distinguished_by = "never from Y_v and N_v on one depth: trials on two depths"
     needs_parameters = ("Y_v", "N_v")
     parameters = (Parameter("gain", 0.3, "1", -0.5, 3.0, source="[S] chosen here", description="relative increase"),)
-    null: ClassVar[Mapping[str, float]] = {"gain": 0.0}
+    null: Mapping[str, float] = {"gain": 0.0}
 
     @staticmethod
-    def parameters_acting(p: Any, q: Any) -> Any:
+    def true_parameters(p: Any, q: Any) -> Any:
         return p._replace(**{k: getattr(p, k) * (1.0 + q.gain) for k in ("Y_v", "N_v") if k in p._fields})
 
 
@@ -157,21 +160,33 @@ class Bank(Effect):
 
     name = "bank"
     title = "bank suction"
-    family = "environment"
+    cause = "environment.confined_water.bank"
     number = 30
-    equation = "Y = suction rho/2 L d u |u|, N = -0.3 L Y"
+    equation = "Y = suction rho/2 L d u |u|, N = lever L Y"
     source = "[L] Norrbin's form, suction with u^2 / distance; [S] lever and magnitude chosen here"
     kinds = ("ship",)
     acts_on = ("sway", "yaw")
     confused_with = ("rudder_offset", "propeller_walk", "wind", "current")
-    told_apart = "belongs to a place: the same track on the reciprocal course changes its side"
+    distinguished_by = "belongs to a place: the same track on the reciprocal course changes its side"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
-    parameters = (Parameter("suction", 0.003, "1", -0.1, 0.1, source="[S] chosen here", description="to starboard"),)
-    null: ClassVar[Mapping[str, float]] = {"suction": 0.0}
+    parameters = (
+        Parameter("suction", 0.003, "1", -0.1, 0.1, source="[S] chosen here", description="to starboard"),
+        Parameter(
+            "lever",
+            -0.3,
+            "1",
+            -0.6,
+            0.6,
+            prior=Prior(-0.3, 0.15),
+            source="[S] chosen here: the suction acts abaft midship",
+            description="suction before midship / L",
+        ),
+    )
+    null: Mapping[str, float] = {"suction": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         u = s.u - e.u_c
         Y = q.suction * 0.5 * d.rho * d.length * d.draft * u * abs(u)
-        return e._replace(Y=e.Y + Y, N=e.N - 0.3 * d.length * Y)
+        return e._replace(Y=e.Y + Y, N=e.N + q.lever * d.length * Y)

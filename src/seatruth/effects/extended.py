@@ -1,8 +1,7 @@
-"""Models extended by effects: the effects' equations around those of the model, compiled together."""
+"""Models extended by effects: the equations of the effects around those of the model, compiled together."""
 
 from __future__ import annotations
 
-import inspect
 from collections import namedtuple
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
@@ -10,39 +9,55 @@ from typing import Any
 
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox
-from seatruth.effects.channel_aliases import Names, View
+from seatruth.effects.channel_aliases import ChannelAliases, View
 from seatruth.errors import BadInput
-from seatruth.models.base import Model, record, takes_surroundings
-from seatruth.models.blackbox import BlackBox
-from seatruth.models.geometry import Body
-from seatruth.models.parameter import Parameter
+from seatruth.models.base import Equations, Model, record
+from seatruth.models.black_box import BlackBox
+from seatruth.models.geometry import Vehicle
+from seatruth.models.wrapper import ModelWrapper
 
 
-class ExtendedModel(Model):
-    """A model with effects; made by `with_effects`. Its effects' parameters stand at their null values."""
+class ExtendedModel(ModelWrapper):
+    """A model with effects; made by `with_effects`. The effects' parameters stand at their null values.
+
+    The parameters and states of the effects come after those of the model, under the names that `Effect.named` gives.
+    """
 
     def __init__(self, base: Model, effects: Sequence[Effect]) -> None:
-        self.base, self.effects = base, tuple(effects)
-        self.name, self.kind, self.source = base.name, base.kind, base.source
-        self.title = f"{base.title}, with {', '.join(effect.title for effect in effects)}"
-        self.states = (*base.states, *own_states(effects))
-        self.longest_step = min(base.longest_step, *(effect.longest_step for effect in effects))
-        self.hidden = (*base.hidden, *(channel.name for channel in own_states(effects)))
-        self.follows = {**base.follows, **_follows(base, effects)}
-        self.inputs, self.outputs = base.inputs, base.outputs
-        self.parameters = (*base.parameters, *own_parameters(effects))
-        path = _Path(base, self.effects)
-        self.rhs, self.output, self.initial_state = path.rhs(), path.output(), path.initial_state()
-        self.dimensions, self.thrust, self.drag = base.dimensions, base.thrust, base.drag
-        self.standard = base.standard
-        super().__init__()
+        self.effects = tuple(effects)
+        states = [
+            type(channel)(effect.named(channel.name), channel.unit, channel.description, channel.angle)
+            for effect in effects
+            for channel in effect.states
+        ]
+        super().__init__(
+            base,
+            states=states,
+            parameters=[parameter for effect in effects for parameter in effect.null_parameters()],
+            hidden=[channel.name for channel in states],
+            follows=_follows(base, effects),
+            longest_step=min(effect.longest_step for effect in effects),
+            title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
+        )
+
+    def make_rhs(self) -> Equations:
+        return _Equations(self.base, self.effects).rhs()
+
+    def make_output(self) -> Equations:
+        return _Equations(self.base, self.effects).output()
+
+    def make_initial_state(self) -> Equations:
+        return _Equations(self.base, self.effects).initial_state()
 
 
 def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
-    """The model with effects, in the order in which they act; BadInput where one cannot act on it.
+    """The model with effects, which act in the order given; all currents act before all forces, which depend on them.
 
-    Currents act before the forces that depend on them, whatever the order. A black box takes the effects that act
-    from outside.
+    Without effects it is the model itself. A black box takes only effects on inputs and outputs. BadInput where an
+    effect is named twice or cannot act on the model.
+
+    Example:
+        with_effects(load_model("mmg"), load_effects(["current", "rudder_lag"]))
     """
     if not effects:
         return model
@@ -59,53 +74,85 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
     return ExtendedModel(model, effects)
 
 
-def own_parameters(effects: Sequence[Effect]) -> list[Parameter]:
-    """The effects' parameters under their names in an extended model, at null."""
-    return [
-        parameter.replace(name=effect.named(parameter.name), value=float(effect.null[parameter.name]), vary=False)
-        for effect in effects
-        for parameter in effect.parameters
-    ]
-
-
-def own_states(effects: Sequence[Effect]) -> list[Any]:
-    """The effects' states under their names in an extended model."""
-    return [
-        type(channel)(effect.named(channel.name), channel.unit, channel.description, channel.angle)
-        for effect in effects
-        for channel in effect.states
-    ]
-
-
 def _follows(base: Model, effects: Sequence[Effect]) -> dict[str, tuple[str, float]]:
-    """The effects' states that start with a state of the model, under their names in the extended model."""
+    """`Model.follows` of the effects' states: the state of the model with which each starts, and its sign."""
     states = {channel.name for channel in base.states}
-    found = {}
+    follows = {}
     for effect in effects:
-        names = Names(effect.aliases, effect.needs_inputs, base)
-        for own, state in effect.follows.items():
-            if names.own(state) in states:
-                found[effect.named(own)] = (names.own(state), float(names.sign(names.own(state))))
-    return found
+        aliases = ChannelAliases(effect.aliases, effect.needs_inputs, base)
+        for name, standard in effect.follows.items():
+            state = aliases.in_model(standard)
+            if state in states:
+                follows[effect.named(name)] = (state, float(aliases.sign(state)))
+    return follows
 
 
-class _Path:
-    """From the extended model's records through the effects to the base model's, and back."""
+class _Equations:
+    """The equations of a model with effects.
+
+    Each method returns a function that holds all it needs in local variables, as the engine requires. In them `own`
+    are the parameters of each effect, `seen` the states as each effect sees them.
+    """
 
     def __init__(self, base: Model, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, effects
-        self.size, self.count = len(base.states), len(base.parameters)
-        self.state_edges = list(accumulate((len(effect.states) for effect in effects), initial=self.size))
-        self.edges = list(accumulate((len(effect.parameters) for effect in effects), initial=self.count))
-        self.own = [namedtuple("Effect", [q.name for q in effect.parameters]) for effect in effects]
-        names = [Names(effect.aliases, effect.needs_inputs, base) for effect in effects]
-        self.see_s = [View(name, base.states, effect.states) for name, effect in zip(names, effects)]
-        self.see_i = [View(name, base.inputs) for name in names]
-        self.see_y = [View(name, base.outputs) for name in names]
+        self.state_edges = list(accumulate((len(effect.states) for effect in effects), initial=len(base.states)))
+        self.edges = list(accumulate((len(effect.parameters) for effect in effects), initial=len(base.parameters)))
+        self.records = [namedtuple("Effect", [q.name for q in effect.parameters]) for effect in effects]
+        aliases = [ChannelAliases(effect.aliases, effect.needs_inputs, base) for effect in effects]
+        self.view_s = [View(alias, base.states, effect.states) for alias, effect in zip(aliases, effects)]
+        self.view_i = [View(alias, base.inputs) for alias in aliases]
+        self.view_y = [View(alias, base.outputs) for alias in aliases]
 
-    def split(self) -> Any:
-        """Takes the parameters apart: the base model's, and those of each effect."""
-        base, count, kinds, edges = record("Parameters", self.base.parameters), self.count, self.own, self.edges
+    def rhs(self) -> Equations:
+        acting, measured, base = self._acting(), self._measured(), self.base.rhs
+        rates = tuple(effect.rates for effect in self.effects)
+        output_rates = tuple(effect.rates_from_outputs for effect in self.effects)
+        needs_outputs = any(hook is not None for hook in output_rates)
+
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            s, seen, i, p, e, own, reached = acting(s, i, p, e)
+            result = list(base(s, i, p, e))
+            outputs = measured(s, seen, i, p, e, own, reached)[1] if needs_outputs else seen
+            for rate, output_rate, q, state, inputs, y in zip(rates, output_rates, own, seen, reached, outputs):
+                if rate is not None:
+                    result.extend(rate(state, inputs, p, q, e))
+                if output_rate is not None:
+                    result.extend(output_rate(y, state, inputs, q, e))
+            return tuple(result)
+
+        return rhs
+
+    def output(self) -> Equations:
+        acting, measured = self._acting(), self._measured()
+
+        def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            s, seen, i, p, e, own, reached = acting(s, i, p, e)
+            return tuple(measured(s, seen, i, p, e, own, reached)[0])
+
+        return output
+
+    def initial_state(self) -> Equations:
+        split, base = self._split_parameters(), self.base.initial_state
+        names = [channel.name for channel in self.base.states]
+        effects, view_y, view_i = self.effects, self.view_y, self.view_i
+
+        def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
+            p, own = split(p)
+            result = [getattr(y, name) for name in names] if base is None else list(base(y, i, p))
+            for effect, q, outputs, inputs in zip(effects, own, view_y, view_i):
+                if effect.initial_state is None:
+                    result.extend(0.0 for _ in effect.states)
+                else:
+                    result.extend(effect.initial_state(outputs.of(y), inputs.of(i), p, q))
+            return tuple(result)
+
+        return initial_state
+
+    def _split_parameters(self) -> Any:
+        """p to (parameters of the model, parameters of each effect)."""
+        base, count = record("Parameters", self.base.parameters), len(self.base.parameters)
+        kinds, edges = self.records, self.edges
 
         def split(p: Any) -> tuple[Any, tuple[Any, ...]]:
             values = tuple(p)
@@ -113,132 +160,75 @@ class _Path:
 
         return split
 
-    def states(self) -> Any:
-        """Takes the states apart: the base model's, and those that each effect sees."""
-        plain, size, views = record("States", self.base.states), self.size, list(self.see_s)
-        edges = list(self.state_edges)
+    def _split_states(self) -> Any:
+        """s to (states of the model, what each effect sees: these and its own states)."""
+        base, count = record("States", self.base.states), len(self.base.states)
+        views, edges = list(self.view_s), self.state_edges
 
-        def states(s: Any) -> tuple[Any, list[Any]]:
+        def split(s: Any) -> tuple[Any, list[Any]]:
             values = tuple(s)
-            bare = plain(*values[:size])
+            bare = base(*values[:count])
             return bare, [view.of(bare, values[a:b]) for view, (a, b) in zip(views, pairwise(edges))]
 
-        return states
+        return split
 
-    def body(self) -> Any:
-        """The vehicle's size, thrust and drag."""
+    def _vehicle(self) -> Any:
+        """(s, i, p, e) to the vehicle's size, thrust and drag."""
         model = self.base
         dimensions, thrust, drag = model.dimensions, model.thrust, model.drag
-        rest = record("States", model.states)(*(0.0 for _ in model.states))
+        at_rest = record("States", model.states)(*(0.0 for _ in model.states))
 
-        def body(s: Any, i: Any, p: Any, e: Any) -> Any:
-            found = Body() if dimensions is None else Body(*dimensions(p))
+        def vehicle(s: Any, i: Any, p: Any, e: Any) -> Any:
+            result = Vehicle() if dimensions is None else Vehicle(*dimensions(p))
             if thrust is not None:
-                found = found._replace(
-                    thrust=thrust(s, i, p, e), thrust_0=thrust(rest, i, p, e._replace(u_c=0.0, v_c=0.0, w_c=0.0))
-                )
+                still = e._replace(u_c=0.0, v_c=0.0, w_c=0.0)
+                result = result._replace(thrust=thrust(s, i, p, e), thrust_0=thrust(at_rest, i, p, still))
             if drag is not None:
-                found = found._replace(drag=drag(s, i, p, e))
-            return found
+                result = result._replace(drag=drag(s, i, p, e))
+            return result
 
-        return body
+        return vehicle
 
-    def acting(self) -> Any:
-        """(s, i, p, e) to (base states, what each sees of them, i, p, e as they act, own parameters, i as it reached
-        each effect).
-        """
-        split, states, body = self.split(), self.states(), self.body()
-        on_parameters = tuple(effect.parameters_acting for effect in self.effects)
-        on_inputs = tuple(effect.inputs for effect in self.effects)
-        plain = tuple(_without(effect.surroundings, 6) for effect in self.effects)
-        forces = tuple(_without(effect.surroundings, 5) for effect in self.effects)
-        views, kind = list(self.see_i), record("Inputs", self.base.inputs)
+    def _acting(self) -> Any:
+        """(s, i, p, e) to (states of the model, seen, i, p, e as they act, own, inputs as they reached each effect)."""
+        split, states, vehicle = self._split_parameters(), self._split_states(), self._vehicle()
+        true_parameters = tuple(effect.true_parameters for effect in self.effects)
+        currents = tuple(effect.current for effect in self.effects)
+        forces = tuple(effect.force for effect in self.effects)
+        true_inputs = tuple(effect.true_inputs for effect in self.effects)
+        views, kind = list(self.view_i), record("Inputs", self.base.inputs)
 
         def acting(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             p, own = split(p)
-            bare, seen = states(s)
-            for change, q in zip(on_parameters, own):
+            s, seen = states(s)
+            for change, q in zip(true_parameters, own):
                 p = p if change is None else change(p, q)
-            for change, q, state, view in zip(plain, own, seen, views):
+            for change, q, state, view in zip(currents, own, seen, views):
                 e = e if change is None else change(e, state, view.of(i), p, q)
-            d = body(bare, i, p, e)
+            d = vehicle(s, i, p, e)
             for change, q, state, view in zip(forces, own, seen, views):
                 e = e if change is None else change(e, state, view.of(i), p, q, d)
             reached = []
-            for change, q, state, view in zip(on_inputs, own, seen, views):
+            for change, q, state, view in zip(true_inputs, own, seen, views):
                 reached.append(view.of(i))
                 i = i if change is None else view.back(change(view.of(i), state, q, e), kind)
-            return bare, seen, i, p, e, own, reached
+            return s, seen, i, p, e, own, reached
 
         return acting
 
-    def recorded(self) -> Any:
-        """Outputs as each effect gets them, and as they are recorded."""
-        base, views = self.base.output, list(self.see_y)
+    def _measured(self) -> Any:
+        """From what `_acting` gives to (outputs as measured, outputs as they reached each effect)."""
+        base, views = self.base.output, list(self.view_y)
         kind = record("Outputs", self.base.outputs)
         names = [channel.name for channel in self.base.outputs]
-        on_outputs = tuple(effect.outputs_recorded for effect in self.effects)
-        full = base is not None and takes_surroundings(base)
+        measured_outputs = tuple(effect.measured_outputs for effect in self.effects)
 
-        def recorded(bare: Any, seen: Any, i: Any, p: Any, e: Any, own: Any, reached: Any) -> tuple[Any, list[Any]]:
-            if base is None:
-                y = kind(*(getattr(bare, name) for name in names))
-            else:
-                y = kind(*(base(bare, i, p, e) if full else base(bare, i, p)))
-            came = []
-            for change, q, state, view, inputs in zip(on_outputs, own, seen, views, reached):
-                came.append(view.of(y))
+        def measured(s: Any, seen: Any, i: Any, p: Any, e: Any, own: Any, reached: Any) -> tuple[Any, list[Any]]:
+            y = kind(*((getattr(s, name) for name in names) if base is None else base(s, i, p, e)))
+            outputs = []
+            for change, q, state, view, inputs in zip(measured_outputs, own, seen, views, reached):
+                outputs.append(view.of(y))
                 y = y if change is None else view.back(change(view.of(y), state, inputs, q, e), kind)
-            return y, came
+            return y, outputs
 
-        return recorded
-
-    def rhs(self) -> Any:
-        acting, recorded, base = self.acting(), self.recorded(), self.base.rhs
-        rates = tuple(effect.rates for effect in self.effects)
-        followed = tuple(effect.rates_recorded for effect in self.effects)
-        full, follows = takes_surroundings(base), any(hook is not None for hook in followed)
-
-        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-            bare, seen, i, p, e, own, reached = acting(s, i, p, e)
-            found = list(base(bare, i, p, e) if full else base(bare, i, p))
-            came = recorded(bare, seen, i, p, e, own, reached)[1] if follows else seen
-            for rate, follow, q, state, inputs, y in zip(rates, followed, own, seen, reached, came):
-                if rate is not None:
-                    found.extend(rate(state, inputs, p, q, e))
-                if follow is not None:
-                    found.extend(follow(y, state, inputs, q, e))
-            return tuple(found)
-
-        return rhs
-
-    def output(self) -> Any:
-        acting, recorded = self.acting(), self.recorded()
-
-        def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-            bare, seen, i, p, e, own, reached = acting(s, i, p, e)
-            return tuple(recorded(bare, seen, i, p, e, own, reached)[0])
-
-        return output
-
-    def initial_state(self) -> Any:
-        split, base = self.split(), self.base.initial_state
-        names = [channel.name for channel in self.base.states]
-        effects, see_y, see_i = self.effects, self.see_y, self.see_i
-
-        def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-            bare, own = split(p)
-            found = [getattr(y, name) for name in names] if base is None else list(base(y, i, bare))
-            for effect, q, outputs, inputs in zip(effects, own, see_y, see_i):
-                if effect.initial is None:
-                    found.extend(0.0 for _ in effect.states)
-                else:
-                    found.extend(effect.initial(outputs.of(y), inputs.of(i), bare, q))
-            return tuple(found)
-
-        return initial_state
-
-
-def _without(hook: Any, size: int) -> Any:
-    """A hook, or None if it takes this many arguments."""
-    return None if hook is None or len(inspect.signature(hook).parameters) == size else hook
+        return measured

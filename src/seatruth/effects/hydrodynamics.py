@@ -1,4 +1,4 @@
-"""Forces of the water that a model may lack or have wrong."""
+"""Hydrodynamic forces that a model may lack or have wrong."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import through_water
+from seatruth.effects.kinematics import relative_velocity
 from seatruth.models.parameter import Parameter
 
 ADDED_MASS = (
@@ -32,21 +32,21 @@ class DragIncrease(Effect):
 
     name = "drag_increase"
     title = "drag increase"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.drag"
     number = 19
     equation = "X = -k times the drag in straight motion"
     source = "[S] magnitude of the catalogue: 0.05 to 0.4"
     acts_on = ("surge",)
     equivalent = ("R_0", "X_uu", "C_x0", "K_D0")
     confused_with = ("thrust_gain", "added_mass", "speed_scale", "turning_loss")
-    told_apart = "faster coast-down: revolutions to zero at speed"
+    distinguished_by = "faster coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("drag",)
     parameters = (Parameter("k", 0.15, "1", -0.8, 3.0, source="[S] catalogue", description="relative increase"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(X=e.X - q.k * d.drag)
 
 
@@ -55,20 +55,20 @@ class CrossFlow(Effect):
 
     name = "cross_flow"
     title = "cross-flow drag"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.cross_flow"
     number = 21
     equation = "Y = -rho/2 C_d d int |v + x r| (v + x r) dx, N with the lever x"
     source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
     acts_on = ("sway", "yaw")
     confused_with = ("turning_loss", "rudder_gain", "shallow_water", "log_lever_arm")
-    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    distinguished_by = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("C_d", 0.5, "1", -3.0, 3.0, source="[S] catalogue", description="beyond the model's own"),)
-    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+    null: Mapping[str, float] = {"C_d": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         v = s.v - e.v_c
         strip = 0.5 * d.rho * d.draft * d.length * q.C_d
         Y, N = 0.0, 0.0
@@ -85,20 +85,20 @@ class CrossFlowVertical(Effect):
 
     name = "cross_flow_vertical"
     title = "cross-flow drag in the diving plane"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.cross_flow"
     number = 21
     equation = "Z = -rho/2 C_d B int |w - x q| (w - x q) dx, M with the lever -x"
     source = CrossFlow.source
     acts_on = ("heave", "pitch")
     confused_with = ("plane_gain", "munk_vertical", "log_lever_arm_vertical")
-    told_apart = "gain falls with the size of the manoeuvre: an amplitude series"
+    distinguished_by = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = CrossFlow.parameters
-    null: ClassVar[Mapping[str, float]] = {"C_d": 0.0}
+    null: Mapping[str, float] = {"C_d": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         w = s.w - e.w_c
         strip = 0.5 * d.rho * d.breadth * d.length * q.C_d
         Z, M = 0.0, 0.0
@@ -115,24 +115,24 @@ class TurningLoss(Effect):
 
     name = "turning_loss"
     title = "speed loss in turns"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.turning"
     number = 22
     equation = "X = vr m v r + vv rho/2 L d v^2"
     source = "[L] Norrbin 1971, X_vr = 0.3 to 1 of the sway added mass; [S] magnitudes of the catalogue"
     acts_on = ("surge",)
     equivalent = ("X_vr", "X_rv", "X_vv")
     confused_with = ("drag_increase", "thrust_gain", "cross_flow")
-    told_apart = "nothing on straight legs, even in the side of the turn"
+    distinguished_by = "nothing on straight legs, even in the side of the turn"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("vr", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("vv", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by drift squared"),
     )
-    null: ClassVar[Mapping[str, float]] = {"vr": 0.0, "vv": 0.0}
+    null: Mapping[str, float] = {"vr": 0.0, "vv": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         v = s.v - e.v_c
         X = q.vr * d.mass * v * s.r + q.vv * 0.5 * d.rho * d.length * d.draft * v * v
         return e._replace(X=e.X + X)
@@ -143,24 +143,24 @@ class TurningLossVertical(Effect):
 
     name = "turning_loss_vertical"
     title = "speed loss in pitching turns"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.turning"
     number = 22
     equation = "X = wq m w q + ww rho/2 L B w^2"
     source = TurningLoss.source
     acts_on = ("surge",)
     equivalent = ("X_wq", "X_ww", "C_x_alpha", "K_D")
     confused_with = ("drag_increase", "thrust_gain", "cross_flow_vertical")
-    told_apart = "nothing on straight legs, even in the direction of the turn"
+    distinguished_by = "nothing on straight legs, even in the direction of the turn"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("wq", 0.3, "1", -5.0, 5.0, source="[S] catalogue", description="share of the mass"),
         Parameter("ww", 0.1, "1", -3.0, 3.0, source="[S] chosen here", description="by heave squared"),
     )
-    null: ClassVar[Mapping[str, float]] = {"wq": 0.0, "ww": 0.0}
+    null: Mapping[str, float] = {"wq": 0.0, "ww": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         w = s.w - e.w_c
         X = q.wq * d.mass * w * s.q + q.ww * 0.5 * d.rho * d.length * d.breadth * w * w
         return e._replace(X=e.X + X)
@@ -171,19 +171,19 @@ class AddedMass(Effect):
 
     name = "added_mass"
     title = "added-mass error"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.added_mass_or_inertia"
     number = 25
     equation = "M_A (1 + k)"
     source = "[S] magnitude of the catalogue: 10 to 30 %"
     acts_on = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     confused_with = ("rudder_lag", "rudder_delay", "plane_lag", "plane_delay", "drag_increase")
-    told_apart = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
+    distinguished_by = "transients only: phase while accelerating, no change in steady turns; a measured rudder angle"
     needs_parameters = ADDED_MASS
     parameters = (Parameter("k", 0.2, "1", -0.8, 2.0, source="[S] catalogue", description="relative error"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def parameters_acting(p: Any, q: Any) -> Any:
+    def true_parameters(p: Any, q: Any) -> Any:
         return p._replace(**{k: getattr(p, k) * (1.0 + q.k) for k in ADDED_MASS if k in p._fields})
 
 
@@ -192,21 +192,21 @@ class Munk(Effect):
 
     name = "munk"
     title = "Munk moment error"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.moment"
     number = 27
     equation = "N = k m u v, the displaced mass standing for X_du - Y_dv"
     source = "[L] Kirchhoff's equations; [S] magnitude of the catalogue: 0.3"
     acts_on = ("yaw",)
     equivalent = ("N_v", "m_y_beta", "K_MY")
     confused_with = ("log_lever_arm", "shallow_water")
-    told_apart = "never from N_v: one parameter"
+    distinguished_by = "never from N_v: one parameter"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("k", 0.1, "1", -1.0, 1.0, source="[S] a third of 0.3", description="share of the mass"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(N=e.N + q.k * d.mass * (s.u - e.u_c) * (s.v - e.v_c))
 
 
@@ -215,21 +215,21 @@ class MunkVertical(Effect):
 
     name = "munk_vertical"
     title = "Munk moment error in pitch"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.damping_or_lift.moment"
     number = 27
     equation = "M = k m u w, the displaced mass standing for Z_dw - X_du"
     source = Munk.source
     acts_on = ("pitch",)
     equivalent = ("M_w", "m_z_alpha", "K_M")
     confused_with = ("log_lever_arm_vertical", "cross_flow_vertical")
-    told_apart = "never from M_w: one parameter"
+    distinguished_by = "never from M_w: one parameter"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = Munk.parameters
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(M=e.M + q.k * d.mass * (s.u - e.u_c) * (s.w - e.w_c))
 
 
@@ -238,7 +238,7 @@ class Asymmetry(Effect):
 
     name = "asymmetry"
     title = "up-down asymmetry"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.asymmetry"
     number = 28
     equation = "Z = force rho/2 L^2 u^2, M = moment rho/2 L^3 u^2"
     source = "[S] magnitude of the catalogue: 1e-4 to 1e-3"
@@ -246,17 +246,17 @@ class Asymmetry(Effect):
     acts_on = ("heave", "pitch")
     equivalent = ("Z_0", "C_y0", "m_z0", "K_L0", "K_M0")
     confused_with = ("plane_offset", "net_weight", "trim")
-    told_apart = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
+    distinguished_by = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("force", 5e-4, "1", -0.02, 0.02, source="[S] catalogue", description="downwards"),
         Parameter("moment", 2e-4, "1", -0.02, 0.02, source="[S] chosen here", description="nose up"),
     )
-    null: ClassVar[Mapping[str, float]] = {"force": 0.0, "moment": 0.0}
+    null: Mapping[str, float] = {"force": 0.0, "moment": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         u = s.u - e.u_c
         area = 0.5 * d.rho * d.length * d.length * u * u
         return e._replace(Z=e.Z + area * q.force, M=e.M + area * d.length * q.moment)
@@ -267,24 +267,24 @@ class Tether(Effect):
 
     name = "tether"
     title = "tether"
-    family = "hydrodynamics"
+    cause = "hydrodynamics.external_body"
     number = 31
     equation = "F = -rho/2 area V |V| at the stern, area = C_d d_t L_t"
     source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"
     acts_on = ("surge", "sway", "heave", "pitch", "yaw")
     confused_with = ("drag_increase", "rudder_gain")
-    told_apart = "drag with damping of the rate of turn: straight runs beside turns"
+    distinguished_by = "drag with damping of the rate of turn: straight runs beside turns"
     needs_states = ("u",)
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("area", 0.015, "m2", -50.0, 50.0, source="[S] 20 N at 1.6 m/s", description="drag area"),)
-    null: ClassVar[Mapping[str, float]] = {"area": 0.0}
-    magnitudes: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
+    null: Mapping[str, float] = {"area": 0.0}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
     froude: ClassVar[Mapping[str, float]] = {"area": 2.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         x = -0.5 * d.length
-        n = through_water(s, e)
+        n = relative_velocity(s, e)
         v, w = n.v + x * n.r, n.w - x * n.q
         pull = -0.5 * d.rho * q.area * math.sqrt(n.u * n.u + v * v + w * w + 1e-12)
         Y, Z = pull * v, pull * w

@@ -1,14 +1,14 @@
-"""Where the weight is, and how much of it."""
+"""Weight, centre of gravity and liquid in the hull."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import LONGEST_STEP, G
-from seatruth.models.parameter import Parameter
+from seatruth.effects.kinematics import MAX_STEP, G
+from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
 
 DAMPING = 0.1
@@ -20,21 +20,21 @@ class LateralOffset(Effect):
 
     name = "lateral_offset"
     title = "centre of gravity off the centreline"
-    family = "loading"
+    cause = "loading.centre_of_gravity"
     number = 23
     equation = "K = m g y_G cos(theta) cos(phi), N = m g y_G sin(theta)"
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 5 mm, 1 to 3 deg of list"
     acts_on = ("roll", "yaw")
     equivalent = ("z_G",)
     confused_with = ("propeller_torque",)
-    told_apart = "a list at rest too: a static test"
+    distinguished_by = "a list at rest too: a static test"
     needs_states = ("phi", "p", "theta")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("y_G", 0.002, "m", -0.5, 0.5, source="[S] catalogue", description="to starboard"),)
-    null: ClassVar[Mapping[str, float]] = {"y_G": 0.0}
+    null: Mapping[str, float] = {"y_G": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         moment = d.mass * G * q.y_G
         K = moment * math.cos(s.theta) * math.cos(s.phi)
         return e._replace(K=e.K + K, N=e.N + moment * math.sin(s.theta))
@@ -45,7 +45,7 @@ class NetWeight(Effect):
 
     name = "net_weight"
     title = "net weight"
-    family = "loading"
+    cause = "loading.weight"
     number = 24
     equation = "a weight share m g at the origin"
     source = "[L] statics; [S] magnitude of the catalogue: 0.1 to 2 % of the weight"
@@ -53,14 +53,14 @@ class NetWeight(Effect):
     acts_on = ("surge", "heave")
     equivalent = ("dG", "m_disp")
     confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale")
-    told_apart = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
+    distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "theta")
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("share", 0.005, "1", -0.2, 0.2, source="[S] catalogue", description="heavy is positive"),)
-    null: ClassVar[Mapping[str, float]] = {"share": 0.0}
+    null: Mapping[str, float] = {"share": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         weight, phi = q.share * d.mass * G, getattr(s, "phi", 0.0)
         level = weight * math.cos(s.theta)
         return e._replace(
@@ -73,7 +73,7 @@ class Trim(Effect):
 
     name = "trim"
     title = "trim by the centre of gravity"
-    family = "loading"
+    cause = "loading.centre_of_gravity"
     number = 24
     equation = "M = -m g (forward cos(theta) + below sin(theta))"
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 10 mm"
@@ -81,17 +81,17 @@ class Trim(Effect):
     acts_on = ("roll", "pitch", "yaw")
     equivalent = ("x_G", "y_G", "z_B", "x_B", "B", "x_h", "z_h")
     confused_with = ("plane_offset", "net_weight", "asymmetry")
-    told_apart = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
+    distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "q", "theta")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("forward", 0.003, "m", -0.5, 0.5, source="[S] catalogue", description="nose-heavy is positive"),
         Parameter("below", 0.003, "m", -0.5, 0.5, source="[S] catalogue", description="stiffer is positive"),
     )
-    null: ClassVar[Mapping[str, float]] = {"forward": 0.0, "below": 0.0}
+    null: Mapping[str, float] = {"forward": 0.0, "below": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         weight, phi = d.mass * G, getattr(s, "phi", 0.0)
         c = math.cos(s.theta)
         M = -q.forward * c * math.cos(phi) - q.below * math.sin(s.theta)
@@ -104,30 +104,39 @@ class Sloshing(Effect):
 
     name = "sloshing"
     title = "sloshing liquid"
-    family = "loading"
+    cause = "loading.moving_liquid"
     number = 26
     equation = "s'' + 2 zeta w s' + w^2 s = -a_y, Y = share m (2 zeta w s' + w^2 s), w = 2 pi / period"
     source = "[L] equivalent pendulum of sloshing; [S] magnitudes of the catalogue: 1 to 10 %, 0.5 to 10 s"
     acts_on = ("sway",)
     confused_with = ("added_mass", "wave_forces", "rudder_lag")
-    told_apart = "a resonance at a frequency of its own, whatever the course"
+    distinguished_by = "a resonance at a frequency of its own, whatever the course"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("share", 0.05, "1", -0.5, 1.0, source="[S] catalogue", description="liquid over the vehicle's mass"),
-        Parameter("period", 7.0, "s", 2.5, 40.0, source="[S] catalogue", description="of the first mode"),
+        Parameter(
+            "period",
+            4.0,
+            "s",
+            2.5,
+            40.0,
+            prior=Prior(4.0, 3.0),
+            source="[S] catalogue",
+            description="of the first mode",
+        ),
     )
-    null: ClassVar[Mapping[str, float]] = {"share": 0.0, "period": 4.0}
+    null: Mapping[str, float] = {"share": 0.0}
     starts = tuple({"share": 0.05, "period": period} for period in (3.0, 6.0, 12.0))
     # The liquid's velocity, not the relative one, is a state: its rate then needs no acceleration of the vehicle.
-    longest_step = LONGEST_STEP
+    longest_step = MAX_STEP
     states = (
         Channel("shift", "m", "liquid to starboard of its place"),
         Channel("speed", "m/s", "its velocity to starboard over ground"),
     )
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         w = 2.0 * math.pi / q.period
         wall = 2.0 * DAMPING * w * (s.speed - s.v) + w * w * s.shift
         return e._replace(Y=e.Y + q.share * d.mass * wall)
@@ -138,5 +147,5 @@ class Sloshing(Effect):
         return s.speed - s.v, -2.0 * DAMPING * w * (s.speed - s.v) - w * w * s.shift - s.u * s.r
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return 0.0, getattr(y, "v", 0.0)

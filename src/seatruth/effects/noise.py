@@ -1,22 +1,21 @@
-"""Number 11 of the catalogue: what is noise, and no term of the equations.
+"""Number 11 of the catalogue: measurement noise of unusual kinds, which is no term of the equations.
 
-No hook can be fitted to these; they are here so that lists, reports and benchmarks have a name for them. Residuals tell
-them: by their smallest difference, their tails, and their correlation in time.
+These effects have no hooks and cannot be fitted; they are here so that lists, reports and benchmarks have names for
+them. Residuals show them: by their smallest difference, their tails, and their correlation in time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.models.parameter import Parameter
+from seatruth.models.parameter import Parameter, Prior
 
 
 class Noise(Effect):
-    """Base of what is noise only."""
+    """Base of effects that are noise only."""
 
-    family = "sensor"
+    cause = "sensor.noise"
     number = 11
     acts_on = ("sensor:any",)
     stochastic = True
@@ -30,34 +29,43 @@ class Quantisation(Noise):
     title = "coarse resolution"
     equation = "y_m = step round(y / step)"
     source = "[S] catalogue: the last digit of the record"
-    told_apart = "differences between samples are multiples of one step, which is larger than the noise"
+    distinguished_by = "differences between samples are multiples of one step, which is larger than the noise"
     parameters = (Parameter("step", 1.0, "1", 0.0, 100.0, source="[S] chosen here", description="over the noise"),)
-    null: ClassVar[Mapping[str, float]] = {"step": 0.0}
+    null: Mapping[str, float] = {"step": 0.0}
 
 
 class Outliers(Noise):
-    """Single samples that are far off. The residual has heavy tails and no memory."""
+    """Single samples with large errors. The residual has heavy tails and no correlation in time."""
 
     name = "outliers"
     title = "outliers"
     equation = "y_m = y + large, in a few samples"
     source = "[S] catalogue: 0.1 to 1 % of the samples"
-    told_apart = "excess kurtosis of the residual, while its median deviation stays; `seatruth check` names them"
+    distinguished_by = "excess kurtosis of the residual, while its median deviation stays; `seatruth check` names them"
     parameters = (Parameter("rate", 0.005, "1", 0.0, 0.2, source="[S] catalogue", description="share of the samples"),)
-    null: ClassVar[Mapping[str, float]] = {"rate": 0.0}
+    null: Mapping[str, float] = {"rate": 0.0}
 
 
 class ColouredNoise(Noise):
-    """Noise with a memory, as filters in instruments and gusts leave it."""
+    """Noise that is correlated in time, as from filters in instruments and from gusts."""
 
     name = "coloured_noise"
     title = "coloured noise"
     equation = "y_m = y + n, dn/dt = -n / time + white"
     source = "[L] first-order Gauss-Markov process; [S] magnitudes chosen here"
     confused_with = ("wave_forces", "varying_current")
-    told_apart = "correlated residuals that replicates do not repeat, on one channel"
+    distinguished_by = "correlated residuals that replicates do not repeat, on one channel"
     parameters = (
         Parameter("sd", 1.0, "1", 0.0, 100.0, source="[S] chosen here", description="over the white noise"),
-        Parameter("time", 3.0, "s", 0.0, 1000.0, source="[S] chosen here", description="correlation time"),
+        Parameter(
+            "time",
+            3.0,
+            "s",
+            0.0,
+            1000.0,
+            prior=Prior(3.0, 3.0),
+            source="[S] chosen here",
+            description="correlation time",
+        ),
     )
-    null: ClassVar[Mapping[str, float]] = {"sd": 0.0, "time": 0.0}
+    null: Mapping[str, float] = {"sd": 0.0}

@@ -1,12 +1,12 @@
-"""What the propeller does beside, or less than, its thrust."""
+"""Side force, torque and errors of the thrust of the propeller."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.models.base import Model, Surroundings, record
+from seatruth.models.base import Environment, Model, record
 from seatruth.models.parameter import Parameter
 
 STERN = 0.48
@@ -18,21 +18,21 @@ class PropellerWalk(Effect):
 
     name = "propeller_walk"
     title = "propeller side force"
-    family = "actuator"
+    cause = "actuator.propulsion.side_force"
     number = 16
     equation = "Y = k T_0, N = -0.48 L Y, T_0 the thrust at rest with these revolutions"
     source = "[L] wheel effect; [S] magnitude of the catalogue: 1 to 5 % of the thrust"
     acts_on = ("sway", "yaw")
     confused_with = ("rudder_offset", "thrust_misalignment", "wind", "bank")
-    told_apart = "goes with n |n| and vanishes in a coast-down: revolutions to zero at speed"
+    distinguished_by = "goes with n |n| and vanishes in a coast-down: revolutions to zero at speed"
     needs_states = ("u", "v", "r")
     needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] catalogue", description="share, to starboard"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         Y = q.k * d.thrust_0
         return e._replace(Y=e.Y + Y, N=e.N - STERN * d.length * Y)
 
@@ -42,18 +42,18 @@ class ThrustMisalignment(Effect):
 
     name = "thrust_misalignment"
     title = "thrust misalignment"
-    family = "actuator"
+    cause = "actuator.propulsion.side_force"
     number = 16
     equation = "Y = T angle, N = -0.48 L Y"
     source = "[S] magnitude of the catalogue: 0.2 to 1 deg"
     acts_on = ("sway", "yaw")
     confused_with = ("propeller_walk", "rudder_offset", "wind")
-    told_apart = "goes with the thrust, which falls with speed; the side force of `propeller_walk` does not"
+    distinguished_by = "goes with the thrust, which falls with speed; the side force of `propeller_walk` does not"
     needs_states = ("u", "v", "r")
     needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("angle", 0.012, "rad", -0.2, 0.2, source="[S] 0.7 deg", description="thrust to starboard"),)
-    null: ClassVar[Mapping[str, float]] = {"angle": 0.0}
+    null: Mapping[str, float] = {"angle": 0.0}
 
     def missing(self, model: Model) -> str:
         reason = super().missing(model)
@@ -62,7 +62,7 @@ class ThrustMisalignment(Effect):
         return reason
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         Y = q.angle * d.thrust
         return e._replace(Y=e.Y + Y, N=e.N - STERN * d.length * Y)
 
@@ -74,7 +74,7 @@ def _falls_with_speed(model: Model) -> bool:
     p = record("Parameters", model.parameters)(**model.nominal())
     i = inputs(*(1.0 for _ in model.inputs))
     at = [states(*(u if c.name == "u" else 0.0 for c in model.states)) for u in (0.0, 1.0)]
-    still, ahead = (float(model.thrust(s, i, p, Surroundings())) for s in at)
+    still, ahead = (float(model.thrust(s, i, p, Environment())) for s in at)
     return still != ahead
 
 
@@ -83,22 +83,22 @@ class PropellerTorque(Effect):
 
     name = "propeller_torque"
     title = "propeller torque in roll"
-    family = "actuator"
+    cause = "actuator.propulsion.torque"
     number = 17
     equation = "K = k B T_0, T_0 the thrust at rest with these revolutions"
     source = "[S] catalogue: lists by 0.5 to 5 deg"
     acts_on = ("roll",)
     equivalent = ("k_Q",)
     confused_with = ("lateral_offset",)
-    told_apart = "changes with the revolutions, a weight's list does not"
+    distinguished_by = "changes with the revolutions, a weight's list does not"
     needs_states = ("phi", "p")
     needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -1.0, 1.0, source="[S] chosen here", description="to starboard down"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(K=e.K + q.k * d.breadth * d.thrust_0)
 
 
@@ -107,19 +107,19 @@ class ThrustGain(Effect):
 
     name = "thrust_gain"
     title = "thrust gain"
-    family = "actuator"
+    cause = "actuator.propulsion.thrust"
     number = 18
     equation = "T = (1 + k) T_0"
     source = "[S] magnitude of the catalogue: -0.2 to 0.05"
     acts_on = ("surge",)
     equivalent = ("X_T", "T", "t_P", "k_2")
     confused_with = ("drag_increase", "speed_scale", "current")
-    told_apart = "same coast-down: revolutions to zero at speed"
+    distinguished_by = "same coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("thrust",)
     parameters = (Parameter("k", -0.1, "1", -0.8, 0.8, source="[S] catalogue", description="relative change"),)
-    null: ClassVar[Mapping[str, float]] = {"k": 0.0}
+    null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
-    def surroundings(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(X=e.X + q.k * d.thrust)

@@ -9,11 +9,12 @@ from seatruth.effects.base import Effect
 _COLUMNS = (
     "#",
     "effect",
+    "cause",
     "equation",
     "parameters: typical",
     "acts on",
-    "never told from",
-    "confused with: told apart by",
+    "never distinguished from",
+    "confused with: distinguished by",
 )
 
 
@@ -33,19 +34,25 @@ def _row(effect: Effect) -> tuple[str, ...]:
     return (
         str(effect.number or ""),
         f"`{effect.name}` {effect.title}",
+        effect.cause,
         _plain(effect.equation),
         "; ".join(_parameter(effect, q.name) for q in effect.parameters),
         ", ".join(effect.acts_on),
         ", ".join(f"`{name}`" for name in effect.equivalent),
-        _plain(f"{apart}: {effect.told_apart}" if apart else effect.told_apart),
+        _plain(f"{apart}: {effect.distinguished_by}" if apart else effect.distinguished_by),
     )
 
 
 def _parameter(effect: Effect, name: str) -> str:
-    """A parameter with its null where that is not zero, and its typical distance from it, by kind where they differ."""
+    """A parameter with its null where that is not zero, and its typical distance from it, by kind where they differ.
+
+    A shape parameter with the mean and the standard deviation of its prior.
+    """
     q = next(q for q in effect.parameters if q.name == name)
     null, unit = effect.null[name], "" if q.unit == "1" else f" {q.unit}"
-    kinds = {kind: values[name] for kind, values in effect.magnitudes.items() if name in values}
+    if q.prior is not None:
+        return f"`{name}` shape {q.prior.mean:g} ± {q.prior.sd:g}{unit}"
+    kinds = {kind: values[name] for kind, values in effect.typical_by_kind.items() if name in values}
     size = [f"{abs(q.value - null):.3g}", *(f"{kind} {value:.3g}" for kind, value in kinds.items())]
     about = f", null {null:g}{unit}" if null else ""
     return f"`{name}` {', '.join(size)}{unit}{about}"

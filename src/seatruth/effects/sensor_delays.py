@@ -1,4 +1,4 @@
-"""Outputs that were recorded late, one effect a sensor: its clock, its filter, or the link."""
+"""Delays of sensors, by a clock, a filter or a link; one effect for each sensor."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import LONGEST_STEP, QUICKEST, behind, delayed, followers
+from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, delayed, delayed_slowly, filter_rates
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -20,17 +20,17 @@ class PositionDelay(Effect):
 
     name = "position_delay"
     title = "delay of the position"
-    family = "sensor"
+    cause = "sensor.timing.position"
     number = 10
     equation = "x_m(t) = x(t - tau), y_m alike"
     source = _SOURCE
     acts_on = ("sensor:x", "sensor:y")
     confused_with = ("position_lever_arm", "rudder_delay")
-    told_apart = "late along the track, in proportion to the speed; other sensors are in time"
+    distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs = ("x", "y")
     parameters = (_TAU.replace(min=-_TAU.max),)
-    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
-    longest_step = LONGEST_STEP
+    null: Mapping[str, float] = {"tau": 0.0}
+    longest_step = MAX_STEP
     states = (
         *(Channel(f"x_{k}", "m", f"x after lag {k}") for k in (1, 2)),
         *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
@@ -39,18 +39,18 @@ class PositionDelay(Effect):
     follows: ClassVar[Mapping[str, str]] = {"x_1": "x", "x_2": "x", "y_1": "y", "y_2": "y"}
 
     @staticmethod
-    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(x=behind(y.x, s.x_1, s.x_2, q.tau), y=behind(y.y, s.y_1, s.y_2, q.tau))
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(x=delayed_slowly(y.x, s.x_1, s.x_2, q.tau), y=delayed_slowly(y.y, s.y_1, s.y_2, q.tau))
 
     @staticmethod
-    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (*followers(y.x, s.x_1, s.x_2, 0.0), *followers(y.y, s.y_1, s.y_2, 0.0))
+    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (*filter_rates(y.x, s.x_1, s.x_2, 0.0), *filter_rates(y.y, s.y_1, s.y_2, 0.0))
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        # The vehicle came with a speed: its followers are behind by that times their time constant, which must not
-        # depend on the delay, as they start once and for all.
-        T = QUICKEST
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        # The vehicle moves at the start: each filter lags by the speed times its time constant. This must not depend
+        # on the delay, since the initial state is computed once.
+        T = MIN_TIME_CONSTANT
         u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
         x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
         return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
@@ -61,33 +61,33 @@ class HeadingDelay(Effect):
 
     name = "heading_delay"
     title = "delay of the heading"
-    family = "sensor"
+    cause = "sensor.timing.angle"
     number = 10
     equation = "psi_m(t) = psi(t - tau)"
     source = _SOURCE
     acts_on = ("sensor:psi",)
     confused_with = ("rudder_delay", "rudder_lag")
-    told_apart = "the heading alone is late, other sensors are in time"
+    distinguished_by = "the heading alone is late, other sensors are in time"
     needs_outputs = ("psi",)
     parameters = (_TAU,)
-    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
-    longest_step = LONGEST_STEP
+    null: Mapping[str, float] = {"tau": 0.0}
+    longest_step = MAX_STEP
     states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
 
     follows: ClassVar[Mapping[str, str]] = {"first": "psi", "second": "psi"}
 
     @staticmethod
-    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(psi=behind(y.psi, s.first, s.second, q.tau))
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(psi=delayed_slowly(y.psi, s.first, s.second, q.tau))
 
     @staticmethod
-    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return followers(y.psi, s.first, s.second, 0.0)
+    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.psi, s.first, s.second, 0.0)
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         rate = getattr(y, "r", 0.0)
-        return y.psi - QUICKEST * rate, y.psi - 2.0 * QUICKEST * rate
+        return y.psi - MIN_TIME_CONSTANT * rate, y.psi - 2.0 * MIN_TIME_CONSTANT * rate
 
 
 class PitchDelay(HeadingDelay):
@@ -97,7 +97,7 @@ class PitchDelay(HeadingDelay):
     title = "delay of the pitch angle"
     equation = "theta_m(t) = theta(t - tau)"
     confused_with = ("plane_delay", "plane_lag")
-    told_apart = "the pitch angle alone is late, other sensors are in time"
+    distinguished_by = "the pitch angle alone is late, other sensors are in time"
     acts_on = ("sensor:theta",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",), "r": ("q",)}
 
@@ -107,31 +107,31 @@ class RateDelay(Effect):
 
     name = "rate_delay"
     title = "delay of the rate of turn"
-    family = "sensor"
+    cause = "sensor.timing.rate"
     number = 10
     equation = "r_m(t) = r(t - tau)"
     source = _SOURCE
     acts_on = ("sensor:r",)
     confused_with = ("rudder_delay", "rudder_lag")
-    told_apart = "the rate alone is late, other sensors are in time"
+    distinguished_by = "the rate alone is late, other sensors are in time"
     needs_outputs = ("r",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("r", "q")}
     parameters = (_TAU,)
-    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
-    longest_step = LONGEST_STEP
+    null: Mapping[str, float] = {"tau": 0.0}
+    longest_step = MAX_STEP
     states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
     follows: ClassVar[Mapping[str, str]] = {"first": "r", "second": "r"}
 
     @staticmethod
-    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         return y._replace(r=delayed(y.r, s.first, s.second, q.tau))
 
     @staticmethod
-    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return followers(y.r, s.first, s.second, q.tau)
+    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.r, s.first, s.second, q.tau)
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return y.r, y.r
 
 
@@ -140,18 +140,18 @@ class SpeedDelay(Effect):
 
     name = "speed_delay"
     title = "delay of the log"
-    family = "sensor"
+    cause = "sensor.timing.speed"
     number = 10
     equation = "u_m(t) = u(t - tau), v_m alike"
     source = _SOURCE
     acts_on = ("sensor:u", "sensor:v")
     confused_with = ("rudder_delay", "log_lever_arm")
-    told_apart = "the log alone is late, other sensors are in time"
+    distinguished_by = "the log alone is late, other sensors are in time"
     needs_outputs = ("u", "v")
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": ("v", "w")}
     parameters = (_TAU,)
-    null: ClassVar[Mapping[str, float]] = {"tau": 0.0}
-    longest_step = LONGEST_STEP
+    null: Mapping[str, float] = {"tau": 0.0}
+    longest_step = MAX_STEP
     states = (
         *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
         *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),
@@ -159,13 +159,13 @@ class SpeedDelay(Effect):
     follows: ClassVar[Mapping[str, str]] = {"u_1": "u", "u_2": "u", "v_1": "v", "v_2": "v"}
 
     @staticmethod
-    def outputs_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         return y._replace(u=delayed(y.u, s.u_1, s.u_2, q.tau), v=delayed(y.v, s.v_1, s.v_2, q.tau))
 
     @staticmethod
-    def rates_recorded(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (*followers(y.u, s.u_1, s.u_2, q.tau), *followers(y.v, s.v_1, s.v_2, q.tau))
+    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (*filter_rates(y.u, s.u_1, s.u_2, q.tau), *filter_rates(y.v, s.v_1, s.v_2, q.tau))
 
     @staticmethod
-    def initial(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return y.u, y.u, y.v, y.v

@@ -5,8 +5,9 @@ A model is plain equations. `rhs`, `output` and `initial_state` are static funct
     s   the states             s.u, s.v, s.r, ...
     i   the inputs             i.delta, i.n, ...
     p   the parameters         p.Y_v, p.m, ...
-    e   the surroundings       e.t, e.u_c, e.X, ... (optional last argument of rhs and output)
+    e   the environment        e.t, e.u_c, e.X, ... (optional last argument of rhs and output)
 
+An instance's `rhs` and `output` always take all four: where e is left out of the declaration, the instance adds it.
 They return tuples in the order of `states` and `outputs`. They may call other plain functions, and arithmetic,
 comparisons, `abs`, `min`, `max`, and the functions of `math` or NumPy's scalar ones (sin, cos, tan, sinh, cosh, tanh,
 asin, acos, atan, atan2, exp, log, sqrt, hypot, copysign, pi). `if` expressions and statements work; the engine
@@ -28,7 +29,7 @@ from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
 
-class Surroundings(NamedTuple):
+class Environment(NamedTuple):
     """What acts on the vehicle from outside its own equations; all zero unless an effect sets it.
 
     `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
@@ -109,9 +110,20 @@ class Model:
     thrust: Callable[[Any, Any, Any, Any], Any] | None = None
     drag: Callable[[Any, Any, Any, Any], Any] | None = None
     standard: Mapping[str, tuple[str, int]] = MappingProxyType({})
+    takes_environment: bool = True
+    """Whether currents and outside forces can act on it; an instance sets False where its rhs is declared without e."""
 
     def __init__(self) -> None:
         _check(self)
+        _normalise(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the functions that `_normalise` makes: these are closures, which cannot be pickled."""
+        return {name: value for name, value in vars(self).items() if not hasattr(value, _DECLARED)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        _normalise(self)
 
     def parameter(self, name: str) -> Parameter:
         """One parameter's declaration, by name."""
@@ -154,11 +166,6 @@ def record(title: str, fields: tuple[Channel, ...] | tuple[Parameter, ...]) -> A
     return namedtuple(title, [field.name for field in fields])
 
 
-def takes_surroundings(function: Equations) -> bool:
-    """Whether `rhs` or `output` has the optional last argument e."""
-    return len(inspect.signature(function).parameters) == 4
-
-
 def call(owner: str, role: str, function: Equations, *arguments: Any) -> tuple[Any, ...]:
     """Calls a model's function and turns anything it raises into one clear message."""
     try:
@@ -167,6 +174,46 @@ def call(owner: str, role: str, function: Equations, *arguments: Any) -> tuple[A
         raise PluginError(
             f"{role} raised {type(problem).__name__}: {problem}", where=f"model {owner}", do="Correct the model file."
         ) from problem
+
+
+_DECLARED = "_declared_without_environment"
+"""Attribute of a function made by `_normalise`: the function of (s, i, p) that it stands for."""
+
+
+def _normalise(model: Model) -> None:
+    """Gives `rhs` and `output` their one form (s, i, p, e) where the model declares them without e."""
+    for role in ("rhs", "output"):
+        function = getattr(model, role)
+        if function is None or hasattr(function, _DECLARED):
+            continue
+        if _takes(function, 4):
+            continue
+        if not _takes(function, 3):
+            raise BadInput(
+                f"its {role} cannot be called with (s, i, p) or (s, i, p, e)",
+                where=f"model {model.name!r}",
+                do="Give it three or four arguments.",
+            )
+        setattr(model, role, _ignoring_environment(function))
+        if role == "rhs":
+            model.takes_environment = False
+
+
+def _ignoring_environment(function: Equations) -> Equations:
+    def equations(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return function(s, i, p)
+
+    setattr(equations, _DECLARED, function)
+    return equations
+
+
+def _takes(function: Equations, count: int) -> bool:
+    """Whether a function can be called with this many arguments."""
+    try:
+        inspect.signature(function).bind(*range(count))
+    except TypeError:
+        return False
+    return True
 
 
 def _names(fields: tuple[Channel, ...]) -> str:

@@ -1,4 +1,4 @@
-"""What an effect may ask of a model beyond its channels: how large the vehicle is, what pushes and what brakes it."""
+"""What effects use of a model beyond its channels: the size of the vehicle, its thrust and its drag."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Dimensions(NamedTuple):
     rho: Any
 
 
-class Body(NamedTuple):
-    """What a force of an effect is made from: the dimensions, and N of thrust and of drag in straight motion.
+class Vehicle(NamedTuple):
+    """The dimensions of a vehicle with its thrust and its drag in straight motion (N), from which effects make forces.
 
     `thrust` is positive forwards; `thrust_0` is the one at the same revolutions with the vehicle at rest; `drag` is
-    positive against forward motion. What the model does not declare is zero.
+    positive against forward motion. Everything that the model does not declare is zero.
     """
 
     length: Any = 0.0

@@ -10,9 +10,9 @@ from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
 from seatruth.optimizers.evaluator import Evaluator
-from seatruth.optimizers.journal import StaleCheckpoint
 from seatruth.optimizers.problem import Problem
 from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
+from seatruth.storage.checkpoint import StaleCheckpoint
 
 __all__ = [
     "Budget",

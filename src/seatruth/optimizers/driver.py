@@ -19,10 +19,11 @@ from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.evaluator import INTERRUPTED, Evaluator
-from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
+from seatruth.optimizers.journal import Journal, identity_of
 from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
 from seatruth.progress import Progress
+from seatruth.storage.checkpoint import StaleCheckpoint
 
 
 def minimise(

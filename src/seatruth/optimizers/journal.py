@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import errno
 import hashlib
 import json
 import os
@@ -27,12 +28,9 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
-from seatruth.errors import BadInput, SeatruthError
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: two runs on one checkpoint are then not noticed
-    fcntl = None  # type: ignore[assignment]
+from seatruth.errors import BadInput
+from seatruth.storage.checkpoint import StaleCheckpoint
+from seatruth.storage.lock import lock_file
 
 FORMAT = "seatruth checkpoint 1"
 _RECORD_HEAD = struct.Struct("<4sI16sd")
@@ -40,12 +38,6 @@ _RECORD_CHECKSUM = struct.Struct("<I")
 _RECORD_MARK = b"strR"
 _SYNC_S = 2.0
 """s of work that a power failure may cost at most; writing to the disk more often slows fast costs. Chosen here [S]."""
-
-
-class StaleCheckpoint(SeatruthError):
-    """The journal belongs to another run than the one that should continue it."""
-
-    exit_code = 2
 
 
 @dataclass(frozen=True)
@@ -116,7 +108,7 @@ class Journal:
         body += _RECORD_CHECKSUM.pack(zlib.crc32(body))
         try:
             if self._file.write(body) != len(body):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             now = time.monotonic()
             if now - self._synced > _SYNC_S:
                 os.fsync(self._file.fileno())
@@ -134,16 +126,10 @@ class Journal:
         self._file.close()
 
     def _lock(self) -> None:
-        if fcntl is None:
-            return
-        try:
-            fcntl.flock(self._file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_file(self._file):
             raise BadInput(
                 "another run is using this checkpoint", where=str(self.path), do="Wait for it or name another file."
-            ) from None
-        except OSError:
-            return  # a file system without locks: go on as on systems that have none
+            )
 
     def _open(self, header: bytes, identity: Mapping[str, Any]) -> None:
         self._file.seek(0)
@@ -153,7 +139,7 @@ class Journal:
             # New, or killed within the very first write.
             self._file.truncate(0)
             if self._file.write(header) != len(header):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             return
         self._check_header(content[:end], identity)
         good = end

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +17,7 @@ from seatruth.report.diagnosis import diagnosis_facts, diagnosis_sections
 from seatruth.report.numbers import moment
 from seatruth.report.sections import sections
 from seatruth.report.view import View, view
+from seatruth.storage.atomic import write_file
 
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate
@@ -51,21 +50,7 @@ def write_report(result: Estimate | Diagnosis, path: str | Path) -> None:
         >>> Path("report.html").read_text().startswith("<!DOCTYPE html>")
         True
     """
-    write_page(Path(path), render(result))
-
-
-def write_page(target: Path, text: str) -> None:
-    """Writes a text file whole or not at all."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_file(path, render(result))
 
 
 def render(result: Estimate | Diagnosis) -> str:

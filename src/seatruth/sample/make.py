@@ -85,7 +85,7 @@ def true_values(rng: np.random.Generator) -> dict[str, float]:
 
 def simulate(values: dict[str, float], run: Run, n: float, *, current: float = CURRENT) -> Trial:
     """One trial without noise."""
-    around = steady_current(current, CURRENT_DIRECTION)
+    environment = steady_current(current, CURRENT_DIRECTION)
     drift = (current * math.cos(CURRENT_DIRECTION - run.heading), current * math.sin(CURRENT_DIRECTION - run.heading))
     return run_manoeuvre(
         MMGShip(),
@@ -96,7 +96,7 @@ def simulate(values: dict[str, float], run: Run, n: float, *, current: float = C
         inputs={"n": n},
         rudder_rate=RUDDER_RATE,
         limit=run.limit,
-        around=around,
+        environment=environment,
         name=run.name,
     )
 

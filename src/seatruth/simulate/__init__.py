@@ -1,10 +1,11 @@
-"""The engine: a population of candidates through all trials in one compiled call.
+"""The engine: a population of candidates through all trials in one call.
 
     sim = simulator(model, trials, free=("Y_v", "N_v"), values=model.nominal())
-    sums = sim.sums(theta, sim.first_states, weights)
+    errors = sim.squared_errors(theta, sim.initial_states, weights)  # errors.sums (P, T, D)
 
-A model's equations are traced once, compiled for vectors of candidates, kept on disk, and run by as many threads as
-the process may use. The result does not depend on the number of threads.
+Whatever runs the equations stands behind one protocol, `Simulator`. The compiled backend traces a model's equations
+once, compiles them for vectors of candidates, keeps the code on disk, and runs it on as many threads as the process
+may use; its result does not depend on their number. The reference backend runs the same steps in plain Python.
 """
 
 from __future__ import annotations
@@ -12,25 +13,30 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from seatruth.models.base import Model
-from seatruth.models.blackbox import BlackBox
+from seatruth.models.black_box import BlackBox
+from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors, check_backend
 from seatruth.simulate.blackbox import BlackBoxSimulator
+from seatruth.simulate.compiled import CompiledSimulator
 from seatruth.simulate.compiler.program import fingerprint
-from seatruth.simulate.engine import CompiledSimulator, Jacobian, Outputs, Simulator, Sums
-from seatruth.simulate.grid import Hold
-from seatruth.simulate.rates import evaluate_rhs, evaluate_rhs_jacobian
+from seatruth.simulate.reference import ReferenceSimulator
+from seatruth.simulate.rhs import evaluate_rhs, evaluate_rhs_jacobian
+from seatruth.simulate.setup import set_up
 from seatruth.simulate.threads import thread_count
+from seatruth.simulate.time_grid import Hold
 from seatruth.trials.trial import Trial
 
 __all__ = [
+    "Backend",
     "Hold",
     "Jacobian",
     "Outputs",
     "Simulator",
-    "Sums",
+    "SquaredErrors",
     "evaluate_rhs",
     "evaluate_rhs_jacobian",
     "fingerprint",
     "simulator",
+    "thread_count",
 ]
 
 
@@ -42,23 +48,27 @@ def simulator(
     hold: Hold = "foh",
     max_step: float | None = None,
     threads: int | None = None,
+    backend: Backend = "compiled",
 ) -> Simulator:
     """A model bound to trials, ready to run a population of candidates.
 
     Args:
-        model: a Model of equations, or a BlackBox.
+        model: A Model of equations, or a BlackBox.
         trials: T trials that have the model's inputs.
-        free: names of the K parameters that each candidate sets.
-        values: values of the other parameters; None takes the model's nominal ones.
-        hold: input between samples: "foh" (first-order hold, straight lines) or "zoh" (zero-order hold, constant).
-        max_step: longest Runge-Kutta step, s; None takes one step per sample, more in a gap.
-        threads: None takes one per processor.
+        free: Names of the K parameters that each candidate sets.
+        values: Values of the other parameters; the model's nominal ones where None.
+        hold: Input between samples: "foh" (first-order hold, straight lines) or "zoh" (zero-order hold, constant).
+        max_step: Longest Runge-Kutta step in s. None takes one step a sample, more in a gap.
+        threads: Threads of the compiled backend; one for each processor where None.
+        backend: "compiled", or "reference" (plain Python: thousands of times slower, derivatives by differences).
+
+    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers.
 
     Returns:
         The simulator.
 
     Raises:
-        BadInput: a name is unknown, an input is missing, or an option is not possible.
+        BadInput: An unknown name, a missing value or input, a wrong option.
 
     Example:
         >>> import numpy as np
@@ -68,8 +78,11 @@ def simulator(
         >>> sim.outputs(np.zeros((1, 0)), np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])).y.shape
         (1, 11, 6)
     """
-    given = model.nominal() if values is None else dict(values)
+    check_backend(backend)
     count = thread_count(threads)
+    setup = set_up(model, trials, free, model.nominal() if values is None else dict(values))
     if isinstance(model, BlackBox):
-        return BlackBoxSimulator(model, trials, free, given, count)
-    return CompiledSimulator(model, trials, free, given, hold, max_step, count)
+        return BlackBoxSimulator(setup, model)
+    if backend == "reference":
+        return ReferenceSimulator(setup, hold, max_step)
+    return CompiledSimulator(setup, hold, max_step, count)

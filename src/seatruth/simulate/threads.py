@@ -1,24 +1,22 @@
-"""One pool of threads for all simulations of a process."""
+"""How many threads a simulation takes."""
 
 from __future__ import annotations
 
 import os
-import threading
-from concurrent.futures import ThreadPoolExecutor, wait
 
 from seatruth.errors import BadInput
-from seatruth.simulate.compiler.compiled import Kernel
 
 THREADS = "SEATRUTH_THREADS"
-"""Environment variable: threads of a simulation where none are asked for."""
-_MOST = 64
-_lock = threading.Lock()
-_pool: ThreadPoolExecutor | None = None
-_owner = 0
+"""Environment variable: threads of a simulation where the caller asks for none."""
+MOST_THREADS = 64
+"""Size of the pool of threads that all simulations of a process share; chosen here [S]."""
 
 
 def thread_count(asked: int | None) -> int:
-    """How many threads: as asked, as the environment says, or one a processor that this process may use."""
+    """Number of threads: as asked, else as the environment says, else one for each processor the process may use.
+
+    At most `MOST_THREADS`. Raises BadInput for a number below 1, or an environment variable that is no number.
+    """
     if asked is None:
         text = os.environ.get(THREADS, "").strip()
         if text:
@@ -28,37 +26,7 @@ def thread_count(asked: int | None) -> int:
                 raise BadInput(f"{THREADS} is {text!r}", where="environment", do="Set it to a number.") from None
     if asked is None:
         processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return max(1, min(processors, _MOST))
+        return max(1, min(processors, MOST_THREADS))
     if asked < 1:
         raise BadInput(f"{asked} threads are not possible", do="Ask for 1 or more.")
-    return min(asked, _MOST)
-
-
-def run(kernel: Kernel, context: int, threads: int, tasks: int, keep: object) -> None:
-    """Runs the kernel on a context until its tasks are done, on this thread and up to `threads - 1` others.
-
-    `keep` owns the memory that the context points to: a helper holds it, so that an interrupt of this thread cannot
-    free what a helper still writes to.
-    """
-    helpers = min(threads, tasks) - 1
-    if helpers <= 0:
-        kernel(context)
-        return
-    pool = _shared()
-    others = [pool.submit(_help, kernel, context, keep) for _ in range(helpers)]
-    kernel(context)
-    # The tasks are all taken now: a helper that has not begun is not needed.
-    wait([other for other in others if not other.cancel()])
-
-
-def _help(kernel: Kernel, context: int, keep: object) -> None:
-    kernel(context)
-
-
-def _shared() -> ThreadPoolExecutor:
-    global _pool, _owner
-    with _lock:
-        if _pool is None or _owner != os.getpid():  # a forked child has the pool but not its threads
-            _pool = ThreadPoolExecutor(_MOST, thread_name_prefix="seatruth")
-            _owner = os.getpid()
-        return _pool
+    return min(asked, MOST_THREADS)

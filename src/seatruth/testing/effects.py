@@ -19,6 +19,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.effects import EQUATIONS, Effect, with_effects
+from seatruth.effects.causes import ROOT, children, is_cause
 from seatruth.models import available
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
@@ -27,7 +28,7 @@ from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
 STEP = 0.05
-"""s: short enough for quick models too, as a small vehicle that is told to go fast."""
+"""s: short enough for quick models too, such as a small vehicle at high revolutions."""
 
 
 class EffectConformance:
@@ -45,15 +46,16 @@ class EffectConformance:
         """Models that it can act on."""
         if not effect.dynamic:
             pytest.skip("it is noise, no term of the equations")
-        found = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
-        assert found, "no installed model lets it act"
-        return found
+        result = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
+        assert result, "no installed model lets it act"
+        return result
 
     def test_declares_itself(self, effect: Effect) -> None:
         assert effect.title
         assert effect.source, "say where the equation and the magnitude come from"
-        assert effect.family in ("environment", "actuator", "sensor", "hydrodynamics", "loading")
-        assert effect.parameters
+        assert is_cause(effect.cause), "say where it stands in the tree of causes"
+        assert effect.family in children(ROOT)
+        assert effect.magnitudes, "at least one parameter must have a null at which the effect vanishes"
         assert effect.acts_on, "say where it acts"
         for place in effect.acts_on:
             word, _, channel = place.partition(":")
@@ -75,6 +77,11 @@ class EffectConformance:
             for parameter in effect.parameters:
                 prior = priors[parameter.name]
                 assert prior.mean == effect.null[parameter.name]
+                if parameter.name in effect.shape_priors:
+                    assert typical[parameter.name] == prior.mean
+            for start in effect.starting_points(model):
+                for parameter in effect.parameters:
+                    assert parameter.min <= start[parameter.name] <= parameter.max
                 assert np.isfinite(prior.sd)
                 assert prior.sd > 0.0
                 assert parameter.min <= typical[parameter.name] <= parameter.max
@@ -94,6 +101,19 @@ class EffectConformance:
             with_it = self.simulated(extended, trial, first)
             without = self.simulated(model, trial, first)
             assert with_it == pytest.approx(without, rel=1e-11, abs=1e-12), model.name
+
+    def test_its_shape_has_no_influence_at_its_null(self, effect: Effect, models: list[Model]) -> None:
+        if not effect.shape_priors:
+            pytest.skip("all its parameters are magnitudes")
+        shape = {
+            effect.named(q.name): min(q.max, q.prior.mean + q.prior.sd)
+            for q in effect.parameters
+            if q.prior is not None
+        }
+        for model in models:
+            trial, first = self.trial(model)
+            with_it = self.simulated(with_effects(model, [effect]), trial, first, shape)
+            assert with_it == pytest.approx(self.simulated(model, trial, first), rel=1e-11, abs=1e-12), model.name
 
     def test_shows_at_its_typical_magnitude(self, effect: Effect, models: list[Model]) -> None:
         for model in models:

@@ -25,7 +25,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.manoeuvres import Stepper
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
@@ -74,9 +74,9 @@ class ModelConformance:
     def test_rates_and_outputs_are_finite_numbers(self, model: Model) -> None:
         stepper = Stepper(model)
         for state, inputs in self.samples(model, 300):
-            found = stepper.rate(0.0, state, inputs)
-            assert len(found) == len(model.states)
-            assert all(math.isfinite(x) for x in found), f"{found} at {state}, {inputs}"
+            result = stepper.rate(0.0, state, inputs)
+            assert len(result) == len(model.states)
+            assert all(math.isfinite(x) for x in result), f"{result} at {state}, {inputs}"
             outputs = stepper.outputs(state, inputs)
             assert list(outputs) == [channel.name for channel in model.outputs]
             assert all(math.isfinite(x) for x in outputs.values())
@@ -92,9 +92,9 @@ class ModelConformance:
 
     def test_same_question_same_answer(self, model: Model) -> None:
         first, second = Stepper(model), Stepper(model)
-        asked = self.samples(model, 20)
-        forwards = [first.rate(0.0, *question) for question in asked]
-        backwards = [second.rate(0.0, *question) for question in reversed(asked)]
+        questions = self.samples(model, 20)
+        forwards = [first.rate(0.0, *question) for question in questions]
+        backwards = [second.rate(0.0, *question) for question in reversed(questions)]
         assert forwards == backwards[::-1]
 
     def test_first_state_returns_the_outputs(self, model: Model) -> None:
@@ -125,7 +125,7 @@ class ModelConformance:
         """In axes that drift with a steady current the motion is the same as in still water."""
         names = [channel.name for channel in model.states]
         pairs = [(a, b) for a, b in (("u", "u_c"), ("v", "v_c"), ("w", "w_c")) if a in names]
-        if not takes_surroundings(model.rhs) or len(pairs) < 2:
+        if not model.takes_environment or len(pairs) < 2:
             pytest.skip("the model takes no current")
         rng = np.random.default_rng(self.seed)
         for state, inputs in self.samples(model, 50):
@@ -134,10 +134,10 @@ class ModelConformance:
             u, v, w = (c.get(key, 0.0) for key in ("u_c", "v_c", "w_c"))
             p, q, r = (s.get(key, 0.0) for key in ("p", "q", "r"))
             change = {"u": r * v - q * w, "v": p * w - r * u, "w": q * u - p * v}
-            around = Surroundings(**c, **{f"d{a}_c": change[a] for a, _ in pairs})
+            environment = Environment(**c, **{f"d{a}_c": change[a] for a, _ in pairs})
             through = tuple(s[name] - c.get(f"{name}_c", 0.0) for name in names)
             still = dict(zip(names, Stepper(model).rate(0.0, through, inputs)))
-            carried = dict(zip(names, Stepper(model, None, _constantly(around)).rate(0.0, state, inputs)))
+            carried = dict(zip(names, Stepper(model, None, _constant(environment)).rate(0.0, state, inputs)))
             for name in ("u", "v", "w", "p", "q", "r"):
                 if name in names:
                     expected = still[name] + change.get(name, 0.0)
@@ -149,14 +149,14 @@ class ModelConformance:
         rows = [
             (a, b) for a, b in (("u", "X"), ("v", "Y"), ("w", "Z"), ("p", "K"), ("q", "M"), ("r", "N")) if a in names
         ]
-        if not takes_surroundings(model.rhs) or not rows:
+        if not model.takes_environment or not rows:
             pytest.skip("the model takes no outside force")
         state, inputs = self.samples(model, 1)[0]
         plain = Stepper(model).rate(0.0, state, inputs)
         for name, force in rows:
             k = names.index(name)
             once, twice = (
-                Stepper(model, None, _constantly(Surroundings(**{force: size}))).rate(0.0, state, inputs)[k] - plain[k]
+                Stepper(model, None, _constant(Environment(**{force: size}))).rate(0.0, state, inputs)[k] - plain[k]
                 for size in (1e4, 2e4)
             )
             assert once > 0, force
@@ -169,7 +169,7 @@ class ModelConformance:
             size = model.dimensions(p)
             assert all(math.isfinite(x) and x > 0 for x in size), size
             assert size.length > size.draft
-        e = Surroundings()
+        e = Environment()
         for state, inputs in self.samples(model, 20):
             s, i = record("States", model.states)(*state), record("Inputs", model.inputs)(**inputs)
             if model.drag is not None:
@@ -186,8 +186,8 @@ class ModelConformance:
     def test_compiled_motion_is_the_plain_one(self, model: Model) -> None:
         trial, states = self.sailed(model)
         simulator = _simulator(model, trial)
-        found = simulator.states(np.empty(0), states[:1])
-        assert found == pytest.approx(states, rel=1e-9, abs=1e-11)
+        result = simulator.states(np.empty(0), states[:1])
+        assert result == pytest.approx(states, rel=1e-9, abs=1e-11)
         simulated = simulator.outputs(np.empty((1, 0)), states[:1])
         assert not simulated.diverged.any()
         measured = np.array([trial.outputs[channel.name] for channel in model.outputs]).T
@@ -199,13 +199,13 @@ class ModelConformance:
         free = tuple(p.name for p in model.parameters if p.value != 0.0)[-12:]
         nominal = model.nominal()
         theta = np.array([nominal[name] for name in free])
-        found = _simulator(model, trial, free).jacobian(theta, states[:1], free_states=())
+        result = _simulator(model, trial, free).jacobian(theta, states[:1], free_states=())
         for k, name in enumerate(free):
             h = 1e-5 * abs(nominal[name])
             ahead, behind = (self.replay(model, trial, states[0], {name: nominal[name] + x}) for x in (h, -h))
             expected = (ahead - behind) / (2 * h)
             scale = np.abs(expected).max()
-            assert found.dy[:, :, k] == pytest.approx(expected, abs=1e-5 * scale + 1e-9 / h), name
+            assert result.dy[:, :, k] == pytest.approx(expected, abs=1e-5 * scale + 1e-9 / h), name
 
     def sailed(self, model: Model) -> tuple[Trial, Array]:
         """A short trial under gently moved inputs, integrated in plain Python: the trial and its states (n, S)."""
@@ -240,8 +240,8 @@ class ModelConformance:
         return np.array(states)
 
     def _outputs(self, stepper: Stepper, trial: Trial, states: Array) -> Array:
-        found = [stepper.outputs(tuple(s), i) for s, i in zip(states.tolist(), _rows(trial))]
-        return np.array([list(row.values()) for row in found])
+        result = [stepper.outputs(tuple(s), i) for s, i in zip(states.tolist(), _rows(trial))]
+        return np.array([list(row.values()) for row in result])
 
     def samples(self, model: Model, size: int) -> list[tuple[tuple[float, ...], dict[str, float]]]:
         """Random states and inputs from the ranges."""
@@ -270,5 +270,5 @@ def _simulator(model: Model, trial: Trial, free: tuple[str, ...] = ()) -> Any:
     return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="foh")
 
 
-def _constantly(around: Surroundings) -> Any:
-    return lambda t, s: around
+def _constant(environment: Environment) -> Any:
+    return lambda t, s: environment

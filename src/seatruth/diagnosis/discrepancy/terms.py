@@ -18,8 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatruth.effects import ExtendedModel
-from seatruth.models.base import Model, record, takes_surroundings
+from seatruth.models.base import Equations, Model
 from seatruth.models.parameter import Parameter
+from seatruth.models.wrapper import ModelWrapper
 
 EQUATIONS: Mapping[str, str] = {
     **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
@@ -100,25 +101,24 @@ def terms_of(model: Model) -> list[Term]:
     ]
 
 
-class ProbedModel(Model):
+class ProbedModel(ModelWrapper):
     """A model with places and terms: `knots` over `duration` s of each trial, `scales` of states and inputs."""
 
     def __init__(
         self, base: Model, knots: int, duration: float, terms: Sequence[Term], scales: Mapping[str, float]
     ) -> None:
-        self.base, self.terms, self.scales = base, tuple(terms), dict(scales)
+        self.terms, self.scales = tuple(terms), dict(scales)
         self.knots, self.spacing = knots, duration / (knots - 1)
         self.places = tuple(_places(base, knots))
-        self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
-        self.states, self.inputs, self.outputs = base.states, base.inputs, base.outputs
-        self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
         own = [Parameter(name, 0.0, place.unit) for place in self.places for name in place.names]
         own += [Parameter(term.name, 0.0, _unit(base, term.state)) for term in self.terms]
-        self.parameters = (*base.parameters, *own)
-        self.rhs = _rhs(self, scales)
-        self.output = _output(self)
-        self.initial_state = _initial(self)
-        super().__init__()
+        super().__init__(base, parameters=own)
+
+    def make_rhs(self) -> Equations:
+        return _rhs(self, self.scales)
+
+    def make_output(self) -> Equations | None:
+        return _output(self)
 
     def size(self, term: Term) -> float:
         """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
@@ -152,13 +152,12 @@ def _along(t: Any, values: Sequence[Any], spacing: float) -> Any:
 
 def _taken_apart(model: ProbedModel) -> Callable[[Any], tuple[Any, list[list[Any]], list[Any]]]:
     """Parameters of the probed model to those of its base, those of each place, those of the terms."""
-    base = record("Parameters", model.base.parameters)
-    size, knots, places = len(model.base.parameters), model.knots, len(model.places)
+    split_base, knots, places = model.split_parameters(), model.knots, len(model.places)
 
     def split(p: Any) -> tuple[Any, list[list[Any]], list[Any]]:
-        values = tuple(p)
-        own = [list(values[size + knots * k : size + knots * (k + 1)]) for k in range(places)]
-        return base(*values[:size]), own, list(values[size + knots * places :])
+        base, values = split_base(p)
+        own = [list(values[knots * k : knots * (k + 1)]) for k in range(places)]
+        return base, own, list(values[knots * places :])
 
     return split
 
@@ -172,7 +171,6 @@ def _inputs(model: ProbedModel, i: Any, t: Any, own: Sequence[Sequence[Any]]) ->
 
 def _rhs(model: ProbedModel, scales: Mapping[str, float]) -> Callable[..., tuple[Any, ...]]:
     split, base = _taken_apart(model), model.base.rhs
-    full = takes_surroundings(base)
     order = [channel.name for channel in model.states]
 
     def value(factor: tuple[str, str], s: Any, i: Any) -> Any:
@@ -187,7 +185,7 @@ def _rhs(model: ProbedModel, scales: Mapping[str, float]) -> Callable[..., tuple
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         p, own, coefficients = split(p)
         acting = _inputs(model, i, e.t, own)
-        rates = list(base(s, acting, p, e) if full else base(s, acting, p))
+        rates = list(base(s, acting, p, e))
         for place, values in zip(model.places, own):
             if place.state:
                 k = order.index(place.state)
@@ -207,23 +205,11 @@ def _output(model: ProbedModel) -> Callable[..., tuple[Any, ...]] | None:
     base = model.base.output
     if base is None:
         return None
-    split, full = _taken_apart(model), takes_surroundings(base)
+    split = _taken_apart(model)
 
     def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         p, own, _ = split(p)
         acting = _inputs(model, i, e.t, own)
-        return tuple(base(s, acting, p, e) if full else base(s, acting, p))
+        return tuple(base(s, acting, p, e))
 
     return output
-
-
-def _initial(model: ProbedModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.initial_state
-    if base is None:
-        return None
-    split = _taken_apart(model)
-
-    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return tuple(base(y, i, split(p)[0]))
-
-    return initial_state

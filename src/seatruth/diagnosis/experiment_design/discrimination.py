@@ -106,7 +106,7 @@ class Rivals:
         states = [c.name for c in self.model.states if c.name not in hidden and c.name not in self.model.follows]
         fitted, slopes, true = {}, {}, {}
         for name, fit in self.fits.items():
-            found = sim.jacobian(self._theta(fit.x), sim.first_states, states)
+            found = sim.jacobian(self._theta(fit.x), sim.initial_states, states)
             if found.diverged.any() or not np.isfinite(found.dy).all() or not self._within(found.y):
                 return None
             many = len(self.space.varying)
@@ -136,7 +136,7 @@ class Rivals:
     def _answer(self, sim: Simulator, trial: Trial, one: _True) -> Array:
         """Outputs (n, D) of a true cause."""
         if not one.terms or self.unnamed is None:
-            return np.asarray(sim.outputs(self._theta(one.x)[None], sim.first_states).y[0])
+            return np.asarray(sim.outputs(self._theta(one.x)[None], sim.initial_states).y[0])
         space = self.unnamed.cost.space
         probed = simulator(
             self.unnamed.model, [trial], free=space.varying, values=space.nominal(),
@@ -144,7 +144,7 @@ class Rivals:
         )  # fmt: skip
         values = {**dict(zip(self.problem.names, one.x.tolist())), **one.terms}
         named = np.array([[values.get(parameter.name, 0.0) for parameter in space.free]])
-        return np.asarray(probed.outputs(space.varying_values(named), probed.first_states).y[0])
+        return np.asarray(probed.outputs(space.varying_values(named), probed.initial_states).y[0])
 
     def _true(self, name: str) -> _True:
         """A survivor at its fitted size; at its typical one where next to nothing was fitted."""

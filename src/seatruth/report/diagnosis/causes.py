@@ -137,7 +137,9 @@ def confusion(diagnosis: Diagnosis, album: Album) -> Section | None:
     )
     blocks.append(Pictures([picture]))
     together = [row for row in diagnosis.effects if row["name"] in diagnosis.verdict["set"]]
-    blocks.extend(Text(f"{row['title']}: told apart by {row['told_apart']}.") for row in together if row["told_apart"])
+    blocks.extend(
+        Text(f"{row['title']}: told apart by {row['distinguished_by']}.") for row in together if row["distinguished_by"]
+    )
     return Section("confusion", "What is confused with what", blocks)
 
 

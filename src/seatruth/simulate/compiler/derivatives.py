@@ -1,33 +1,34 @@
-"""Derivatives of a graph of operations along a direction."""
+"""Forward-mode automatic differentiation of a graph of operations, along a direction."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 
-from seatruth.simulate.compiler.graph import COMPARISONS, Node, NotTraceable, is_constant, ordered
+from seatruth.simulate.compiler.graph import Node, NotTraceable, is_constant, ordered
+from seatruth.simulate.compiler.operations import COMPARISONS
 
 
-def directional(roots: Iterable[Node], directions: Mapping[int, Node]) -> list[Node]:
+def directional_derivatives(roots: Iterable[Node], directions: Mapping[int, Node]) -> list[Node]:
     """Derivatives of the roots along a direction: `directions` maps id(leaf) to the leaf's own derivative.
 
-    This is the first-order part of a complex step, kept apart from the value instead of scaled by 1e-20: comparisons,
-    `abs`, `min`, `max` and `if` act on the value. At a square root of zero the derivative is taken as zero.
+    Exact to rounding. Comparisons, `abs`, `min`, `max` and `if` are differentiated on the side on which the value
+    stands; at a square root of zero the derivative is taken as zero.
     """
     roots = list(roots)
     if not roots:
         return []
     graph = roots[0].graph
     zero = graph.node(0.0)
-    found: dict[int, Node] = {}
+    derivatives: dict[int, Node] = {}
     for node in ordered(roots):
         if node.op == "leaf":
-            found[id(node)] = directions.get(id(node), zero)
+            derivatives[id(node)] = directions.get(id(node), zero)
         elif node.op == "constant" or node.op in COMPARISONS:
-            found[id(node)] = zero
+            derivatives[id(node)] = zero
         else:
-            found[id(node)] = _derivative(node, [found[id(a)] for a in node.args])
-    return [found[id(root)] for root in roots]
+            derivatives[id(node)] = _derivative(node, [derivatives[id(a)] for a in node.args])
+    return [derivatives[id(root)] for root in roots]
 
 
 def _derivative(node: Node, d: list[Node]) -> Node:

@@ -1,85 +1,44 @@
-"""The equations of a model as a graph of operations: folded and shared.
+"""The equations of a model as a graph of operations, simplified and without duplicates.
 
-A `Node` behaves like a number, so a model's plain functions run on it and leave their equations behind. Equal
-operations on equal arguments are one node. `level` says what a node changes with, which decides where it is computed:
-once a candidate (parameters only), once a row for all candidates (inputs and time only), or everywhere.
+A `Node` behaves like a number, so a model's plain functions run on nodes and record their equations. Equal operations
+on equal arguments are one node. `level` says with what a node varies, which decides where it is computed: once for
+each candidate (parameters only), once for each row for all candidates (inputs and time only), or everywhere.
+
+A comparison is a node of its own kind, a condition: true or false in each lane. It becomes a number, 1 or 0, wherever
+equations calculate with it, as in Python.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, Final
+
+from seatruth.simulate.compiler.operations import COMPARISONS, fold
 
 CONSTANT: Final = 0
 LANE: Final = 1
-"""Changes with the candidate only."""
+"""Varies with the candidate only: parameters."""
 ROW: Final = 2
-"""Changes with time only: inputs and the time itself."""
+"""Varies with time only: inputs and the time itself."""
 BOTH: Final = 3
 
-COMPARISONS: Final = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
-UNARY: Final[Mapping[str, Callable[[float], float]]] = {
-    "neg": lambda a: -a,
-    "abs": abs,
-    "sqrt": math.sqrt,
-    "cbrt": math.cbrt,
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "asinh": math.asinh,
-    "acosh": math.acosh,
-    "atanh": math.atanh,
-    "exp": math.exp,
-    "expm1": math.expm1,
-    "log": math.log,
-    "log1p": math.log1p,
-    "log10": math.log10,
-    "log2": math.log2,
-    "floor": lambda a: float(math.floor(a)),
-    "ceil": lambda a: float(math.ceil(a)),
-    "trunc": lambda a: float(math.trunc(a)),
-}
-BINARY: Final[Mapping[str, Callable[[float, float], float]]] = {
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "pow": math.pow,
-    "atan2": math.atan2,
-    "hypot": math.hypot,
-    "copysign": math.copysign,
-    "fmod": math.fmod,
-}
-_RELATIONS: Final[Mapping[str, Callable[[float, float], bool]]] = {
-    "lt": lambda a, b: a < b,
-    "le": lambda a, b: a <= b,
-    "gt": lambda a, b: a > b,
-    "ge": lambda a, b: a >= b,
-    "eq": lambda a, b: a == b,
-    "ne": lambda a, b: a != b,
-}
 _LARGEST_POWER = 16
+"""Up to here whole and half powers are multiplied out: at most eight multiplications. Chosen here [S]."""
 
 
 class NotTraceable(TypeError):
-    """The equations did something that only a plain number can do."""
+    """The equations do something that only a plain number can do."""
 
 
 class Node:
     """One operation (or leaf, or constant) that stands for a number in a model's equations."""
 
-    __slots__ = ("args", "graph", "level", "op", "order", "value")
+    __slots__ = ("args", "graph", "is_condition", "level", "op", "order", "value")
     __array_ufunc__ = None  # so that NumPy's scalars leave arithmetic with a node to the node
 
     def __init__(self, graph: Graph, op: str, args: tuple[Node, ...], value: Any, level: int, order: int) -> None:
         self.graph, self.op, self.args, self.value, self.level, self.order = graph, op, args, value, level, order
+        self.is_condition: bool = op in COMPARISONS or (op == "select" and all(a.is_condition for a in args[1:]))
 
     def __repr__(self) -> str:
         if self.op == "constant":
@@ -155,6 +114,17 @@ class Node:
     def __ne__(self, other: object) -> Any:
         return self._do("ne", self, other)
 
+    def __and__(self, other: Any) -> Node:
+        return self._logic("mul", other)
+
+    def __or__(self, other: Any) -> Node:
+        return self._logic("add", other)
+
+    def __xor__(self, other: Any) -> Node:
+        return self._logic("sub", other)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
     def __bool__(self) -> bool:
         return self.graph.decide(self)
 
@@ -162,6 +132,9 @@ class Node:
         raise NotTraceable("it turns a variable into a plain float")
 
     def __int__(self) -> int:
+        """1 or 0 for a condition, as in `table[s.r > 0]`: an `if` on it. A number cannot become an integer."""
+        if self.is_condition:
+            return int(self.graph.decide(self))
         raise NotTraceable("it turns a variable into an integer")
 
     __index__ = __int__
@@ -169,20 +142,30 @@ class Node:
     def _do(self, op: str, a: Any, b: Any) -> Node:
         return self.graph.make(op, self.graph.node(a), self.graph.node(b))
 
+    def _logic(self, op: str, other: Any) -> Node:
+        """`a & b`, `a | b`, `a ^ b` of two conditions: their product, sum, difference as numbers is not zero."""
+        if not (self.is_condition and (isinstance(other, bool) or (isinstance(other, Node) and other.is_condition))):
+            raise NotTraceable("it combines numbers with &, | or ^, which only conditions can do")
+        return self.graph.make("ne", self._do(op, self, other), self.graph.node(0.0))
+
 
 class Graph:
-    """Makes nodes: folds constants, shares equal ones, and moves what is constant for a candidate together."""
+    """Makes nodes: folds constants, shares equal nodes, and groups factors that are constant for a candidate."""
+
+    most_decisions = 64
+    """Conditions on variables that one run of the equations may branch on. Chosen here [S]."""
+    most_questions = 100_000
+    """How often one run may ask for the truth of a condition: `while s.r:` asks for ever. Chosen here [S]."""
+    most_nodes = 200_000
+    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[Any, ...], Node] = {}
+        self._nodes: dict[tuple[Any, ...], Node] = {}
         self.path: list[tuple[Node, bool]] = []
-        """Decisions taken in the run of the equations under way, see `trace`."""
-        self.given: tuple[bool, ...] = ()
-        self.most_decisions = 64
-        self.most_questions = 100_000
-        """How often one run may ask: `while s.r:` asks the same question for ever."""
+        """Conditions met in this run of the equations, and the way taken at each; see `trace`."""
+        self.planned: tuple[bool, ...] = ()
+        """Ways to take at the first conditions of this run."""
         self.asked = 0
-        self.most_nodes = 200_000
 
     def node(self, value: Any) -> Node:
         """A number as a node."""
@@ -197,28 +180,37 @@ class Graph:
         return self._keep("leaf", (), (kind, index), level)
 
     def decide(self, condition: Node) -> bool:
-        """Which way an `if` goes in this run: as given, or the first way, to be explored later."""
-        if condition.op == "constant":
-            return bool(condition.value)
-        test = condition if condition.op in COMPARISONS else self.make("ne", condition, self.node(0.0))
+        """Which way an `if` goes in this run: as planned, else true first; `trace` explores the other way later."""
+        test = self.condition(condition)
         if test.op == "constant":
             return bool(test.value)
         self.asked += 1
         if self.asked > self.most_questions:
             raise NotTraceable("a loop depends on its variables without end")
-        for known, way in self.path:
-            if known is test:
+        for earlier, way in self.path:
+            if earlier is test:
                 return way
-        way = self.given[len(self.path)] if len(self.path) < len(self.given) else True
+        way = self.planned[len(self.path)] if len(self.path) < len(self.planned) else True
         self.path.append((test, way))
         if len(self.path) > self.most_decisions:
             raise NotTraceable("a loop or a chain of `if` depends on its variables without end")
         return way
 
+    def number(self, value: Any) -> Node:
+        """A number as a node; a condition becomes 1 or 0."""
+        node = self.node(value)
+        return self._choose(node, self.node(1.0), self.node(0.0)) if node.is_condition else node
+
+    def condition(self, value: Any) -> Node:
+        """A node as a condition (or a constant): a number is true where it is not zero."""
+        node = self.node(value)
+        return node if node.is_condition or node.op == "constant" else self.make("ne", node, self.node(0.0))
+
     def make(self, op: str, *args: Node) -> Node:
-        """The node of an operation, simplified."""
+        """The node of an operation on numbers, simplified."""
+        args = tuple(self.number(a) if a.is_condition else a for a in args)
         if all(a.op == "constant" for a in args):
-            folded = _fold(op, [a.value for a in args])
+            folded = fold(op, [a.value for a in args])
             if folded is not None:
                 return self.node(folded)
         simple = self._simplify(op, args)
@@ -231,25 +223,22 @@ class Graph:
 
     def select(self, condition: Node, yes: Node, no: Node) -> Node:
         """`yes if condition else no`, as deep in the two as they differ: f(a) or f(b) is f(a or b)."""
-        return self._merge(condition, yes, no, {})
-
-    def less(self, a: Node, b: Node) -> Node:
-        return self.make("lt", a, b)
+        return self._merge(self.condition(condition), yes, no, {})
 
     def smaller(self, a: Node, b: Node) -> Node:
-        """min(a, b) as Python has it: b if b < a else a, so that not-a-number in a stays."""
+        """min(a, b) as Python has it: b if b < a else a, so that NaN in a stays."""
         return self._choose(self.make("lt", b, a), b, a)
 
     def larger(self, a: Node, b: Node) -> Node:
+        """max(a, b) as Python has it: b if b > a else a."""
         return self._choose(self.make("gt", b, a), b, a)
 
     def _merge(self, condition: Node, yes: Node, no: Node, done: dict[tuple[int, int], Node]) -> Node:
         if yes is no:
             return yes
         key = (id(yes), id(no))
-        found = done.get(key)
-        if found is not None:
-            return found
+        if key in done:
+            return done[key]
         same = yes.op == no.op and len(yes.args) == len(no.args) and yes.args
         if same and yes.op not in COMPARISONS:
             parts = [self._merge(condition, a, b, done) for a, b in zip(yes.args, no.args)]
@@ -264,16 +253,18 @@ class Graph:
             return yes
         if condition.op == "constant":
             return yes if condition.value else no
+        if yes.is_condition is not no.is_condition:
+            yes, no = self.number(yes), self.number(no)
         return self._keep("select", (condition, yes, no), None, condition.level | yes.level | no.level)
 
     def _keep(self, op: str, args: tuple[Node, ...], value: Any, level: int) -> Node:
         # Zeros of either sign are told apart, so the key of a constant is its text.
         key = (op, repr(value) if op == "constant" else value, *(id(a) for a in args))
-        node = self._known.get(key)
+        node = self._nodes.get(key)
         if node is None:
-            if len(self._known) >= self.most_nodes:
+            if len(self._nodes) >= self.most_nodes:
                 raise NotTraceable(f"they grow beyond {self.most_nodes} operations")
-            node = self._known[key] = Node(self, op, args, value, level, len(self._known))
+            node = self._nodes[key] = Node(self, op, args, value, level, len(self._nodes))
         return node
 
     def _simplify(self, op: str, args: tuple[Node, ...]) -> Node | None:
@@ -362,32 +353,17 @@ class Graph:
 
 
 def is_constant(node: Node, value: float) -> bool:
+    """Whether a node is this constant (zeros of both signs are equal)."""
     return node.op == "constant" and bool(node.value == value)
 
 
-def _fold(op: str, values: list[float]) -> float | bool | None:
-    """The operation on constants; None where it has no finite result, which is then left to the run."""
-    try:
-        if op in UNARY:
-            found = UNARY[op](values[0])
-        elif op in BINARY:
-            found = BINARY[op](values[0], values[1])
-        elif op in _RELATIONS:
-            return _RELATIONS[op](values[0], values[1])
-        else:
-            return None
-    except (ValueError, OverflowError, ZeroDivisionError):
-        return None
-    return found if isinstance(found, float) and math.isfinite(found) else None
-
-
 def ordered(roots: Iterable[Node]) -> list[Node]:
-    """Every node below the roots, arguments before what uses them."""
+    """Every node that the roots depend on, and they themselves; arguments come before what uses them."""
     seen: dict[int, Node] = {}
-    ahead = list(roots)
-    while ahead:
-        node = ahead.pop()
+    open_nodes = list(roots)
+    while open_nodes:
+        node = open_nodes.pop()
         if id(node) not in seen:
             seen[id(node)] = node
-            ahead.extend(node.args)
+            open_nodes.extend(node.args)
     return sorted(seen.values(), key=lambda node: node.order)

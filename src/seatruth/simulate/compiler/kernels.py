@@ -1,11 +1,11 @@
-"""The two kernels, as assembly.
+"""The two kernels, in LLVM IR.
 
-`marching`: lanes are candidates; each task takes one block of lanes through one trial, Runge-Kutta step by step.
-`mapping`: lanes are rows; each task evaluates nodes on one stretch of rows for one candidate.
+`simulation_kernel`: lanes are candidates; each task integrates one block of lanes through one trial.
+`evaluation_kernel`: lanes are rows; each task evaluates nodes on one chunk of rows for one candidate.
 
 Both take their tasks from a shared counter until none is left, so any number of threads may run the same kernel on
-the same context, and what a task computes does not depend on who runs it. A context is a table of 64-bit words,
-addresses and sizes, in the order of MARCHING and MAPPING.
+the same context, and the result of a task does not depend on the thread that runs it. A context is a table of 64-bit
+words, addresses and sizes, in the order of SIMULATION_CONTEXT and EVALUATION_CONTEXT.
 """
 
 from __future__ import annotations
@@ -13,52 +13,46 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, Literal
 
-from seatruth.simulate.compiler.assembly import FLAGS, Writer, double
-from seatruth.simulate.compiler.emit import emit, frontier
-from seatruth.simulate.compiler.graph import BOTH, COMPARISONS, LANE, ROW, Node
-from seatruth.simulate.compiler.vector_maths import declarations, definitions
+from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Node
+from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder, double
+from seatruth.simulate.compiler.lowering import frontier, lower
+from seatruth.simulate.compiler.vector_math import declarations, definitions
 
-Mode = Literal["sums", "record"]
+Mode = Literal["squared errors", "record"]
+"""Whether a kernel sums the squared errors of the outputs, or records the outputs."""
 
-MARCHING: Final = (
-    *("counter", "tasks", "trials", "samples", "parameters", "first", "start", "substeps", "length", "stage_start"),
-    *("stage_features", "sample_features", "weighted", "weights", "squares", "end", "record"),
+SIMULATION_CONTEXT: Final = (
+    *("counter", "tasks", "trials", "samples", "parameters", "x0", "start", "substeps", "length", "stage_start"),
+    *("stage_features", "sample_features", "weighted_measured", "weights", "sums", "x_end", "record"),
 )
-MAPPING: Final = ("counter", "tasks", "stretches", "stretch", "rows", "leaves", "parameters", "values")
+EVALUATION_CONTEXT: Final = ("counter", "tasks", "chunks", "chunk", "rows", "leaves", "parameters", "values")
 
 _STAGES = ((0.5, 1.0 / 6.0, 0), (0.5, 1.0 / 3.0, 1), (1.0, 1.0 / 3.0, 1), (0.0, 1.0 / 6.0, 2))
-"""Of the classical Runge-Kutta step: reach of the next stage, weight, and which of the step's three rows of inputs."""
+"""The classical Runge-Kutta step, by stage: reach of the next stage over h, weight over h, and which of the step's
+three rows of inputs (start, middle, end)."""
 
 
 def row_features(roots: Sequence[Node]) -> list[Node]:
-    """What the roots need of inputs and time alone: computed once for all candidates."""
+    """Nodes of inputs and time alone that the roots use: computed once for all candidates, not in the kernel."""
     return frontier(roots, ROW, BOTH)
 
 
-def as_number(node: Node) -> Node:
-    """A feature as a number: a condition is 1 or 0."""
-    graph = node.graph
-    return graph.select(node, graph.node(1.0), graph.node(0.0)) if node.op in COMPARISONS else node
-
-
-def marching(
+def simulation_kernel(
     width: int,
     mode: Mode,
     states: Sequence[Node],
     rates: Sequence[Node],
     outputs: Sequence[Node],
     parameters: Sequence[Node],
-    *,
-    unroll: bool = False,
 ) -> str:
-    """Assembly of the kernel that simulates; `parameters` are the leaves that a candidate sets."""
-    w = Writer(width)
+    """The kernel that simulates; `parameters` are the leaves that a candidate sets."""
+    w = IRBuilder(width)
     v = w.vector
-    context = {name: _word(w, n) for n, name in enumerate(MARCHING)}
-    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in MARCHING}
+    context = {name: _word(w, n) for n, name in enumerate(SIMULATION_CONTEXT)}
+    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in SIMULATION_CONTEXT}
     samples = context["samples"]
     x = [w.put(f"alloca {v}, align 64") for _ in states]
-    sums = [w.put(f"alloca {v}, align 64") for _ in outputs] if mode == "sums" else []
+    sums = [w.put(f"alloca {v}, align 64") for _ in outputs] if mode == "squared errors" else []
     reach, total = ([w.put(f"alloca {v}, align 64") for _ in states] for _ in range(2))
     stage_row = w.put("alloca i64")
     w.do("br label %next")
@@ -73,9 +67,9 @@ def marching(
     trial = w.put(f"srem i64 {task}, {context['trials']}")
     known = {id(node): _lane(w, at["parameters"], block, len(parameters), n) for n, node in enumerate(parameters)}
     roots = [*rates, *outputs]
-    known = emit(w, frontier(roots, LANE, BOTH), known)
+    known = lower(w, frontier(roots, LANE, BOTH), known)
     for n, slot in enumerate(x):
-        w.do(f"store {v} {_lane(w, at['first'], task, len(states), n)}, ptr {slot}")
+        w.do(f"store {v} {_lane(w, at['x0'], task, len(states), n)}, ptr {slot}")
     for q in sums:
         w.do(f"store {v} {w.constant(0.0)}, ptr {q}")
     begin = _load_integer(w, at["start"], trial)
@@ -92,13 +86,13 @@ def marching(
     for state, slot in zip(states, x):
         here[id(state)] = w.put(f"load {v}, ptr {slot}")
     here |= _features(w, row_features(outputs), at["sample_features"], k)
-    found = emit(w, outputs, here)
+    found = lower(w, outputs, here)
     for d, output in enumerate(outputs):
         y = found[id(output)]
-        if mode == "sums":
+        if mode == "squared errors":
             place = w.put(f"add i64 {w.put(f'mul i64 {k}, {len(outputs)}')}, {d}")
             weight = w.splat(_load_double(w, at["weights"], place))
-            aim = w.splat(_load_double(w, at["weighted"], place))
+            aim = w.splat(_load_double(w, at["weighted_measured"], place))
             error = w.put(f"fsub {FLAGS} {v} {aim}, {w.binary('fmul', weight, y, FLAGS)}")
             old = w.put(f"load {v}, ptr {sums[d]}")
             squared = w.binary("fmul", error, error, FLAGS)
@@ -107,8 +101,8 @@ def marching(
             row = w.put(f"add i64 {w.put(f'mul i64 {block}, {samples}')}, {k}")
             _store_lane(w, at["record"], row, len(outputs), d, y)
     at_end = w.put(f"icmp eq i64 {k}, {last}")
-    gone = w.put(f"xor i1 {_any_finite(w, [here[id(s)] for s in states])}, true")
-    stop = w.put(f"or i1 {at_end}, {gone}")
+    diverged = w.put(f"xor i1 {_any_finite(w, [here[id(s)] for s in states])}, true")
+    stop = w.put(f"or i1 {at_end}, {diverged}")
     w.do(f"br i1 {stop}, label %done, label %interval")
 
     w.label("interval")
@@ -124,23 +118,16 @@ def marching(
         w.do(f"store {v} {now}, ptr {b}")
         w.do(f"store {v} {now}, ptr {c}")
     row0 = w.put(f"load i64, ptr {stage_row}")
-    if unroll:
-        for ahead, share, third in _STAGES:
-            row = w.put(f"add i64 {row0}, {third}")
-            scale = w.binary("fmul", h, w.constant(share), FLAGS), w.binary("fmul", h, w.constant(ahead), FLAGS)
-            _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale, final=ahead == 0.0)
-        w.do("br label %stepped")
-    else:
-        w.do("br label %stage")
-        w.label("stage")
-        m, m_next = w.name(), w.name()
-        w.lines.append(f"  {m} = phi i64 [ 0, %step ], [ {m_next}, %stage ]")
-        row = w.put(f"add i64 {row0}, {_load_integer(w, '@stage.row', m)}")
-        shares = w.splat(_load_double(w, "@stage.share", m)), w.splat(_load_double(w, "@stage.ahead", m))
-        scale = w.binary("fmul", h, shares[0], FLAGS), w.binary("fmul", h, shares[1], FLAGS)
-        _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale, final=False)
-        w.do(f"{m_next} = add i64 {m}, 1")
-        w.do(f"br i1 {w.put(f'icmp eq i64 {m_next}, 4')}, label %stepped, label %stage, !llvm.loop !1")
+    w.do("br label %stage")
+    w.label("stage")
+    m, m_next = w.name(), w.name()
+    w.lines.append(f"  {m} = phi i64 [ 0, %step ], [ {m_next}, %stage ]")
+    row = w.put(f"add i64 {row0}, {_load_integer(w, '@stage.row', m)}")
+    shares = w.splat(_load_double(w, "@stage.share", m)), w.splat(_load_double(w, "@stage.ahead", m))
+    scale = w.binary("fmul", h, shares[0], FLAGS), w.binary("fmul", h, shares[1], FLAGS)
+    _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale)
+    w.do(f"{m_next} = add i64 {m}, 1")
+    w.do(f"br i1 {w.put(f'icmp eq i64 {m_next}, 4')}, label %stepped, label %stage, !llvm.loop !1")
 
     w.label("stepped")
     for a, c in zip(x, total):
@@ -155,15 +142,15 @@ def marching(
 
     w.label("done")
     for s, slot in enumerate(x):
-        _store_lane(w, at["end"], task, len(states), s, w.put(f"load {v}, ptr {slot}"))
+        _store_lane(w, at["x_end"], task, len(states), s, w.put(f"load {v}, ptr {slot}"))
     for d, q in enumerate(sums):
-        _store_lane(w, at["squares"], task, len(outputs), d, w.put(f"load {v}, ptr {q}"))
+        _store_lane(w, at["sums"], task, len(outputs), d, w.put(f"load {v}, ptr {q}"))
     w.do("br label %next")
     return _module(w)
 
 
 def _stage(
-    w: Writer,
+    w: IRBuilder,
     states: Sequence[Node],
     rates: Sequence[Node],
     known: dict[int, str],
@@ -173,31 +160,29 @@ def _stage(
     features: str,
     row: str,
     scale: tuple[str, str],
-    *,
-    final: bool,
 ) -> None:
+    """One stage of a step: rates at the state `reach`, added to `total`; then `reach` for the next stage."""
     v = w.vector
     here = dict(known)
     for state, slot in zip(states, reach):
         here[id(state)] = w.put(f"load {v}, ptr {slot}")
     here |= _features(w, row_features(rates), features, row)
-    found = emit(w, rates, here)
+    found = lower(w, rates, here)
     for n, rate in enumerate(rates):
         change = found[id(rate)]
         old = w.put(f"load {v}, ptr {total[n]}")
         w.do(f"store {v} {w.binary('fadd', old, w.binary('fmul', scale[0], change, FLAGS), FLAGS)}, ptr {total[n]}")
-        if not final:
-            base = w.put(f"load {v}, ptr {x[n]}")
-            ahead = w.binary("fadd", base, w.binary("fmul", scale[1], change, FLAGS), FLAGS)
-            w.do(f"store {v} {ahead}, ptr {reach[n]}")
+        base = w.put(f"load {v}, ptr {x[n]}")
+        ahead = w.binary("fadd", base, w.binary("fmul", scale[1], change, FLAGS), FLAGS)
+        w.do(f"store {v} {ahead}, ptr {reach[n]}")
 
 
-def mapping(width: int, leaves: Sequence[Node], parameters: Sequence[Node], roots: Sequence[Node]) -> str:
-    """Assembly of the kernel that evaluates nodes on rows; `leaves` change by row, `parameters` by candidate."""
-    w = Writer(width)
+def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[Node], roots: Sequence[Node]) -> str:
+    """The kernel that evaluates nodes on rows; `leaves` change by row, `parameters` by candidate."""
+    w = IRBuilder(width)
     v = w.vector
-    context = {name: _word(w, n) for n, name in enumerate(MAPPING)}
-    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in MAPPING}
+    context = {name: _word(w, n) for n, name in enumerate(EVALUATION_CONTEXT)}
+    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in EVALUATION_CONTEXT}
     rows = context["rows"]
     w.do("br label %next")
 
@@ -207,16 +192,16 @@ def mapping(width: int, leaves: Sequence[Node], parameters: Sequence[Node], root
     w.do(f"br i1 {more}, label %task, label %exit")
 
     w.label("task")
-    candidate = w.put(f"sdiv i64 {task}, {context['stretches']}")
-    number = w.put(f"srem i64 {task}, {context['stretches']}")
+    candidate = w.put(f"sdiv i64 {task}, {context['chunks']}")
+    number = w.put(f"srem i64 {task}, {context['chunks']}")
     first = w.put(f"mul i64 {candidate}, {len(parameters)}")
     known = {}
     for n, node in enumerate(parameters):
         place = w.put(f"add i64 {first}, {n}")
         known[id(node)] = w.splat(_load_double(w, at["parameters"], place))
-    known = emit(w, frontier(roots, LANE, BOTH), known)
-    begin = w.put(f"mul i64 {number}, {context['stretch']}")
-    wanted = w.put(f"add i64 {begin}, {context['stretch']}")
+    known = lower(w, frontier(roots, LANE, BOTH), known)
+    begin = w.put(f"mul i64 {number}, {context['chunk']}")
+    wanted = w.put(f"add i64 {begin}, {context['chunk']}")
     over = w.put(f"icmp sgt i64 {wanted}, {context['rows']}")
     end = w.put(f"select i1 {over}, i64 {context['rows']}, i64 {wanted}")
     w.do("br label %row")
@@ -228,7 +213,7 @@ def mapping(width: int, leaves: Sequence[Node], parameters: Sequence[Node], root
     for n, node in enumerate(leaves):
         place = w.put(f"add i64 {w.put(f'mul i64 {rows}, {n}')}, {k}")
         here[id(node)] = w.put(f"load {v}, ptr {_element(w, at['leaves'], place)}, align 8")
-    found = emit(w, roots, here)
+    found = lower(w, roots, here)
     base = w.put(f"mul i64 {candidate}, {len(roots)}")
     for n, root in enumerate(roots):
         line = w.put(f"add i64 {base}, {n}")
@@ -239,7 +224,7 @@ def mapping(width: int, leaves: Sequence[Node], parameters: Sequence[Node], root
     return _module(w)
 
 
-def _module(w: Writer) -> str:
+def _module(w: IRBuilder) -> str:
     def table(name: str, kind: str, values: Sequence[str]) -> str:
         items = ", ".join(f"{kind} {value}" for value in values)
         return f"@{name} = private unnamed_addr constant [{len(values)} x {kind}] [{items}]\n"
@@ -255,48 +240,48 @@ def _module(w: Writer) -> str:
     )
 
 
-def _word(w: Writer, index: int) -> str:
+def _word(w: IRBuilder, index: int) -> str:
     return _load_integer(w, "%context", str(index))
 
 
-def _element(w: Writer, base: str, index: str) -> str:
+def _element(w: IRBuilder, base: str, index: str) -> str:
     return w.put(f"getelementptr inbounds double, ptr {base}, i64 {index}")
 
 
-def _load_integer(w: Writer, base: str, index: str) -> str:
+def _load_integer(w: IRBuilder, base: str, index: str) -> str:
     place = w.put(f"getelementptr inbounds i64, ptr {base}, i64 {index}")
     return w.put(f"load i64, ptr {place}")
 
 
-def _load_double(w: Writer, base: str, index: str) -> str:
+def _load_double(w: IRBuilder, base: str, index: str) -> str:
     return w.put(f"load double, ptr {_element(w, base, index)}")
 
 
-def _lane_place(w: Writer, base: str, row: str, size: int, item: int) -> str:
+def _lane_place(w: IRBuilder, base: str, row: str, size: int, item: int) -> str:
     line = w.put(f"add i64 {w.put(f'mul i64 {row}, {size}')}, {item}")
     return _element(w, base, w.put(f"mul i64 {line}, {w.width}"))
 
 
-def _lane(w: Writer, base: str, row: str, size: int, item: int) -> str:
+def _lane(w: IRBuilder, base: str, row: str, size: int, item: int) -> str:
     """One vector of the array base[row][item][lane]."""
     return w.put(f"load {w.vector}, ptr {_lane_place(w, base, row, size, item)}, align 8")
 
 
-def _store_lane(w: Writer, base: str, row: str, size: int, item: int, value: str) -> None:
+def _store_lane(w: IRBuilder, base: str, row: str, size: int, item: int, value: str) -> None:
     w.do(f"store {w.vector} {value}, ptr {_lane_place(w, base, row, size, item)}, align 8")
 
 
-def _features(w: Writer, nodes: Sequence[Node], base: str, row: str) -> dict[int, str]:
-    found = {}
+def _features(w: IRBuilder, nodes: Sequence[Node], base: str, row: str) -> dict[int, str]:
+    values = {}
     for k, node in enumerate(nodes):
         place = w.put(f"add i64 {w.put(f'mul i64 {row}, {len(nodes)}')}, {k}")
         value = w.splat(_load_double(w, base, place))
-        found[id(node)] = w.compare("une", value, w.constant(0.0)) if node.op in COMPARISONS else value
-    return found
+        values[id(node)] = w.compare("une", value, w.constant(0.0)) if node.is_condition else value
+    return values
 
 
-def _any_finite(w: Writer, values: Sequence[str]) -> str:
-    """Whether a lane is left whose states are all finite."""
+def _any_finite(w: IRBuilder, values: Sequence[str]) -> str:
+    """Whether there is a lane whose states are all finite."""
     total = values[0]
     for value in values[1:]:
         total = w.add(total, value)

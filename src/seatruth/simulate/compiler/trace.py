@@ -1,8 +1,8 @@
 """From a model's plain functions to the graph of its equations.
 
-The functions run on nodes instead of numbers. Names that mean `math`, NumPy's scalar functions, `abs`, `min`, `max`
-are answered with functions of nodes, in the model's own functions and in every plain Python function that they call.
-An `if` on a variable is followed both ways, and the results are merged.
+The functions run on nodes instead of numbers. `math`, NumPy's scalar functions, `abs`, `min` and `max` are replaced by
+functions of nodes, in the model's own functions and in every plain Python function that they call. An `if` on a
+variable is followed both ways, and the results are merged.
 """
 
 from __future__ import annotations
@@ -19,17 +19,19 @@ from typing import Any
 import numpy as np
 
 from seatruth.errors import PluginError, SeatruthError
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
-from seatruth.simulate.compiler.graph import BINARY, BOTH, LANE, ROW, UNARY, Graph, Node, NotTraceable
+from seatruth.models.base import Environment, Model, record
+from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Graph, Node, NotTraceable
+from seatruth.simulate.compiler.operations import BINARY, UNARY
 
 _MOST_PATHS = 1024
+"""Ways through the conditions of one function: ten conditions that are all independent. Chosen here [S]."""
 _OPERATORS = ("neg", "add", "sub", "mul", "div")
 _NUMPY_NAMES = {
     **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh"},
     **{"arctanh": "atanh", "arctan2": "atan2", "absolute": "abs", "fabs": "abs", "power": "pow"},
 }
-_STANDARD = sysconfig.get_paths()["stdlib"]
-_SAME = ("float64", "float32", "asarray", "array", "real")
+_STDLIB = sysconfig.get_paths()["stdlib"]
+_CONVERSIONS = ("float64", "float32", "asarray", "array", "real")
 
 
 @dataclass(frozen=True)
@@ -55,21 +57,19 @@ def trace(model: Model) -> Equations:
     s = record("States", model.states)(*states)
     i = record("Inputs", model.inputs)(*inputs)
     p = record("Parameters", model.parameters)(*parameters)
-    e = Surroundings(t=time)
+    e = Environment(t=time)
+    given = (s, i, p, e)
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
-        given = (s, i, p, e) if takes_surroundings(function) else (s, i, p)
-        found = _explore(graph, model, role, Shims(graph).rebuilt(function), given, size)
+        first, second = (_explore(graph, model, role, Shims(graph).rebuilt(function), given, size) for _ in range(2))
         # Equal nodes are one object, so the same equations give the same nodes.
-        if any(
-            a is not b for a, b in zip(found, _explore(graph, model, role, Shims(graph).rebuilt(function), given, size))
-        ):
+        if any(a is not b for a, b in zip(first, second)):
             raise PluginError(
                 f"{role} gives other equations each time it runs: random numbers, or something that it changes itself",
                 where=f"model {model.name!r}",
                 do="Let it depend on states, inputs and parameters alone.",
             )
-        return found
+        return first
 
     rates = run("rhs", model.rhs, len(states))
     if model.output is None:
@@ -81,30 +81,30 @@ def trace(model: Model) -> Equations:
 
 
 def _explore(
-    graph: Graph, model: Model, role: str, function: Callable[..., Any], given: tuple[Any, ...], size: int
+    graph: Graph, model: Model, role: str, function: Callable[..., Any], arguments: tuple[Any, ...], size: int
 ) -> tuple[Node, ...]:
-    """Runs the function along every way through its conditions and merges what it gives."""
+    """Runs the function along every way through its conditions and merges the results."""
     runs = 0
 
-    def follow(decided: tuple[bool, ...]) -> tuple[Node, ...]:
+    def follow(planned: tuple[bool, ...]) -> tuple[Node, ...]:
         nonlocal runs
         runs += 1
         if runs > _MOST_PATHS:
             raise NotTraceable(f"there are more than {_MOST_PATHS} ways through its conditions")
-        graph.path, graph.given, graph.asked = [], decided, 0
-        returned = function(*given)
+        graph.path, graph.planned, graph.asked = [], planned, 0
+        returned = function(*arguments)
         if returned is None or isinstance(returned, (Node, int, float)):
             what = "nothing" if returned is None else "one bare value"
             raise NotTraceable(f"it returns {what}, not a tuple of {size}")
         values = tuple(returned)
         if len(values) != size:
             raise NotTraceable(f"it returns {len(values)} values, {size} are declared")
-        result = tuple(graph.node(value) for value in values)
+        result = tuple(graph.number(value) for value in values)
         path = list(graph.path)
-        # The last open decision is turned first, so that the innermost conditions merge first.
-        for depth in range(len(path) - 1, len(decided) - 1, -1):
-            turned = follow((*(way for _, way in path[:depth]), False))
-            result = tuple(graph.select(path[depth][0], a, b) for a, b in zip(result, turned))
+        # The last open decision is reversed first, so that the innermost conditions merge first.
+        for depth in range(len(path) - 1, len(planned) - 1, -1):
+            other = follow((*(way for _, way in path[:depth]), False))
+            result = tuple(graph.select(path[depth][0], a, b) for a, b in zip(result, other))
         return result
 
     try:
@@ -131,14 +131,14 @@ def _place(model: Model, problem: Exception) -> str:
     """The line of the model's own code that failed: the last one outside the engine and the libraries."""
     place = f"model {model.name!r}"
     step = problem.__traceback__
-    found = ""
+    line = ""
     while step is not None:
         file = Path(step.tb_frame.f_code.co_filename)
         own = file.parent != Path(__file__).parent and "site-packages" not in file.parts
-        if own and not file.is_relative_to(_STANDARD):
-            found = f"{file.name}, line {step.tb_lineno}"
+        if own and not file.is_relative_to(_STDLIB):
+            line = f"{file.name}, line {step.tb_lineno}"
         step = step.tb_next
-    return f"{place}, {found}" if found else place
+    return f"{place}, {line}" if line else place
 
 
 class Shims:
@@ -170,8 +170,8 @@ class Shims:
                     self._objects[id(getattr(module, name))] = function
         for name in ("abs", "min", "max", "pow"):
             self._objects[id(getattr(builtins, name))] = self.functions[name]
-        for plain in (float, *(getattr(np, name) for name in _SAME)):
-            self._objects.setdefault(id(plain), _same(plain))
+        for plain in (float, *(getattr(np, name) for name in _CONVERSIONS)):
+            self._objects.setdefault(id(plain), _conversion(plain))
 
     def rebuilt(self, function: Any) -> Any:
         """A copy of a Python function whose names lead to functions of nodes."""
@@ -238,8 +238,8 @@ class Shims:
         return apply
 
     def _log(self, a: Any, base: Any = None) -> Any:
-        found = self.graph.make("log", self.graph.node(a))
-        return found if base is None else found / self.graph.make("log", self.graph.node(base))
+        result = self.graph.make("log", self.graph.node(a))
+        return result if base is None else result / self.graph.make("log", self.graph.node(base))
 
     def _sign(self, a: Any) -> Node:
         node = self.graph.node(a)
@@ -267,7 +267,7 @@ class _Module:
         return self._shims._value(getattr(self._module, name))
 
 
-def _same(plain: Callable[..., Any]) -> Callable[..., Any]:
+def _conversion(plain: Callable[..., Any]) -> Callable[..., Any]:
     """A conversion that leaves a node as it is."""
 
     def convert(value: Any = 0.0, *rest: Any, **options: Any) -> Any:
@@ -288,8 +288,8 @@ def _holds_node(value: Any) -> bool:
 
 def _names(code: types.CodeType) -> set[str]:
     """Every global name that a function or a function inside it uses."""
-    found = set(code.co_names)
+    names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            found |= _names(constant)
-    return found
+            names |= _names(constant)
+    return names

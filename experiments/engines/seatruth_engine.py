@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from engines.python_peers import SCALAR
 from engines.workloads import Workload, workload
 from seatruth.errors import SeatruthError
-from seatruth.models.base import Model, Surroundings, record, takes_surroundings
+from seatruth.models.base import Environment, Model, record
 from seatruth.trials.trial import Trial
 
 Array = NDArray[np.float64]
@@ -42,7 +41,7 @@ def trial_of(job: Workload, model: Model, name: str) -> Trial:
 
 
 class Seatruth:
-    """`Simulator.sums` over one or several trials of a workload."""
+    """`Simulator.squared_errors` over one or several trials of a workload."""
 
     def __init__(self, job: Workload, threads: int, seed: int, trials: int = 1) -> None:
         from seatruth.simulate import simulator
@@ -64,13 +63,13 @@ class Seatruth:
 
     def costs(self, theta: Array) -> Array:
         """Squared-error cost of each candidate; shape (P,)."""
-        return np.asarray(self.simulator.sums(theta, self.x0, self.weights).squares.sum(axis=(1, 2)))
+        return np.asarray(self.simulator.squared_errors(theta, self.x0, self.weights).sums.sum(axis=(1, 2)))
 
     def costs_from(self, theta: Array, x0: Array) -> Array:
         """The same with the candidates' own initial states, x0 (P, T, S)."""
-        return np.asarray(self.simulator.sums(theta, x0, self.weights).squares.sum(axis=(1, 2)))
+        return np.asarray(self.simulator.squared_errors(theta, x0, self.weights).sums.sum(axis=(1, 2)))
 
-    def first_states(self, size: int, seed: int) -> Array:
+    def initial_states(self, size: int, seed: int) -> Array:
         """Initial states spread about the record's, one a candidate and trial; shape (P, T, S)."""
         spread = np.random.default_rng(seed).normal(size=(size, *self.x0.shape))
         return np.asarray(self.x0 + 0.01 * spread)
@@ -101,9 +100,8 @@ def difference_of_equations(job: Workload, seed: int) -> float:
         s = tuple((job.x0 + rng.normal(size=len(job.x0)) * 0.1).tolist())
         i = tuple((job.inputs[rng.integers(len(job.inputs))]).tolist())
         theirs = dict(zip(job.states, job.rhs(SCALAR, s, i, k)))
-        given: list[Any] = [state(**dict(zip(job.states, s))), inputs(**dict(zip(job.input_names, i))), p]
-        rest = [Surroundings()] if takes_surroundings(model.rhs) else []
-        ours = dict(zip((c.name for c in model.states), model.rhs(*given, *rest)))
+        arguments = [state(**dict(zip(job.states, s))), inputs(**dict(zip(job.input_names, i))), p, Environment()]
+        ours = dict(zip((c.name for c in model.states), model.rhs(*arguments)))
         scale = max(abs(v) for v in ours.values())
         worst = max(worst, *(abs(ours[n] - theirs[n]) / max(abs(ours[n]), 1e-3 * scale) for n in job.states))
     return worst

@@ -1,4 +1,4 @@
-"""Threads: how many, from many callers at once, and in a forked child."""
+"""The pool of threads: many callers at once, and a forked child."""
 
 from __future__ import annotations
 
@@ -9,21 +9,7 @@ import numpy as np
 import pytest
 from known_models import Lag, record_of
 
-from seatruth.errors import BadInput
 from seatruth.simulate import simulator
-from seatruth.simulate.threads import THREADS, thread_count
-
-
-def test_how_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(THREADS, raising=False)
-    assert 1 <= thread_count(None) <= 64
-    assert thread_count(3) == 3
-    assert thread_count(1000) == 64
-    monkeypatch.setenv(THREADS, "2")
-    assert thread_count(None) == 2
-    monkeypatch.setenv(THREADS, "two")
-    with pytest.raises(BadInput, match="'two'"):
-        thread_count(None)
 
 
 def test_many_callers_at_once() -> None:
@@ -33,7 +19,7 @@ def test_many_callers_at_once() -> None:
     def costs(seed: int) -> bytes:
         sim = simulator(Lag(), [trial], free=("k", "T"), threads=4)
         theta = np.random.default_rng(seed).uniform(1.0, 2.0, (100, 2))
-        return sim.sums(theta, sim.first_states, np.ones((200, 2))).squares.tobytes()
+        return sim.squared_errors(theta, sim.initial_states, np.ones((200, 2))).sums.tobytes()
 
     expected = [costs(seed) for seed in range(8)]
     with ThreadPoolExecutor(8) as pool:
@@ -46,9 +32,9 @@ def test_in_a_forked_child() -> None:
     trial = record_of(np.arange(200) * 0.05, np.ones_like, x=np.zeros(200))
     sim = simulator(Lag(), [trial], free=("k",), threads=4)
     theta = np.linspace(1.0, 2.0, 100)[:, None]
-    before = sim.sums(theta, sim.first_states, np.ones((200, 2))).squares
+    before = sim.squared_errors(theta, sim.initial_states, np.ones((200, 2))).sums
     child = os.fork()
     if child == 0:
-        again = sim.sums(theta, sim.first_states, np.ones((200, 2))).squares
+        again = sim.squared_errors(theta, sim.initial_states, np.ones((200, 2))).sums
         os._exit(0 if np.array_equal(before, again) else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

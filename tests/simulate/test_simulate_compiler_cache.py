@@ -8,15 +8,14 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from known_models import Lag, plain_model, record_of
+from known_models import Lag, record_of
 
-import seatruth.simulate.compiler.compiled as compiled
-from seatruth.simulate import fingerprint, simulator
-from seatruth.simulate.compiler.kernels import marching
+from seatruth.simulate import simulator
+from seatruth.simulate.compiler import cache, machine_code
+from seatruth.simulate.compiler.kernels import simulation_kernel
 from seatruth.simulate.compiler.trace import trace
 
 SCRIPT = """
@@ -24,13 +23,13 @@ import sys, numpy as np
 sys.path.insert(0, {folder!r})
 from mine import Mine
 from seatruth.simulate import simulator
-from seatruth.simulate.compiler import compiled
+from seatruth.simulate.compiler import machine_code
 from seatruth.trials.trial import Trial
 compiles = []
-plain = compiled._compile
-compiled._compile = lambda text: compiles.append(text) or plain(text)
+plain = machine_code._compile
+machine_code._compile = lambda text: compiles.append(text) or plain(text)
 trial = Trial("run", np.arange(11) * 0.1, {{}}, {{}}, synthetic=True)
-print(repr(float(simulator(Mine(), [trial]).outputs(np.zeros((1, 0)), np.ones((1, 1))).end[0, 0, 0])), len(compiles))
+print(repr(float(simulator(Mine(), [trial]).outputs(np.zeros((1, 0)), np.ones((1, 1))).x_end[0, 0, 0])), len(compiles))
 """
 MODEL = """
 from seatruth.models.base import Model
@@ -50,7 +49,7 @@ class Mine(Model):
 
 def run(folder: Path, **environment: str) -> tuple[float, int]:
     script = textwrap.dedent(SCRIPT.format(folder=str(folder)))
-    surroundings = {**os.environ, compiled.CACHE: str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1", **environment}
+    surroundings = {**os.environ, cache.CACHE: str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1", **environment}
     done = subprocess.run([sys.executable, "-c", script], env=surroundings, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     value, compiles = done.stdout.split()
@@ -72,30 +71,30 @@ def test_kernels_survive_processes_and_are_never_stale(tmp_path: Path) -> None:
 
 def lag_kernel() -> str:
     e = trace(Lag())
-    return marching(8, "sums", e.states, e.rates, e.outputs, e.parameters)
+    return simulation_kernel(8, "squared errors", e.states, e.rates, e.outputs, e.parameters)
 
 
 def test_torn_and_foreign_files_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(compiled.CACHE, str(tmp_path))
+    monkeypatch.setenv(cache.CACHE, str(tmp_path))
     text = lag_kernel()
-    key = compiled._key(text)
-    code = compiled._object(key, text)
+    key = machine_code._key(text)
+    code = machine_code._object_code(key, text)
     (kernel,) = tmp_path.glob("*.kernel")
     whole = kernel.read_bytes()
     for damaged in (whole[:-7], whole[:200] + b"\0" + whole[201:], b"", b"text"):
         kernel.write_bytes(damaged)
-        assert compiled._object(key, text) == code
+        assert machine_code._object_code(key, text) == code
         assert kernel.read_bytes() == whole
 
 
 def test_without_a_place_to_keep_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = lag_kernel()
-    key = compiled._key(text)
+    key = machine_code._key(text)
     (tmp_path / "file").write_text("")
-    monkeypatch.setenv(compiled.CACHE, str(tmp_path / "file" / "below"))
-    code = compiled._object(key, text)
-    monkeypatch.setenv(compiled.CACHE, "off")
-    assert compiled._object(key, text) == code
+    monkeypatch.setenv(cache.CACHE, str(tmp_path / "file" / "below"))
+    code = machine_code._object_code(key, text)
+    monkeypatch.setenv(cache.CACHE, "off")
+    assert machine_code._object_code(key, text) == code
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
@@ -112,9 +111,9 @@ def test_other_processors(tmp_path: Path) -> None:
 
 
 def test_old_kernels_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "_KEPT", 3)
+    monkeypatch.setattr(cache, "_MOST_FILES", 3)
     for number in range(6):
-        compiled._write(tmp_path / f"{number}.kernel", b"code")
+        cache.write(tmp_path / f"{number}.kernel", b"code")
         os.utime(tmp_path / f"{number}.kernel", (number, number))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["3.kernel", "4.kernel", "5.kernel"]
 
@@ -127,24 +126,7 @@ def test_one_model_is_one_text() -> None:
 def test_models_share_a_kernel_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     trial = record_of(np.arange(5.0), np.ones_like)
     before = simulator(Lag(), [trial]).outputs(np.zeros((1, 0)), np.zeros((1, 2)))
-    monkeypatch.setattr(compiled, "_compile", lambda text: pytest.fail("compiled again"))
-    monkeypatch.setenv(compiled.CACHE, "off")
+    monkeypatch.setattr(machine_code, "_compile", lambda text: pytest.fail("compiled again"))
+    monkeypatch.setenv(cache.CACHE, "off")
     again = simulator(Lag(), [trial]).outputs(np.zeros((1, 0)), np.zeros((1, 2)))
     assert np.array_equal(before.y, again.y)
-
-
-def test_a_fingerprint_is_of_the_equations_not_of_their_text() -> None:
-    """A study's identity: helper functions and constants count, names of local variables do not."""
-
-    def with_gain(gain: float) -> Any:
-        def helper(x: Any) -> Any:
-            return gain * x
-
-        return plain_model(lambda s, i, p: (-helper(s.x),), ("x",))
-
-    def rates(s: Any, i: Any, p: Any) -> Any:
-        strange = 2.0
-        return (-(strange * s.x),)
-
-    assert fingerprint(with_gain(1.0)) != fingerprint(with_gain(2.0))
-    assert fingerprint(with_gain(2.0)) == fingerprint(plain_model(rates, ("x",)))

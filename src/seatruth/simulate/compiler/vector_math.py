@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable
 from functools import cache
 
-from seatruth.simulate.compiler.assembly import Writer, function
+from seatruth.simulate.compiler.llvm_ir import IRBuilder, function
 
 _SIN = [
     *(-1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04),
@@ -38,18 +38,18 @@ _LOG = [
 _EXP = [1.0 / math.factorial(n) for n in range(2, 14)]
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 _LN2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10)
-_ROUND = 1.5 * 2.0**52
+_TO_INTEGER = 1.5 * 2.0**52
 """Added to a number below 2^51 it leaves the nearest integer in the lowest bits."""
-_ANGLE_REACH = 2.0**40
+_LARGEST_ANGLE = 2.0**40
 _HALF_PI_LOW = 6.123233995736766e-17
-_RARE = "!prof !0"
+_UNLIKELY = "!prof !0"
 
 LIBRARY = (
     *("sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "asinh", "acosh", "atanh", "log1p", "log10", "log2", "cbrt"),
     *("pow", "fmod", "hypot"),
 )
 """Functions taken from the C library."""
-_TWO = ("pow", "fmod", "hypot")
+_BINARY = ("pow", "fmod", "hypot")
 DIRECT = {"sqrt": "sqrt", "abs": "fabs", "floor": "floor", "ceil": "ceil", "trunc": "trunc", "copysign": "copysign"}
 """Functions that processors have."""
 
@@ -60,7 +60,7 @@ def declarations(width: int) -> str:
     lines = [f"declare {v} @llvm.{name}.v{width}f64({v})" for name in ("sqrt", "fabs", "floor", "ceil", "trunc")]
     lines += [f"declare {v} @llvm.copysign.v{width}f64({v}, {v})", f"declare {v} @llvm.fma.v{width}f64({v}, {v}, {v})"]
     for name in LIBRARY:
-        head = "double, double" if name in _TWO else "double"
+        head = "double, double" if name in _BINARY else "double"
         lines.append(f"declare double @{name}({head}) nounwind willreturn memory(none)")
     return "\n".join(lines) + '\n!0 = !{!"branch_weights", i32 1, i32 1000000}\n'
 
@@ -69,63 +69,63 @@ def declarations(width: int) -> str:
 def definitions(width: int) -> str:
     """All functions for vectors of one width, as assembly; unused ones are dropped by the compiler."""
     made = [_lane_by_lane(name, width) for name in LIBRARY]
-    made += [_sine_and_cosine(width), _with_rescue("hypot", width, _extreme, _hypot)]
+    made += [_sine_and_cosine(width), _with_fallback("hypot", width, _squares_out_of_range, _hypot)]
     for name, arity, body in _DEFINED:
         made.append(function(f"v.{name}", width, arity, body))
     return "\n".join(made)
 
 
-def call(w: Writer, op: str, args: list[str]) -> str:
+def call(w: IRBuilder, op: str, args: list[str]) -> str:
     """The call of a function in a body: by the processor, by the functions here, or by the C library."""
     if op in ("sin", "cos"):
         return sine_and_cosine(w, args[0])[op == "cos"]
     if op in DIRECT:
         return w.intrinsic(DIRECT[op], *args)
-    name = f"v.{op}" if op in _OWN else f"lanes.{op}"
-    given = ", ".join(f"{w.vector} {a}" for a in args)
-    return w.put(f"call {w.vector} @{name}({given})")
+    name = f"v.{op}" if op in _VECTORISED else f"lanes.{op}"
+    parameters = ", ".join(f"{w.vector} {a}" for a in args)
+    return w.put(f"call {w.vector} @{name}({parameters})")
 
 
 def _lane_by_lane(name: str, width: int) -> str:
-    def body(w: Writer, args: list[str]) -> str:
+    def body(w: IRBuilder, args: list[str]) -> str:
         result = "poison"
         for lane in range(width):
-            given = [w.put(f"extractelement {w.vector} {a}, i32 {lane}") for a in args]
-            one = w.put(f"call double @{name}({', '.join(f'double {x}' for x in given)})")
+            parameters = [w.put(f"extractelement {w.vector} {a}, i32 {lane}") for a in args]
+            one = w.put(f"call double @{name}({', '.join(f'double {x}' for x in parameters)})")
             result = w.put(f"insertelement {w.vector} {result}, double {one}, i32 {lane}")
         return result
 
     attributes = "noinline cold nounwind willreturn memory(none)"
-    return function(f"lanes.{name}", width, 2 if name in _TWO else 1, body, attributes=attributes)
+    return function(f"lanes.{name}", width, 2 if name in _BINARY else 1, body, attributes=attributes)
 
 
-def _with_rescue(name: str, width: int, beyond: Callable[..., str], fast: Callable[..., str]) -> str:
-    """The fast function; a vector with an argument beyond its reach goes lane by lane."""
-    w = Writer(width)
-    args = ["%a0", "%a1"][: 2 if name in _TWO else 1]
-    given = ", ".join(f"{w.vector} {a}" for a in args)
-    w.do(f"br i1 {w.any(beyond(w, *args))}, label %rescue, label %fast, {_RARE}")
-    w.label("rescue")
-    rescued = w.put(f"call {w.vector} @lanes.{name}({given})")
+def _with_fallback(name: str, width: int, beyond: Callable[..., str], fast: Callable[..., str]) -> str:
+    """The fast function; a vector in which `beyond` holds for an argument goes lane by lane through the C library."""
+    w = IRBuilder(width)
+    args = ["%a0", "%a1"][: 2 if name in _BINARY else 1]
+    parameters = ", ".join(f"{w.vector} {a}" for a in args)
+    w.do(f"br i1 {w.any(beyond(w, *args))}, label %fallback, label %fast, {_UNLIKELY}")
+    w.label("fallback")
+    slow_result = w.put(f"call {w.vector} @lanes.{name}({parameters})")
     w.do("br label %end")
     w.label("fast")
     result = fast(w, *args)
     w.do("br label %end")
     w.label("end")
-    found = w.put(f"phi {w.vector} [ {rescued}, %rescue ], [ {result}, %fast ]")
+    result = w.put(f"phi {w.vector} [ {slow_result}, %fallback ], [ {result}, %fast ]")
     return (
-        f"define internal {w.vector} @v.{name}({given}) alwaysinline {{\nentry:\n{w.text()}\n"
-        f"  ret {w.vector} {found}\n}}\n"
+        f"define internal {w.vector} @v.{name}({parameters}) alwaysinline {{\nentry:\n{w.text()}\n"
+        f"  ret {w.vector} {result}\n}}\n"
     )
 
 
-def _far(w: Writer, x: str) -> str:
-    """An angle beyond the reduction; infinity and not-a-number are not: they give not-a-number at once."""
+def _beyond_reduction(w: IRBuilder, x: str) -> str:
+    """An angle beyond the reduction; infinity and NaN are not: they give NaN at once."""
     size = w.intrinsic("fabs", x)
-    return w.both(w.compare("ogt", size, w.constant(_ANGLE_REACH)), w.compare("olt", size, w.constant(math.inf)))
+    return w.both(w.compare("ogt", size, w.constant(_LARGEST_ANGLE)), w.compare("olt", size, w.constant(math.inf)))
 
 
-def _extreme(w: Writer, a: str, b: str) -> str:
+def _squares_out_of_range(w: IRBuilder, a: str, b: str) -> str:
     """Sides whose squares would overflow or vanish."""
     size = w.add(w.intrinsic("fabs", a), w.intrinsic("fabs", b))
     out = w.either(w.compare("ogt", size, w.constant(2.0**500)), w.compare("olt", size, w.constant(2.0**-480)))
@@ -133,23 +133,23 @@ def _extreme(w: Writer, a: str, b: str) -> str:
     return w.both(out, real)
 
 
-def _hypot(w: Writer, a: str, b: str) -> str:
+def _hypot(w: IRBuilder, a: str, b: str) -> str:
     return w.intrinsic("sqrt", w.fma(a, a, w.mul(b, b)))
 
 
 def _sine_and_cosine(width: int) -> str:
     """v.sincos: both at once, since the two share the reduction and models need them in pairs."""
-    w = Writer(width)
-    given = f"{w.vector} %a0"
+    w = IRBuilder(width)
+    parameters = f"{w.vector} %a0"
     pair = f"{{{w.vector}, {w.vector}}}"
-    w.do(f"br i1 {w.any(_far(w, '%a0'))}, label %rescue, label %fast, {_RARE}")
-    w.label("rescue")
-    slow = [w.put(f"call {w.vector} @lanes.{name}({given})") for name in ("sin", "cos")]
+    w.do(f"br i1 {w.any(_beyond_reduction(w, '%a0'))}, label %fallback, label %fast, {_UNLIKELY}")
+    w.label("fallback")
+    slow = [w.put(f"call {w.vector} @lanes.{name}({parameters})") for name in ("sin", "cos")]
     w.do("br label %end")
     w.label("fast")
     # x = r + n pi/2 with |r| <= pi/4; n stands in the lowest bits of an integer. The first step is exact.
-    shifted = w.fma("%a0", w.constant(2.0 / math.pi), w.constant(_ROUND))
-    less = w.sub(w.constant(_ROUND), shifted)
+    shifted = w.fma("%a0", w.constant(2.0 / math.pi), w.constant(_TO_INTEGER))
+    less = w.sub(w.constant(_TO_INTEGER), shifted)
     r = "%a0"
     for part in _HALF_PI:
         r = w.fma(less, w.constant(part), r)
@@ -160,32 +160,34 @@ def _sine_and_cosine(width: int) -> str:
     odd = w.put(f"trunc {w.integers} {n} to {w.mask}")
     fast = []
     for swapped, kept, quarter in ((cosine, sine, 0), (sine, cosine, 1)):
-        turn = w.whole("add", n, w.integer(1)) if quarter else n
-        sign = w.whole("shl", w.whole("and", turn, w.integer(2)), w.integer(62))
-        fast.append(w.value(w.whole("xor", w.bits(w.select(odd, swapped, kept)), sign)))
+        turn = w.integer_op("add", n, w.integer(1)) if quarter else n
+        sign = w.integer_op("shl", w.integer_op("and", turn, w.integer(2)), w.integer(62))
+        fast.append(w.value(w.integer_op("xor", w.bits(w.select(odd, swapped, kept)), sign)))
     w.do("br label %end")
     w.label("end")
-    found = [w.put(f"phi {w.vector} [ {a}, %rescue ], [ {b}, %fast ]") for a, b in zip(slow, fast)]
-    first = w.put(f"insertvalue {pair} poison, {w.vector} {found[0]}, 0")
-    both = w.put(f"insertvalue {pair} {first}, {w.vector} {found[1]}, 1")
-    return f"define internal {pair} @v.sincos({given}) alwaysinline {{\nentry:\n{w.text()}\n  ret {pair} {both}\n}}\n"
+    result = [w.put(f"phi {w.vector} [ {a}, %fallback ], [ {b}, %fast ]") for a, b in zip(slow, fast)]
+    first = w.put(f"insertvalue {pair} poison, {w.vector} {result[0]}, 0")
+    both = w.put(f"insertvalue {pair} {first}, {w.vector} {result[1]}, 1")
+    return (
+        f"define internal {pair} @v.sincos({parameters}) alwaysinline {{\nentry:\n{w.text()}\n  ret {pair} {both}\n}}\n"
+    )
 
 
-def sine_and_cosine(w: Writer, x: str) -> tuple[str, str]:
+def sine_and_cosine(w: IRBuilder, x: str) -> tuple[str, str]:
     """Both functions of one angle."""
     pair = f"{{{w.vector}, {w.vector}}}"
-    found = w.put(f"call {pair} @v.sincos({w.vector} {x})")
-    return w.put(f"extractvalue {pair} {found}, 0"), w.put(f"extractvalue {pair} {found}, 1")
+    result = w.put(f"call {pair} @v.sincos({w.vector} {x})")
+    return w.put(f"extractvalue {pair} {result}, 0"), w.put(f"extractvalue {pair} {result}, 1")
 
 
-def _tan(w: Writer, args: list[str]) -> str:
+def _tan(w: IRBuilder, args: list[str]) -> str:
     return w.div(*sine_and_cosine(w, args[0]))
 
 
-def _exponential(w: Writer, x: str) -> tuple[str, str]:
+def _exponential(w: IRBuilder, x: str) -> tuple[str, str]:
     """e^r - 1 and the integer k (in the lowest bits) of x = k ln 2 + r, |r| <= ln 2 / 2."""
-    shifted = w.fma(x, w.constant(1.0 / math.log(2.0)), w.constant(_ROUND))
-    k = w.neg(w.sub(shifted, w.constant(_ROUND)))
+    shifted = w.fma(x, w.constant(1.0 / math.log(2.0)), w.constant(_TO_INTEGER))
+    k = w.neg(w.sub(shifted, w.constant(_TO_INTEGER)))
     high = w.fma(k, w.constant(_LN2[0]), x)
     r = w.fma(k, w.constant(_LN2[1]), high)
     rest = w.fma(k, w.constant(_LN2[1]), w.sub(high, r))
@@ -193,12 +195,12 @@ def _exponential(w: Writer, x: str) -> tuple[str, str]:
     return w.add(r, w.fma(z, w.polynomial(r, _EXP), rest)), w.bits(shifted)
 
 
-def _scale(w: Writer, k: str) -> str:
+def _scale(w: IRBuilder, k: str) -> str:
     """2^k for integers k in the lowest bits, -1022 < k < 1024."""
-    return w.value(w.whole("shl", w.whole("add", k, w.integer(1023)), w.integer(52)))
+    return w.value(w.integer_op("shl", w.integer_op("add", k, w.integer(1023)), w.integer(52)))
 
 
-def _exp(w: Writer, args: list[str]) -> str:
+def _exp(w: IRBuilder, args: list[str]) -> str:
     x = w.select(w.compare("ogt", args[0], w.constant(720.0)), w.constant(720.0), args[0])
     x = w.select(w.compare("olt", x, w.constant(-760.0)), w.constant(-760.0), x)
     p, k = _exponential(w, x)
@@ -207,23 +209,23 @@ def _exp(w: Writer, args: list[str]) -> str:
     back = w.select(tiny, w.constant(2.0**-128), w.select(huge, w.constant(2.0**128), w.constant(1.0)))
     move = w.put(f"select {w.mask} {huge}, {w.integers} {w.integer(-128)}, {w.integers} {w.integer(0)}")
     move = w.put(f"select {w.mask} {tiny}, {w.integers} {w.integer(128)}, {w.integers} {move}")
-    scale = _scale(w, w.whole("add", k, move))
+    scale = _scale(w, w.integer_op("add", k, move))
     return w.mul(w.fma(p, scale, scale), back)
 
 
-def _expm1(w: Writer, args: list[str]) -> str:
+def _expm1(w: IRBuilder, args: list[str]) -> str:
     x = w.select(w.compare("ogt", args[0], w.constant(720.0)), w.constant(720.0), args[0])
     x = w.select(w.compare("olt", x, w.constant(-60.0)), w.constant(-60.0), x)
     p, k = _exponential(w, x)
     huge = w.compare("ogt", x, w.constant(700.0))
     back = w.select(huge, w.constant(2.0**128), w.constant(1.0))
     move = w.put(f"select {w.mask} {huge}, {w.integers} {w.integer(-128)}, {w.integers} {w.integer(0)}")
-    scale = _scale(w, w.whole("add", k, move))
-    found = w.mul(w.fma(p, scale, w.sub(scale, w.select(huge, w.constant(0.0), w.constant(1.0)))), back)
-    return w.select(w.compare("oeq", args[0], w.constant(0.0)), args[0], found)
+    scale = _scale(w, w.integer_op("add", k, move))
+    result = w.mul(w.fma(p, scale, w.sub(scale, w.select(huge, w.constant(0.0), w.constant(1.0)))), back)
+    return w.select(w.compare("oeq", args[0], w.constant(0.0)), args[0], result)
 
 
-def _tanh(w: Writer, args: list[str]) -> str:
+def _tanh(w: IRBuilder, args: list[str]) -> str:
     size = w.intrinsic("fabs", args[0])
     size = w.select(w.compare("ogt", size, w.constant(25.0)), w.constant(25.0), size)
     twice = w.add(size, size)
@@ -231,16 +233,18 @@ def _tanh(w: Writer, args: list[str]) -> str:
     return w.intrinsic("copysign", w.div(e, w.add(e, w.constant(2.0))), args[0])
 
 
-def _log(w: Writer, args: list[str]) -> str:
+def _log(w: IRBuilder, args: list[str]) -> str:
     x = args[0]
     small = w.compare("olt", x, w.constant(2.0**-1022))
     scaled = w.select(small, w.mul(x, w.constant(2.0**54)), x)
     bits = w.bits(scaled)
     # Exponent as a double: its integer put into the low bits of 2^52.
-    top = w.whole("lshr", bits, w.integer(52))
-    e = w.sub(w.value(w.whole("or", top, w.integer(0x4330000000000000))), w.constant(2.0**52 + 1023.0))
+    top = w.integer_op("lshr", bits, w.integer(52))
+    e = w.sub(w.value(w.integer_op("or", top, w.integer(0x4330000000000000))), w.constant(2.0**52 + 1023.0))
     e = w.add(e, w.select(small, w.constant(-54.0), w.constant(0.0)))
-    m = w.value(w.whole("or", w.whole("and", bits, w.integer(0xFFFFFFFFFFFFF)), w.integer(0x3FF0000000000000)))
+    m = w.value(
+        w.integer_op("or", w.integer_op("and", bits, w.integer(0xFFFFFFFFFFFFF)), w.integer(0x3FF0000000000000))
+    )
     large = w.compare("ogt", m, w.constant(math.sqrt(2.0)))
     m = w.select(large, w.mul(m, w.constant(0.5)), m)
     e = w.add(e, w.select(large, w.constant(1.0), w.constant(0.0)))
@@ -250,14 +254,14 @@ def _log(w: Writer, args: list[str]) -> str:
     r = w.mul(z, w.polynomial(z, _LOG))
     half = w.mul(w.mul(f, f), w.constant(0.5))
     inner = w.fma(s, w.add(half, r), w.mul(e, w.constant(_LN2[1])))
-    found = w.sub(w.mul(e, w.constant(_LN2[0])), w.sub(w.sub(half, inner), f))
-    found = w.select(w.compare("oeq", x, w.constant(0.0)), w.constant(-math.inf), found)
-    found = w.select(w.compare("olt", x, w.constant(0.0)), w.constant(math.nan), found)
-    # Infinity and not-a-number stay what they are.
-    return w.select(w.compare("ult", x, w.constant(math.inf)), w.select(w.compare("uno", x, x), x, found), x)
+    result = w.sub(w.mul(e, w.constant(_LN2[0])), w.sub(w.sub(half, inner), f))
+    result = w.select(w.compare("oeq", x, w.constant(0.0)), w.constant(-math.inf), result)
+    result = w.select(w.compare("olt", x, w.constant(0.0)), w.constant(math.nan), result)
+    # Infinity and NaN stay what they are.
+    return w.select(w.compare("ult", x, w.constant(math.inf)), w.select(w.compare("uno", x, x), x, result), x)
 
 
-def _atan2(w: Writer, args: list[str]) -> str:
+def _atan2(w: IRBuilder, args: list[str]) -> str:
     y, x = args
     rise, run = w.intrinsic("fabs", y), w.intrinsic("fabs", x)
     steep = w.compare("ogt", rise, run)
@@ -289,11 +293,11 @@ def _atan2(w: Writer, args: list[str]) -> str:
     return w.select(wrong, w.constant(math.nan), w.intrinsic("copysign", angle, y))
 
 
-def _atan(w: Writer, args: list[str]) -> str:
+def _atan(w: IRBuilder, args: list[str]) -> str:
     return w.put(f"call {w.vector} @v.atan2({w.vector} {args[0]}, {w.vector} {w.constant(1.0)})")
 
 
-_DEFINED: tuple[tuple[str, int, Callable[[Writer, list[str]], str]], ...] = (
+_DEFINED: tuple[tuple[str, int, Callable[[IRBuilder, list[str]], str]], ...] = (
     ("tan", 1, _tan),
     ("exp", 1, _exp),
     ("expm1", 1, _expm1),
@@ -302,4 +306,4 @@ _DEFINED: tuple[tuple[str, int, Callable[[Writer, list[str]], str]], ...] = (
     ("atan2", 2, _atan2),
     ("atan", 1, _atan),
 )
-_OWN = frozenset(("hypot", *(name for name, _, _ in _DEFINED)))
+_VECTORISED = frozenset(("hypot", *(name for name, _, _ in _DEFINED)))

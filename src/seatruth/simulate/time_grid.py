@@ -18,18 +18,25 @@ from seatruth.trials.trial import Trial
 
 Integers = NDArray[np.int64]
 Hold = Literal["foh", "zoh"]
-_LONG = 1.5
-"""A sampling interval longer than this many usual ones (a gap) is taken in several steps."""
+_GAP = 1.5
+"""An interval longer than this many median sampling intervals is a gap and takes several steps. Chosen here [S]."""
 _MOST_STEPS = 200_000_000
+"""Steps of one trial: their times and inputs take several GB beyond that. Chosen here [S]."""
+_ROUNDING = 1e-6
+"""A step may be longer than allowed by this part, so that 0.1 s sampling written in decimals does not double its
+steps for max_step = 0.1."""
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class TimeGrid:
     """Samples (N) of T trials and the Runge-Kutta steps (M) between them.
 
-    Steps begin and end at samples, where inputs change, so no step reaches over a change of input. `substeps` (N,) of
-    the interval that begins at a sample (0 at a trial's last), `length` (N,) s of each; `stage_t` (3 M,) and
-    `stage_inputs` (3 M, I) at the start, middle and end of each step; `inputs` (N, I), `t` (N,) at the samples.
+    Steps begin and end at samples, where inputs change, so no step reaches over a change of input.
+
+    `rows`: samples of each trial; `start` (T + 1,): the first of them, and N. `t` (N,) s and `inputs` (N, I) at the
+    samples. `substeps` (N,): steps in the interval that begins at a sample, 0 at a trial's last; `length` (N,) s: of
+    each of those steps. `stage_t` (3 M,) s and `stage_inputs` (3 M, I): at the start, middle and end of each step;
+    `stage_start` (T,): a trial's first row in them.
     """
 
     rows: list[slice]
@@ -44,36 +51,40 @@ class Grid:
 
     @property
     def steps(self) -> int:
+        """M, of all trials together."""
         return self.stage_t.size // 3
 
 
-def grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float | None, finer: int = 1) -> Grid:
-    """The grid of some trials. `finer` divides every step, to see what the steps cost in accuracy."""
+def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float | None, finer: int = 1) -> TimeGrid:
+    """The grid of some trials (at least one, of at least one sample each, with the model's inputs).
+
+    `hold`: "foh" or "zoh" (zero-order hold). `max_step` s: the longest step, or None for one step an interval and
+    more in a gap; never longer than the model's own `longest_step`. `finer` divides every step further. Raises
+    BadInput for an input that is not finite, a time that does not increase, or too many steps.
+    """
     if hold not in ("foh", "zoh"):
         raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("foh", "zoh")))
     if max_step is not None and not (math.isfinite(max_step) and max_step > 0.0):
         raise BadInput(f"the longest step is {max_step} s", do="Give a positive number of seconds.")
-    if not trials:
-        raise BadInput("there is no trial to simulate", do="Add one.")
-    parts = [_of_trial(model, trial, hold, max_step, finer) for trial in trials]
+    grids = [_of_trial(model, trial, hold, max_step, finer) for trial in trials]
     sizes = np.array([len(trial) for trial in trials], dtype=np.int64)
     start = np.concatenate([[0], np.cumsum(sizes)])
-    stages = np.array([part.stage_t.size for part in parts], dtype=np.int64)
-    return Grid(
+    stages = np.array([grid.stage_t.size for grid in grids], dtype=np.int64)
+    return TimeGrid(
         rows=[slice(int(a), int(b)) for a, b in pairwise(start)],
         start=start,
-        t=np.concatenate([part.t for part in parts]),
-        inputs=np.concatenate([part.inputs for part in parts]),
-        substeps=np.concatenate([part.substeps for part in parts]),
-        length=np.concatenate([part.length for part in parts]),
+        t=np.concatenate([grid.t for grid in grids]),
+        inputs=np.concatenate([grid.inputs for grid in grids]),
+        substeps=np.concatenate([grid.substeps for grid in grids]),
+        length=np.concatenate([grid.length for grid in grids]),
         stage_start=np.concatenate([[0], np.cumsum(stages)[:-1]]),
-        stage_t=np.concatenate([part.stage_t for part in parts]),
-        stage_inputs=np.concatenate([part.stage_inputs for part in parts]),
+        stage_t=np.concatenate([grid.stage_t for grid in grids]),
+        stage_inputs=np.concatenate([grid.stage_inputs for grid in grids]),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class _TrialGrid:
     t: Array
     inputs: Array
     substeps: Integers
@@ -82,15 +93,10 @@ class _Part:
     stage_inputs: Array
 
 
-def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, finer: int) -> _Part:
+def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, finer: int) -> _TrialGrid:
     where = f"trial {trial.name!r}"
-    if not len(trial):
-        raise BadInput("it has no samples", where=where)
     columns = []
     for channel in model.inputs:
-        if channel.name not in trial.inputs:
-            known = [*trial.inputs, *trial.outputs]
-            raise BadInput(f"it has no input {channel.name!r}", where=where, do=nearest(channel.name, known))
         column = trial.inputs[channel.name]
         if not np.isfinite(column).all():
             bad = int(np.flatnonzero(~np.isfinite(column))[0])
@@ -99,29 +105,29 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         columns.append(column)
     inputs = np.stack(columns, axis=1) if columns else np.zeros((len(trial), 0))
     t = np.asarray(trial.t)
-    gaps = np.diff(t)
-    if gaps.size and not (np.isfinite(gaps).all() and (gaps > 0).all()):
+    intervals = np.diff(t)
+    if intervals.size and not (np.isfinite(intervals).all() and (intervals > 0).all()):
         raise BadInput("its time does not increase", where=where, do="See `seatruth check`.")
-    counts = _counts(gaps, max_step, model.longest_step) * finer
+    counts = _counts(intervals, max_step, model.longest_step) * finer
     if counts.sum() > _MOST_STEPS:
         raise BadInput(
             f"it needs {int(counts.sum())} steps of {max_step} s",
             where=where,
             do="Allow longer steps or cut the trial.",
         )
-    length = np.append(gaps / np.maximum(counts, 1), 1.0)
-    interval = np.repeat(np.arange(gaps.size), counts)
+    length = np.append(intervals / np.maximum(counts, 1), 1.0)
+    interval = np.repeat(np.arange(intervals.size), counts)
     number = np.arange(interval.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    parts = np.array([0.0, 0.5, 1.0])
-    share = (number[:, None] + parts) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
-    stage_t = t[interval][:, None] + share * gaps[interval][:, None]
+    nodes = np.array([0.0, 0.5, 1.0])
+    share = (number[:, None] + nodes) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
+    stage_t = t[interval][:, None] + share * intervals[interval][:, None]
     before, after = inputs[:-1][interval], inputs[1:][interval]
     if hold == "zoh":
         stage_inputs = np.repeat(before[:, None, :], 3, axis=1)
     else:
         stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
         stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
-    return _Part(
+    return _TrialGrid(
         t=t,
         inputs=inputs,
         substeps=np.append(counts, 0).astype(np.int64),
@@ -131,10 +137,9 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     )
 
 
-def _counts(gaps: Array, max_step: float | None, allowed: float) -> Integers:
-    """Steps in each interval: as many as the longest step asks for, or one, and more in a gap."""
-    if not gaps.size:
+def _counts(intervals: Array, max_step: float | None, allowed: float) -> Integers:
+    """Steps in each interval of lengths `intervals` (n - 1,) s; none is longer than `allowed` s."""
+    if not intervals.size:
         return np.zeros(0, dtype=np.int64)
-    longest = min(allowed, max_step if max_step is not None else _LONG * float(np.median(gaps)))
-    # A hair of tolerance: 0.1 s sampling written in decimals must not double its steps for max_step = 0.1.
-    return np.maximum(1, np.ceil(gaps / longest - 1e-6)).astype(np.int64)
+    longest = min(allowed, max_step if max_step is not None else _GAP * float(np.median(intervals)))
+    return np.maximum(1, np.ceil(intervals / longest - _ROUNDING)).astype(np.int64)

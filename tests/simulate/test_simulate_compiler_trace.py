@@ -67,6 +67,43 @@ def with_comparisons(s: Any, i: Any, p: Any) -> Any:
     return (1.0 if inside or s.y > 0.9 else 0.0), np.where(s.x <= s.y, s.x, s.y) + (s.x != s.y) * 0
 
 
+def with_signs(s: Any, i: Any, p: Any) -> Any:
+    """Comparisons as numbers: the usual way to write a sign."""
+    return (s.x > 0) - (s.x < 0), p.a * (s.y >= s.x) * s.y - True * (s.x != s.y) / 2
+
+
+def with_bare_comparisons(s: Any, i: Any, p: Any) -> Any:
+    return s.x > 0.5, not s.y <= p.a
+
+
+def with_sums_of_comparisons(s: Any, i: Any, p: Any) -> Any:
+    count = sum([s.x > 0, s.y > 0, s.x > s.y, 1.0])
+    return count**2 + abs(-(s.x > 0)), math.copysign(2.0, (s.x > 0) - 0.5) * float(s.y > 0) + max(s.x > 0, s.y)
+
+
+def with_comparisons_compared(s: Any, i: Any, p: Any) -> Any:
+    same_side = (s.x > 0) == (s.y > 0)
+    return same_side + ((s.x > 0) < (s.y > 0)), s.x if same_side else ((s.x > 0.5) if s.y > 0 else s.y)
+
+
+def with_logic(s: Any, i: Any, p: Any) -> Any:
+    inside = (s.x > -0.5) & (s.x < 0.5)
+    return np.where(inside | (s.y > 0.9), s.x, s.y) + (inside ^ (s.y > 0)), True & inside | (s.y > s.x)
+
+
+def with_choices_of_comparisons(s: Any, i: Any, p: Any) -> Any:
+    chosen = np.where(s.x > 0, s.y > 0.25, s.y < -0.25)
+    return np.where(chosen, s.x, p.a * s.y), np.where(s.x > 0, s.y > 0, 0.5) * s.y
+
+
+def with_numbers_as_conditions(s: Any, i: Any, p: Any) -> Any:
+    return np.where(s.x, 1.0, 2.0), (s.y if (s.x > 0) - (s.y > 0) else s.x)
+
+
+def with_a_table(s: Any, i: Any, p: Any) -> Any:
+    return (0.25, p.a)[s.x > 0] * s.y, [s.x, s.y][int(s.y > s.x)]
+
+
 def with_closure(factor: float) -> Callable[..., Any]:
     def scaled(a: Any) -> Any:
         return factor * math.tanh(a)
@@ -92,12 +129,25 @@ WAYS = [
 ]
 
 
+COMPARED = [
+    with_comparisons,
+    with_signs,
+    with_bare_comparisons,
+    with_sums_of_comparisons,
+    with_comparisons_compared,
+    with_logic,
+    with_choices_of_comparisons,
+    with_numbers_as_conditions,
+    with_a_table,
+]
+
+
 class Point:
     def __init__(self, **values: float) -> None:
         vars(self).update(values)
 
 
-@pytest.mark.parametrize("rates", [*WAYS, with_comparisons])
+@pytest.mark.parametrize("rates", [*WAYS, *COMPARED])
 def test_compiled_equations_are_the_plain_ones(rates: Any) -> None:
     rows = np.random.default_rng(1).uniform(-1.0, 1.0, (300, 2))
     rows[:5] = [[0.0, 0.0], [0.5, 0.25], [0.2, 0.2], [1e-300, -1.0], [-0.0, 0.9]]
@@ -107,8 +157,9 @@ def test_compiled_equations_are_the_plain_ones(rates: Any) -> None:
     assert found == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-15)
 
 
-@pytest.mark.parametrize("rates", WAYS)
+@pytest.mark.parametrize("rates", [*WAYS, *COMPARED])
 def test_derivatives_are_slopes(rates: Any) -> None:
+    """Away from the places where a comparison turns, its derivative is zero, as that of Python's True and False."""
     rows = np.random.default_rng(2).uniform(0.01, 0.19, (50, 2))
     model = plain_model(lambda s, i, p: rates(Point(x=s.x * p.a, y=s.y + p.b), i, p), ("x", "y"), ("a", "b"))
     theta, h = np.array([1.3, 0.01]), 1e-6
@@ -151,6 +202,9 @@ def test_kinks_take_the_side_of_the_value() -> None:
             st.tuples(inner, st.sampled_from(["+", "-", "*"]), inner).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
             inner.map(lambda x: f"math.sin({x})"),
             inner.map(lambda x: f"abs({x})"),
+            st.tuples(inner, st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), inner).map(
+                lambda t: f"({t[0]} {t[1]} {t[2]})"
+            ),
             st.tuples(inner, inner, inner, inner).map(lambda t: f"({t[0]} if {t[1]} > {t[2]} else {t[3]})"),
         ),
         max_leaves=12,
@@ -218,11 +272,12 @@ def test_equations_that_change_from_run_to_run_are_refused(rates: Any) -> None:
         (lambda s, i, p: (s.missing,), "missing"),
         (lambda s, i, p: ("text",), "str"),
         (lambda s, i, p: (math.gamma(s.x),), "plain float"),
+        (lambda s, i, p: ((s.x > 0) & s.x,), "only conditions"),
     ],
 )
 def test_what_cannot_be_compiled_is_said(rates: Any, words: str) -> None:
     with pytest.raises(PluginError, match=words) as caught:
         trace(plain_model(rates, ("x",)))
     assert "model 'plain'" in caught.value.where
-    assert "test_trace.py, line" in caught.value.where or "returns" in words or words == "str"
+    assert "test_simulate_compiler_trace.py, line" in caught.value.where or "returns" in words or words == "str"
     assert "BlackBox" in caught.value.do

@@ -1,4 +1,4 @@
-"""Writes LLVM's assembly for vectors of doubles: one `Writer` a function, one method an instruction."""
+"""Writes LLVM IR (LLVM's textual assembly) for vectors of doubles: an `IRBuilder` for each function."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import struct
 from collections.abc import Callable
 
 FLAGS = "nsz arcp contract"
-"""Of the physics: no signed zeros, reciprocals, fused multiply-adds. No reassociation, so that the result does not
-depend on how many lanes run together; infinities and not-a-number stay, so that divergence shows."""
+"""Fast-math flags of the model's arithmetic: zeros without sign, division by reciprocals, fused multiply-adds. No
+reassociation, so that a result does not depend on how many lanes run together; infinities and NaN stay, so that
+divergence shows."""
 
 
 def double(value: float) -> str:
-    """A constant with all its bits."""
+    """A constant in LLVM's hexadecimal form, which keeps all its bits."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
-class Writer:
+class IRBuilder:
     """The body of one function over vectors of `width` doubles."""
 
     def __init__(self, width: int, prefix: str = "v") -> None:
@@ -27,42 +28,44 @@ class Writer:
         """Lines that belong at the start of the function (constants)."""
 
     def name(self) -> str:
+        """A new name for a value."""
         self._count += 1
         return f"%{self._prefix}{self._count}"
 
     def put(self, text: str) -> str:
-        """Adds an instruction with a result and gives the result's name."""
+        """Adds an instruction with a result; returns the result's name."""
         name = self.name()
         self.lines.append(f"  {name} = {text}")
         return name
 
     def do(self, text: str) -> None:
+        """Adds an instruction without a result."""
         self.lines.append(f"  {text}")
 
     def label(self, name: str) -> None:
         self.lines.append(f"{name}:")
 
     def constant(self, value: float) -> str:
-        return self._splat_of("double", double(value), self.vector)
+        return self._splat_constant("double", double(value), self.vector)
 
     def integer(self, value: int) -> str:
-        return self._splat_of("i64", str(value), self.integers)
+        return self._splat_constant("i64", str(value), self.integers)
 
-    def _splat_of(self, kind: str, text: str, vector: str) -> str:
+    def _splat_constant(self, kind: str, text: str, vector: str) -> str:
         key = f"{kind} {text}"
         if key not in self._constants:
             one, all_ = self.name(), self.name()
             self.entry.append(f"  {one} = insertelement {vector} poison, {kind} {text}, i32 0")
-            self.entry.append(f"  {all_} = {self._spread(vector, one)}")
+            self.entry.append(f"  {all_} = {self._broadcast(vector, one)}")
             self._constants[key] = all_
         return self._constants[key]
 
     def splat(self, scalar: str) -> str:
         """A scalar double in every lane."""
         one = self.put(f"insertelement {self.vector} poison, double {scalar}, i32 0")
-        return self.put(self._spread(self.vector, one))
+        return self.put(self._broadcast(self.vector, one))
 
-    def _spread(self, vector: str, one: str) -> str:
+    def _broadcast(self, vector: str, one: str) -> str:
         return f"shufflevector {vector} {one}, {vector} poison, <{self.width} x i32> zeroinitializer"
 
     def binary(self, op: str, a: str, b: str, flags: str = "") -> str:
@@ -89,8 +92,8 @@ class Writer:
         return self.put(f"call {v} @llvm.fma.v{self.width}f64({v} {a}, {v} {b}, {v} {c})")
 
     def intrinsic(self, name: str, *args: str) -> str:
-        given = ", ".join(f"{self.vector} {a}" for a in args)
-        return self.put(f"call {self.vector} @llvm.{name}.v{self.width}f64({given})")
+        arguments = ", ".join(f"{self.vector} {a}" for a in args)
+        return self.put(f"call {self.vector} @llvm.{name}.v{self.width}f64({arguments})")
 
     def compare(self, relation: str, a: str, b: str) -> str:
         return self.put(f"fcmp {relation} {self.vector} {a}, {b}")
@@ -110,7 +113,7 @@ class Writer:
     def value(self, bits: str) -> str:
         return self.put(f"bitcast {self.integers} {bits} to {self.vector}")
 
-    def whole(self, op: str, a: str, b: str) -> str:
+    def integer_op(self, op: str, a: str, b: str) -> str:
         return self.put(f"{op} {self.integers} {a}, {b}")
 
     def any(self, mask: str) -> str:
@@ -136,10 +139,10 @@ class Writer:
 
 
 def function(
-    name: str, width: int, arity: int, body: Callable[[Writer, list[str]], str], *, attributes: str = "alwaysinline"
+    name: str, width: int, arity: int, body: Callable[[IRBuilder, list[str]], str], *, attributes: str = "alwaysinline"
 ) -> str:
-    """A function of vectors that gives one vector."""
-    w = Writer(width)
+    """The definition of a function of `arity` vectors that returns one vector; `body` writes it."""
+    w = IRBuilder(width)
     args = [f"%a{k}" for k in range(arity)]
     result = body(w, args)
     head = ", ".join(f"{w.vector} {a}" for a in args)

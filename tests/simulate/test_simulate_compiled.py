@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from known_models import Blowing, Lag, exact_lag, record_of
+from known_models import Blowing, Lag, exact_lag, record_of, step_record
 
 import seatruth.simulate.compiler.program
 from seatruth.errors import BadInput
@@ -21,17 +21,13 @@ from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 
-def step_record(n: int = 51, dt: float = 0.1, **outputs: Any) -> Trial:
-    return record_of(np.arange(n) * dt, np.ones_like, **outputs)
-
-
 def test_known_trajectory() -> None:
     trial = step_record(x=np.zeros(51))
     sim = simulator(Lag(), [trial])
-    found = sim.outputs(np.zeros((1, 0)), sim.first_states)
+    found = sim.outputs(np.zeros((1, 0)), sim.initial_states)
     assert found.y[0, :, 0] == pytest.approx(exact_lag(trial.t, 1.5, 2.0, 0.0), abs=1e-7)
     assert not found.diverged.any()
-    assert found.end[0, 0] == pytest.approx(found.y[0, -1])
+    assert found.x_end[0, 0] == pytest.approx(found.y[0, -1])
     assert sim.steps == 50
 
 
@@ -39,50 +35,10 @@ def test_fourth_order() -> None:
     errors = []
     for steps in (10, 20, 40):
         sim = simulator(Lag(), [record_of(np.linspace(0.0, 4.0, steps + 1), np.ones_like)])
-        end = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).end[0, 0, 0]
+        end = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).x_end[0, 0, 0]
         errors.append(abs(end - exact_lag(4.0, 1.5, 2.0, 0.0)))
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.2)
     assert errors[1] / errors[2] == pytest.approx(16.0, rel=0.2)
-
-
-def test_hold_of_inputs() -> None:
-    """Under a ramp sampled once a second, the held input lags by half a second and the linear one does not."""
-    t = np.arange(0.0, 21.0)
-    trial = record_of(t, lambda x: x)
-    ends = {}
-    for hold in ("foh", "zoh"):
-        sim = simulator(Lag(), [trial], hold=hold, max_step=0.02)  # type: ignore[arg-type]
-        ends[hold] = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).end[0, 0, 0]
-    assert ends["foh"] == pytest.approx(1.5 * (20.0 - 2.0 + 2.0 * math.exp(-10.0)), rel=1e-9)
-    held = 0.0
-    for k in range(20):
-        held = float(exact_lag(1.0, 1.5, 2.0, held, push=float(k)))
-    assert ends["zoh"] == pytest.approx(held, rel=1e-9)
-
-
-def test_steps_end_where_inputs_change() -> None:
-    """A step in the input at an odd sample costs no accuracy: the exact answer comes out at fourth order."""
-    t = np.array([0.0, 0.3, 0.37, 1.0, 1.9, 2.0])
-    trial = record_of(t, lambda x: (x >= 0.37).astype(float))
-    sim = simulator(Lag(), [trial], hold="zoh", max_step=0.01)
-    expected = exact_lag(2.0 - 0.37, 1.5, 2.0, 0.0)
-    assert sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).end[0, 0, 0] == pytest.approx(expected, rel=1e-10)
-
-
-def test_a_gap_is_taken_in_several_steps() -> None:
-    t = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(6.0, 8.0, 0.1)])
-    sim = simulator(Lag(), [record_of(t, np.ones_like)])
-    assert sim.steps > len(t) + 20
-    assert sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).y[0, :, 0] == pytest.approx(
-        exact_lag(t, 1.5, 2.0, 0.0), abs=1e-6
-    )
-
-
-def test_longest_step() -> None:
-    trial = step_record()
-    assert simulator(Lag(), [trial], max_step=0.1).steps == 50
-    assert simulator(Lag(), [trial], max_step=0.05).steps == 100
-    assert simulator(Lag(), [trial], max_step=0.04).steps == 150
 
 
 def test_sums_are_those_of_the_outputs() -> None:
@@ -93,12 +49,12 @@ def test_sums_are_those_of_the_outputs() -> None:
     theta = np.column_stack([rng.uniform(1.0, 2.0, 37), rng.uniform(1.0, 3.0, 37)])
     x0 = rng.normal(size=(37, 2, 2))
     weights = rng.uniform(0.5, 2.0, sim.measured.shape)
-    sums, outputs = sim.sums(theta, x0, weights), sim.outputs(theta, x0)
+    sums, outputs = sim.squared_errors(theta, x0, weights), sim.outputs(theta, x0)
     error = np.nan_to_num((sim.measured - outputs.y) * weights)
     for k, rows in enumerate(sim.rows):
-        assert sums.squares[:, k] == pytest.approx((error[:, rows] ** 2).sum(axis=1), rel=1e-11)
-    assert sums.end == pytest.approx(outputs.end, rel=1e-12)
-    assert (sums.squares[:, 1, 1] == 0.0).all()  # the second trial has no angle
+        assert sums.sums[:, k] == pytest.approx((error[:, rows] ** 2).sum(axis=1), rel=1e-11)
+    assert sums.x_end == pytest.approx(outputs.x_end, rel=1e-12)
+    assert (sums.sums[:, 1, 1] == 0.0).all()  # the second trial has no angle
 
 
 def test_samples_that_are_not_valid_do_not_count() -> None:
@@ -110,7 +66,10 @@ def test_samples_that_are_not_valid_do_not_count() -> None:
     one = np.zeros((1, 0))
     weights = np.ones((51, 2))
     lost = whole.outputs(one, np.zeros((1, 2))).y[0, 10:20, 0]
-    difference = whole.sums(one, np.zeros((1, 2)), weights).squares - holed.sums(one, np.zeros((1, 2)), weights).squares
+    difference = (
+        whole.squared_errors(one, np.zeros((1, 2)), weights).sums
+        - holed.squared_errors(one, np.zeros((1, 2)), weights).sums
+    )
     assert difference[0, 0, 0] == pytest.approx((lost**2).sum(), rel=1e-12)
 
 
@@ -118,7 +77,7 @@ def test_diverged_candidates_are_infinite_and_counted() -> None:
     trial = record_of(np.linspace(0.0, 2.0, 201), x=np.ones(201))
     sim = simulator(Blowing(), [trial, record_of(np.linspace(0.0, 0.5, 51), name="short")], free=("a",))
     theta = np.array([[0.1], [1.0], [-1.0], [50.0], [math.inf], [math.nan]])
-    found = sim.sums(theta, np.ones((2, 1)), np.ones((252, 1)))
+    found = sim.squared_errors(theta, np.ones((2, 1)), np.ones((252, 1)))
     assert found.diverged.tolist() == [
         [False, False],
         [True, False],
@@ -127,12 +86,12 @@ def test_diverged_candidates_are_infinite_and_counted() -> None:
         [True, True],
         [True, True],
     ]
-    assert np.isinf(found.squares[found.diverged]).all()
-    assert np.isfinite(found.squares[~found.diverged]).all()
+    assert np.isinf(found.sums[found.diverged]).all()
+    assert np.isfinite(found.sums[~found.diverged]).all()
     outputs = sim.outputs(theta, np.ones((2, 1)))
     assert (outputs.diverged == found.diverged).all()
-    alone = sim.sums(theta[:1], np.ones((2, 1)), np.ones((252, 1)))
-    assert alone.squares[0] == pytest.approx(found.squares[0], rel=0)
+    alone = sim.squared_errors(theta[:1], np.ones((2, 1)), np.ones((252, 1)))
+    assert alone.sums[0] == pytest.approx(found.sums[0], rel=0)
     assert sim.jacobian(np.array([50.0]), np.ones((2, 1))).diverged.tolist() == [True, True]
 
 
@@ -151,20 +110,20 @@ def test_threads_and_lanes_do_not_change_a_bit(name: str, monkeypatch: pytest.Mo
     for threads in (1, 2, 3, 8, 64):
         for width in (8, 16):
             split = [(slice(0, 24), width), (slice(24, None), 24 - width)]
-            monkeypatch.setattr(seatruth.simulate.compiler.program, "_parts", lambda *_, split=split: split)
+            monkeypatch.setattr(seatruth.simulate.compiler.program, "lane_blocks", lambda *_, split=split: split)
             sim = simulator(model, trials, free=free, threads=threads)
             weights = np.ones(sim.measured.shape)
-            sums = sim.sums(theta, x0, weights)
+            sums = sim.squared_errors(theta, x0, weights)
             jacobian = sim.jacobian(theta[0], x0, [model.states[0].name])
             monkeypatch.undo()
-            one = sim.sums(theta[7:8], x0, weights)
-            assert np.array_equal(one.squares[0], sums.squares[7])
-            found.append((sums.squares.tobytes(), sums.end.tobytes(), jacobian.dy.tobytes(), jacobian.dend.tobytes()))
+            one = sim.squared_errors(theta[7:8], x0, weights)
+            assert np.array_equal(one.sums[0], sums.sums[7])
+            found.append((sums.sums.tobytes(), sums.x_end.tobytes(), jacobian.dy.tobytes(), jacobian.dx_end.tobytes()))
     assert len(set(found)) == 1
     assert not np.isnan(np.frombuffer(found[0][0])).any()
 
 
-def test_derivatives_by_parameters_and_first_states() -> None:
+def test_derivatives_by_parameters_and_initial_states() -> None:
     """Against the exact derivative of the lag's solution."""
     trial = record_of(np.arange(41) * 0.05, np.ones_like)
     sim = simulator(Lag(), [trial, Trial("again", trial.t, trial.inputs, {}, synthetic=True)], free=("k", "T"))
@@ -177,7 +136,7 @@ def test_derivatives_by_parameters_and_first_states() -> None:
         assert found.dy[rows, 0, 2] == pytest.approx(decay, abs=1e-7)
         assert found.dy[rows, 0, 3] == pytest.approx(np.zeros(41), abs=0)
         assert found.dy[rows, 1, 3] == pytest.approx(np.ones(41), abs=1e-15)
-    assert found.dend[0] == pytest.approx(found.dy[sim.rows[0].stop - 1])
+    assert found.dx_end[0] == pytest.approx(found.dy[sim.rows[0].stop - 1])
     assert found.y == pytest.approx(sim.outputs(np.array([[1.5, 2.0]]), x0).y[0], rel=1e-14)
 
 
@@ -204,7 +163,7 @@ def _complex_run(model: Model, trial: Trial, x0: Any, values: dict[str, Any]) ->
     import types
 
     from seatruth.models import abkowitz
-    from seatruth.models.base import Surroundings, record
+    from seatruth.models.base import Environment, record
 
     names = {"max": lambda a, b: a if complex(a).real > complex(b).real else b, "math": cmath}
     function = types.FunctionType(model.rhs.__code__, {**vars(abkowitz), **names})  # type: ignore[attr-defined]
@@ -212,7 +171,7 @@ def _complex_run(model: Model, trial: Trial, x0: Any, values: dict[str, Any]) ->
     state, inputs = record("S", model.states), record("I", model.inputs)
 
     def rate(s: Any, d: float) -> Any:
-        return np.array(function(state(*s), inputs(d), p, Surroundings()))
+        return np.array(function(state(*s), inputs(d), p, Environment()))
 
     s, found, delta = x0.astype(complex), [], trial.inputs["delta"]
     for k in range(len(trial)):
@@ -269,10 +228,10 @@ def test_states_and_outputs_that_are_functions() -> None:
     t = 100.0 + np.arange(11) * 0.1
     trial = record_of(t, lambda x: 1.0 + x, speed=np.full(11, 0.5))
     sim = simulator(Speed(), [trial])
-    assert sim.first_states.tolist() == [[0.5, 0.0]]
-    assert sim.assumed == (("run", "clock"), ("run", "gain"))
-    found = sim.outputs(np.zeros((1, 0)), sim.first_states).y[0]
-    states = sim.states(np.zeros(0), sim.first_states)
+    assert sim.initial_states.tolist() == [[0.5, 0.0]]
+    assert sim.assumed_zero == (("run", "clock"), ("run", "gain"))
+    found = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
+    states = sim.states(np.zeros(0), sim.initial_states)
     assert found[:, 0] == pytest.approx(np.abs(states[:, 0]) * (1.0 + t))
     assert found[:, 1] == pytest.approx(t)
     assert found[:, 2] == pytest.approx(np.full(11, 1.5))
@@ -282,8 +241,8 @@ def test_first_state_is_of_the_first_valid_sample() -> None:
     x = np.full(51, math.nan)
     x[4:] = 3.0
     sim = simulator(Lag(), [step_record(x=x)])
-    assert sim.first_states.tolist() == [[3.0, 0.0]]
-    assert sim.assumed == (("run", "angle"),)
+    assert sim.initial_states.tolist() == [[3.0, 0.0]]
+    assert sim.assumed_zero == (("run", "angle"),)
 
 
 @pytest.mark.parametrize(
@@ -304,25 +263,11 @@ def test_what_cannot_be_simulated_is_said(change: dict[str, Any], words: str) ->
         simulator(Lag(), [step_record()], **change)
 
 
-def test_trials_that_cannot_be_simulated_are_named() -> None:
-    t = np.arange(5.0)
-    with pytest.raises(BadInput, match="no input 'push'"):
-        simulator(Lag(), [Trial("bare", t, {}, {})])
-    with pytest.raises(BadInput, match="t = 2 s"):
-        simulator(Lag(), [Trial("holed", t, {"push": np.array([0, 0, math.nan, 0, 0])}, {})])
-    with pytest.raises(BadInput, match="no samples"):
-        simulator(Lag(), [Trial("empty", t[:0], {"push": t[:0]}, {})])
-    with pytest.raises(BadInput, match="no trial"):
-        simulator(Lag(), [])
-    with pytest.raises(BadInput, match="does not increase"):
-        simulator(Lag(), [Trial("back", t[::-1], {"push": t}, {})])
-
-
 def test_one_sample_is_a_trial() -> None:
     sim = simulator(Lag(), [step_record(1, x=np.ones(1))], free=("k",))
-    found = sim.sums(np.ones((3, 1)), sim.first_states + 0.5, np.ones((1, 2)))
-    assert found.squares[:, 0, 0] == pytest.approx(np.full(3, 0.25))
-    assert sim.jacobian(np.ones(1), sim.first_states, ["x"]).dy[0, 0].tolist() == [0.0, 1.0]
+    found = sim.squared_errors(np.ones((3, 1)), sim.initial_states + 0.5, np.ones((1, 2)))
+    assert found.sums[:, 0, 0] == pytest.approx(np.full(3, 0.25))
+    assert sim.jacobian(np.ones(1), sim.initial_states, ["x"]).dy[0, 0].tolist() == [0.0, 1.0]
 
 
 def test_a_model_without_parameters_or_inputs() -> None:
@@ -340,7 +285,7 @@ def test_a_model_without_parameters_or_inputs() -> None:
             return y.x, 0.0
 
     sim = simulator(Fall(), [record_of(np.linspace(0.0, 1.0, 11), x=np.zeros(11))])
-    assert sim.outputs(np.zeros((1, 0)), sim.first_states).end[0, 0] == pytest.approx([-4.905, -9.81])
+    assert sim.outputs(np.zeros((1, 0)), sim.initial_states).x_end[0, 0] == pytest.approx([-4.905, -9.81])
 
 
 def test_a_vanishing_parameter_is_a_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -348,12 +293,3 @@ def test_a_vanishing_parameter_is_a_parameter(monkeypatch: pytest.MonkeyPatch) -
     sim = simulator(Blowing(), [record_of(np.linspace(0.0, 1.0, 11))], free=("a",))
     found = sim.jacobian(np.zeros(1), np.full((1, 1), 2.0))
     assert found.dy[-1, 0, 0] == pytest.approx(4.0)
-
-
-@settings(max_examples=200, deadline=None)
-@given(size=st.integers(1, 3000), trials=st.integers(1, 12), threads=st.integers(1, 64))
-def test_parts_cover_all_candidates_once(size: int, trials: int, threads: int) -> None:
-    parts = seatruth.simulate.compiler.program._parts(size, trials, threads)
-    covered = np.concatenate([np.arange(size)[part] for part, _ in parts])
-    assert covered.tolist() == list(range(size))
-    assert {width for _, width in parts} <= {8, 16}

@@ -66,8 +66,10 @@ class BlackBox(Model):
         self.kind, self.title, self.source = kind, title or f"black box {name}", source
         self._check()
 
+    takes_environment = False
+
     @staticmethod
-    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         """A black box has no equations: it is simulated as a whole, by `run`."""
         raise PluginError("a black box has no equations", do="Simulate it with `run`.")
 
@@ -78,19 +80,19 @@ class BlackBox(Model):
         """
         where = f"model {self.name!r}, trial {trial.name!r}"
         try:
-            found = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
+            result = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
         except Exception as problem:
             raise PluginError(
                 f"its function raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
             ) from problem
-        if not isinstance(found, Mapping):
-            raise PluginError(f"its function returned {type(found).__name__}, not a dict of outputs", where=where)
+        if not isinstance(result, Mapping):
+            raise PluginError(f"its function returned {type(result).__name__}, not a dict of outputs", where=where)
         simulated = np.empty((len(trial), len(self.outputs)))
         for column, output in enumerate(self.outputs):
-            if output.name not in found:
+            if output.name not in result:
                 raise PluginError(f"its function returned no {output.name!r}", where=where)
             try:
-                values = np.asarray(found[output.name], dtype=np.float64)
+                values = np.asarray(result[output.name], dtype=np.float64)
             except (TypeError, ValueError):
                 raise PluginError(f"its {output.name!r} holds something that is no number", where=where) from None
             if values.shape != (len(trial),):
