@@ -166,3 +166,10 @@ def test_static_types_and_loaded_names_are_the_same() -> None:
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'identfy'"):
         seatruth.identfy  # noqa: B018
+
+
+def test_the_command_line_starts_without_the_engine() -> None:
+    loaded = python(
+        "import sys, seatruth.cli; print([m for m in ('llvmlite', 'seatruth.simulate') if m in sys.modules])"
+    )
+    assert loaded == "[]"

@@ -35,18 +35,15 @@ def from_pieces(problem: GapProblem, sizes: Mapping[str, float]) -> Array | None
     own = {parameter.name for parameter in study.model.parameters}
     try:
         cost = TrajectoryCost(
-            study.but(
+            study.replace(
                 parameters=tuple(p for p in problem.parameters if p.name in own),
                 trials=problem.trials,
                 holdout=Trials([]),
-                cost="trajectory",
+                cost=problem.options.replace(
+                    initial="fixed", segments=max(trial.duration for trial in problem.trials) / PIECES
+                ),
                 noise=dict(sizes),
-                initial="fixed",
-                initial_sd={},
                 constraints=(),
-                segments=max(trial.duration for trial in problem.trials) / PIECES,
-                multiple_shooting=False,
-                criterion="weighted",
             ),
             threads=problem.threads,
         )

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from seatruth.costs.study import Study
 from seatruth.diagnosis.cross_validation.retain_predictive import lasting
 from seatruth.diagnosis.discrepancy.random_force import discrepant
 from seatruth.diagnosis.discrepancy.score_test import Probes, probes
@@ -38,6 +37,8 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.effects import Effect, available
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.models.black_box import BlackBox
+from seatruth.progress import Progress, ProgressEvent, silent
+from seatruth.study import Study
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
@@ -49,22 +50,45 @@ def diagnose(
     study: Study,
     effects: Sequence[Effect | str] | None = None,
     *,
-    seed: int = 0,
+    seed: int | None = None,
     threads: int | None = None,
-    progress: Say | None = None,
+    progress: Progress | None = None,
     left_out: bool = True,
     suggest: bool = True,
 ) -> Diagnosis:
     """Says where a study's model and its trials disagree, which effect causes it, and how far the gap shrinks.
 
-    `effects` are all installed ones that can act on the model where None. The study's free coefficients are nuisances
-    under their priors (20 % of the value where none is stated). `left_out` predicts each trial from the others;
-    `suggest` looks for the next trial. `seed` is that of the tests by permutation. Raises BadInput
-    for a study that cannot be diagnosed; an interrupt once the model without effects is fitted gives what
-    there is.
+    Args:
+        study: a model and several trials of one vehicle. Its free coefficients are nuisances under their priors (20 %
+            of the value where none is stated).
+        effects: names or Effects that take part; None takes all installed ones that can act on the model.
+        seed: seed of the permutation tests; None takes the study's.
+        threads: threads of a simulation; None takes one per processor.
+        progress: called with a `ProgressEvent` at every stage.
+        left_out: predict each trial from the others.
+        suggest: look for the next trial.
+
+    Returns:
+        The diagnosis. An interrupt after the model without effects is fitted returns what has been reached.
+
+    Raises:
+        BadInput: the study cannot be diagnosed.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import diagnose
+        >>> study = seatruth.sample.load("diagnose.toml")
+        >>> short = study.replace(trials=study.trials[:2])
+        >>> found = diagnose(short, ["current"], left_out=False, suggest=False)
+        >>> found.seed, [effect["name"] for effect in found.effects]
+        (1, ['current'])
     """
     began = time.perf_counter()
-    say: Say = progress or (lambda text: None)
+    show = progress or silent
+
+    def say(text: str) -> None:
+        show(ProgressEvent(text, elapsed_s=time.perf_counter() - began))
+
     whole_trials(study)
     chosen, reasons = _effects(study, effects)
     with threadpool_limits(limits=1, user_api="blas"):
@@ -91,7 +115,19 @@ def diagnose(
         except KeyboardInterrupt:
             # What was not asked for on trials left out is not named.
             judged, found.cut = undecided(answers), True
-        parts = Parts(study, problem, found, plain, probed, answers, judged, least, findings, say, seed)
+        parts = Parts(
+            study,
+            problem,
+            found,
+            plain,
+            probed,
+            answers,
+            judged,
+            least,
+            findings,
+            say,
+            study.seed if seed is None else seed,
+        )
         extra: dict[str, Any] = {"how_far": None, "next_trial": None}
         cut = "stopped by the user; what is missing was not reached"
         code, reason = ("interrupted", cut) if found.cut else ("done", "everything was asked")

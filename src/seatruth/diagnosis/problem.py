@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from seatruth.arrays import Array, Indices
-from seatruth.costs.study import Study
+from seatruth.costs.options import TrajectoryOptions, as_trajectory
 from seatruth.costs.trajectory import TrajectoryCost
 from seatruth.diagnosis.noise import NoiseFloor, Series
 from seatruth.effects import Effect, with_effects
@@ -23,6 +23,7 @@ from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
+from seatruth.study import Study
 from seatruth.trials.prepare.decimate import decimate
 from seatruth.trials.trial import Trial, Trials
 
@@ -71,6 +72,8 @@ class GapProblem:
         self, study: Study, effects: Sequence[Effect], *, threads: int | None = None, lead: Lead | None = None
     ) -> None:
         self.study, self.threads, self.lead = study, threads, lead
+        stated = as_trajectory(study.cost)
+        self.options = TrajectoryOptions(hold=stated.hold, max_step=stated.max_step, initial="free")
         self.effects = {effect.name: effect for effect in effects}
         self.model = self._with(list(effects))
         own = set(study.model.nominal())
@@ -82,12 +85,12 @@ class GapProblem:
             if parameter.name in own:
                 parameters.append(_with_prior(given))
             else:
-                parameters.append(parameter.but(vary=True, prior=None, scale="linear", start=None))
+                parameters.append(parameter.replace(vary=True, prior=None, scale="linear", start=None))
             bounds[parameter.name] = given
         for effect in effects:
             for name, prior in effect.priors(study.model).items():
                 place = next(k for k, p in enumerate(parameters) if p.name == effect.named(name))
-                parameters[place] = parameters[place].but(prior=prior)
+                parameters[place] = parameters[place].replace(prior=prior)
         self.parameters = tuple(parameters)
         outputs = [channel.name for channel in self.model.outputs]
         trials = list(study.trials) if lead is None else [lead.trial(trial) for trial in study.trials]
@@ -102,7 +105,7 @@ class GapProblem:
         self.low, self.high = cost.bounds
         free = len(cost.space.free)
         self.low[free:], self.high[free:] = -math.inf, math.inf
-        self.groups = [group for group in cost.groups if group.kind == "data" and len(group.rows)]
+        self.groups = [group for group in cost.residual_blocks if group.kind == "data" and len(group.rows)]
         self.rows = max(int(group.rows.max()) for group in self.groups) + 1
         self.series = _series(cost, self.groups)
         self.trial_of = np.zeros(self.rows, dtype=np.intp)
@@ -165,8 +168,8 @@ class GapProblem:
     def states(self, x: Array) -> list[Array]:
         """States (n, S) of the model with all effects along each trial, simulated from x."""
         sim = simulator(
-            self.model, self.trials, free=self.cost.space.moving, values=self.cost.space.nominal(),
-            hold=self.study.hold, max_step=self.study.max_step, threads=self.threads,
+            self.model, self.trials, free=self.cost.space.varying, values=self.cost.space.nominal(),
+            hold=self.options.hold, max_step=self.options.max_step, threads=self.threads,
         )  # fmt: skip
         theta, x0 = self.cost.candidate(x)
         found = sim.states(theta, x0)
@@ -194,23 +197,18 @@ class GapProblem:
         self, model: Model, extra: Sequence[Parameter], values: Mapping[str, float], trials: Trials | None = None
     ) -> TrajectoryCost:
         """The same question put to another form of the model (with probes), from other values, or of other trials."""
-        own = tuple(p.but(value=_within(values.get(p.name, p.value), p)) for p in self.parameters)
+        own = tuple(p.replace(value=_within(values.get(p.name, p.value), p)) for p in self.parameters)
         return self._cost(model, (*own, *extra), trials)
 
     def _cost(self, model: Model, parameters: Sequence[Parameter], trials: Trials | None = None) -> TrajectoryCost:
-        study = self.study.but(
+        study = self.study.replace(
             model=model,
             parameters=tuple(parameters),
             trials=self.trials if trials is None else trials,
             holdout=Trials([]),
-            cost="trajectory",
+            cost=self.options,
             noise={channel.name: 1.0 for channel in model.outputs},
-            initial="free",
-            initial_sd={},
             constraints=(),
-            segments=None,
-            multiple_shooting=False,
-            criterion="weighted",
         )
         return TrajectoryCost(study, threads=self.threads)
 
@@ -228,7 +226,7 @@ class GapProblem:
 def whole_trials(study: Study) -> None:
     """Refuses what the diagnosis cannot work on, in one message."""
     where = f"study {study.name!r}"
-    if study.cost == "formula":
+    if study.cost.kind == "formula":
         raise BadInput("a formula has no motion to diagnose", where=where, do="Give it a model and trials in time.")
     short = [trial.name for trial in study.trials if len(trial) < 10]
     if short:
@@ -242,7 +240,7 @@ def _with_prior(parameter: Parameter) -> Parameter:
     reach = parameter.max - parameter.min
     wide = reach / 4.0 if math.isfinite(reach) else 1.0
     sd = COEFFICIENT_SD * abs(parameter.value) if parameter.value != 0.0 else wide
-    return parameter.but(prior=Prior(parameter.value, sd))
+    return parameter.replace(prior=Prior(parameter.value, sd))
 
 
 def _within(value: float, parameter: Parameter) -> float:
@@ -255,7 +253,7 @@ def _from_zero(trial: Trial) -> Trial:
 
 def _series(cost: TrajectoryCost, groups: Sequence[object]) -> list[Series]:
     found = []
-    for group in cost.groups:
+    for group in cost.residual_blocks:
         if group.kind != "data" or not len(group.rows):
             continue
         steps = np.diff(group.t)

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.costs.study import Study
 from seatruth.diagnosis.cross_validation.gap_explained import how_far, in_whole_runs
 from seatruth.diagnosis.discrepancy.score_test import Probes
 from seatruth.diagnosis.discrepancy.terms import equations
@@ -26,6 +25,7 @@ from seatruth.diagnosis.results import Diagnosis, towards
 from seatruth.diagnosis.sentences import sentence
 from seatruth.effects import Effect
 from seatruth.provenance import provenance
+from seatruth.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trials
 

@@ -31,8 +31,31 @@ _PARTS = (
 class Diagnosis:
     """Where the simulator and the trials disagree, which effect causes it, how far it shrinks, how sure, what next.
 
-    docs/diagnosis.md documents each part as `diagnosis.json` holds it. `traces`: trial, t, channel, measured, and the
-    simulated `before`, `refit` and `effect`.
+    docs/diagnosis.md documents each part as `diagnosis.json` holds it.
+
+    Attributes:
+        study, model, seed: names, and the seed that was used.
+        synthetic: whether a simulator made any of the trials.
+        trials: name, samples, duration and step of each trial.
+        effects, left_out: effects that took part, and why others did not.
+        noise, gap, shares: measurement noise, errors against it, and the parts of the gap.
+        where: place, time and operating region of the disagreement.
+        candidates, which, verdict: the answers, the effects and what follows, with probabilities.
+        unnamed: what an unnamed cause would look like.
+        how_far: prediction of trials that were left out.
+        next_trial: trials that would tell the open answers apart.
+        augmented: the model with the named effects.
+        outcome, findings, provenance: how it ended, what a user should read, and what made it.
+        traces: trial, t (s), channel, measured, and the simulated before, refit and effect.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Diagnosis, diagnose
+        >>> study = seatruth.sample.load("diagnose.toml")
+        >>> short = study.replace(trials=study.trials[:2])
+        >>> folder = diagnose(short, ["current"], left_out=False, suggest=False).save("diagnosis")
+        >>> Diagnosis.load(folder).study
+        'sample without its current'
     """
 
     study: str

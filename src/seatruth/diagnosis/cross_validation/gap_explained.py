@@ -148,7 +148,9 @@ class _Predictor:
         model = problem.model if probed is None else probed
         known = {p.name: p for p in problem.parameters}
         fixed = tuple(_fixed(known.get(p.name, p), values) for p in model.parameters)
-        study = problem.cost.study.but(model=model, parameters=fixed, trials=Trials([self.trial]), noise=dict(self.sd))
+        study = problem.cost.problem.replace(
+            model=model, parameters=fixed, trials=Trials([self.trial]), noise=dict(self.sd)
+        )
         cost = TrajectoryCost(study, threads=problem.threads)
         y = cost.predict(cost.start, [self.trial])[0]
         parts = []
@@ -163,10 +165,12 @@ class _Predictor:
 
 
 def _fixed(parameter: Parameter, values: Mapping[str, float]) -> Parameter:
-    if parameter.tie is not None:
+    if parameter.expr is not None:
         return parameter
     value = float(values.get(parameter.name, parameter.value))
-    return parameter.but(value=value, vary=False, prior=None, start=None, scale="linear", min=-math.inf, max=math.inf)
+    return parameter.replace(
+        value=value, vary=False, prior=None, start=None, scale="linear", min=-math.inf, max=math.inf
+    )
 
 
 def _flexible(probes: Probes, base: Fit, number: int, predictor: _Predictor) -> float:

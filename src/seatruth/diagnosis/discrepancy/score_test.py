@@ -86,7 +86,7 @@ def probes(problem: GapProblem, floor: NoiseFloor, at: Fit) -> Probes:
     model = ProbedModel(problem.model, KNOTS, duration, terms, scales)
     values = dict(zip(problem.names, at.x))
     known = {p.name for p in problem.parameters}
-    extra = [p.but(vary=True, prior=Prior(0.0, 1.0)) for p in model.parameters if p.name not in known]
+    extra = [p.replace(vary=True, prior=Prior(0.0, 1.0)) for p in model.parameters if p.name not in known]
     cost = problem.cost_of(model, extra, values)
     x = np.array([values.get(name, 0.0) for name in cost.names])
     derivatives = cost.jacobian(x)[: problem.rows]

@@ -74,7 +74,7 @@ class Rivals:
         if formula is not None:
             self.true[UNKNOWN], self.chances[UNKNOWN] = formula, chances[UNKNOWN]
         part = self.problem.part(self.problem.active(list(named)))
-        self.space, self.model = part.cost.space, part.cost.study.model
+        self.space, self.model = part.cost.space, part.cost.problem.model
         self.own = part.columns[: len(self.space.free)]
         self.shared = {name: np.setdiff1d(fit.active, self.problem.initial) for name, fit in self.fits.items()}
         self.ranges = self._ranges()
@@ -99,8 +99,8 @@ class Rivals:
     def after(self, trial: Trial) -> Table | None:
         """lambda with this trial added; None where the motion diverges or goes too far."""
         sim = simulator(
-            self.model, [trial], free=self.space.moving, values=self.space.nominal(),
-            hold=self.problem.study.hold, max_step=self.problem.study.max_step, threads=self.problem.threads,
+            self.model, [trial], free=self.space.varying, values=self.space.nominal(),
+            hold=self.problem.options.hold, max_step=self.problem.options.max_step, threads=self.problem.threads,
         )  # fmt: skip
         hidden = self.model.hidden
         states = [c.name for c in self.model.states if c.name not in hidden and c.name not in self.model.follows]
@@ -109,8 +109,8 @@ class Rivals:
             found = sim.jacobian(self._theta(fit.x), sim.initial_states, states)
             if found.diverged.any() or not np.isfinite(found.dy).all() or not self._within(found.y):
                 return None
-            many = len(self.space.moving)
-            chain = self.space.moving_jacobian(fit.x[self.own]) if self.space.follows else None
+            many = len(self.space.varying)
+            chain = self.space.varying_jacobian(fit.x[self.own]) if self.space.has_ties else None
             by_own = found.dy[:, :, :many] if chain is None else found.dy[:, :, :many] @ chain
             columns = np.searchsorted(self.own, self.shared[name])
             dy = np.concatenate([by_own[:, :, columns], found.dy[:, :, many:]], axis=2)
@@ -131,7 +131,7 @@ class Rivals:
 
     def _theta(self, x: Array) -> Array:
         """An x of the problem as the simulator takes it."""
-        return np.asarray(self.space.moving_values(x[None, self.own])[0])
+        return np.asarray(self.space.varying_values(x[None, self.own])[0])
 
     def _answer(self, sim: Simulator, trial: Trial, one: _True) -> Array:
         """Outputs (n, D) of a true cause."""
@@ -139,12 +139,12 @@ class Rivals:
             return np.asarray(sim.outputs(self._theta(one.x)[None], sim.initial_states).y[0])
         space = self.unnamed.cost.space
         probed = simulator(
-            self.unnamed.model, [trial], free=space.moving, values=space.nominal(),
-            hold=self.problem.study.hold, max_step=self.problem.study.max_step, threads=self.problem.threads,
+            self.unnamed.model, [trial], free=space.varying, values=space.nominal(),
+            hold=self.problem.options.hold, max_step=self.problem.options.max_step, threads=self.problem.threads,
         )  # fmt: skip
         values = {**dict(zip(self.problem.names, one.x.tolist())), **one.terms}
         named = np.array([[values.get(parameter.name, 0.0) for parameter in space.free]])
-        return np.asarray(probed.outputs(space.moving_values(named), probed.initial_states).y[0])
+        return np.asarray(probed.outputs(space.varying_values(named), probed.initial_states).y[0])
 
     def _true(self, name: str) -> _True:
         """A survivor at its fitted size; at its typical one where next to nothing was fitted."""
