@@ -57,6 +57,7 @@ ELSEWHERE = {
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
+        "comparison/problem",
         "comparison/spec",
         "comparison/text",
         "report/comparison",
@@ -94,14 +95,14 @@ ELSEWHERE = {
         "diagnosis/cross_validation/gap_explained",
         "diagnosis/cross_validation/retain_predictive",
     ),
-    "diagnosis/test_diagnosis_noise.py": ("statistics/autoregressive",),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
     "models/test_model_registry.py": ("models/registry", "models/user_file"),
-    "optimizers/test_checkpoint.py": ("optimizers/journal", "storage/checkpoint"),
+    "optimizers/test_checkpoint.py": ("optimizers/journal",),
     "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
     "sample/test_sample.py": ("sample/make",),
+    "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
     "study/test_study_expressions.py": ("study/validation",),
     "study/test_study_parse.py": ("study/reference", "study/schema"),
     "study/test_study_parts.py": (
@@ -114,6 +115,7 @@ ELSEWHERE = {
         "study/trial_files",
     ),
     "test_end_to_end.py": ("commands/demo",),
+    "test_identify_interrupts.py": ("uncertainty/refits",),
     "trials/test_trials_check.py": (
         "trials/check/duplicates",
         "trials/check/excitation",

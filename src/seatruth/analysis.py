@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Study, StudyCost
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
 from seatruth.statistics.autoregressive import fit_autoregressive, lag_one_autocorrelation
+from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step, Trial
@@ -46,8 +47,10 @@ _FIT_COLUMNS = (
 class Analysis:
     """Everything about a fit that needs its cost. `run` fills it; `estimate` gives what there is."""
 
-    def __init__(self, study: Study, cost: StudyCost, outcome: Outcome) -> None:
-        self.study, self.cost, self.outcome = study, cost, outcome
+    def __init__(
+        self, study: Study, cost: StudyCost, outcome: Outcome, settings: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        self.study, self.cost, self.outcome, self.settings = study, cost, outcome, dict(settings or {})
         self.x = outcome.x
         self.size = len(cost.parameters)
         self.stderr: Array = np.full(self.size, math.nan)
@@ -63,10 +66,11 @@ class Analysis:
     def run(self) -> None:
         """All parts, the most important first; parts that a diverged answer does not have stay empty."""
         self.findings = list(check_study(self.study))
+        self.findings += _replaced(self.settings)
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
         if not math.isfinite(self.outcome.value):
             return
-        if self.study.cost == "regression":
+        if self.study.cost.kind == "regression":
             self.findings.append(_EQUATION_ERROR)
         parts = {
             "Standard errors": self._uncertainty,
@@ -122,7 +126,14 @@ class Analysis:
                 for step in trial.steps
             ],
             findings=self.findings,
-            provenance=_plain({**provenance(), "study_hash": study.content_hash, **study.provenance}),
+            provenance=_plain(
+                {
+                    **provenance(),
+                    "study_hash": study.content_hash,
+                    "settings": self.settings,
+                    **study.provenance,
+                }
+            ),
         )
 
     def _uncertainty(self) -> None:
@@ -139,10 +150,10 @@ class Analysis:
             return
         slope = jacobian.T @ residuals
         held = active_bounds(self.x, self.cost.bounds, slope)
-        self.found = covariance(residuals, jacobian, self.cost.groups, held)
+        self.found = covariance(residuals, jacobian, self.cost.residual_blocks, held)
         self.stderr = self.found.stderr
         self._settled(residuals, jacobian, ~held)
-        rows = np.concatenate([group.rows for group in self.cost.groups if group.kind == "data"])
+        rows = np.concatenate([group.rows for group in self.cost.residual_blocks if group.kind == "data"])
         own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
         with np.errstate(invalid="ignore", divide="ignore"):
             larger = self.found.stderr / self.found.crlb
@@ -218,7 +229,7 @@ class Analysis:
         valid = np.isfinite(measured)
         error, before = (measured - y)[valid], (measured - y_start)[valid]
         rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
-        finite, ordered = bool(np.isfinite(error).all()), self.study.cost != "formula"
+        finite, ordered = bool(np.isfinite(error).all()), self.study.cost.kind != "formula"
         return {
             "trial": trial.name,
             "channel": channel,
@@ -287,7 +298,23 @@ class Analysis:
 def check_study(study: Study) -> list[Finding]:
     """All findings about a study's trials, gravest first."""
     trials = [*study.trials, *study.holdout]
-    return check_tables(trials, study.model) if study.cost == "formula" else check_trials(trials, study.model)
+    return check_tables(trials, study.model) if study.cost.kind == "formula" else check_trials(trials, study.model)
+
+
+def _replaced(settings: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
+    """Says what a call or the command line replaced in a study."""
+    names = [name for name, entry in settings.items() if "replaces" in entry and entry.get("study_file")]
+    if not names:
+        return []
+    return [
+        Finding(
+            "note",
+            "settings-replaced",
+            f"This run does not use what the study file says of: {', '.join(names)}.",
+            "study",
+            "The provenance of the result holds both values.",
+        )
+    ]
 
 
 def part_missing(title: str, problem: SeatruthError) -> Finding:

@@ -1,0 +1,62 @@
+"""Every public name says its arguments, what it gives and raises, and shows an example that works."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import seatruth
+
+NAMES = [name for name in seatruth.__all__ if name != "__version__"]
+
+
+def sections(name: str) -> set[str]:
+    text = inspect.getdoc(getattr(seatruth, name)) or ""
+    return set(re.findall(r"^(Args|Attributes|Returns|Raises|Example):$", text, re.MULTILINE))
+
+
+def arguments(name: str) -> list[str]:
+    """Arguments of a public function or class that its docstring must describe."""
+    kind: Any = getattr(seatruth, name)
+    if inspect.isclass(kind) and (issubclass(kind, BaseException) or "__init__" not in vars(kind)):
+        return []
+    return [
+        parameter for parameter in inspect.signature(kind).parameters if parameter not in ("self", "args", "kwargs")
+    ]
+
+
+def examples() -> Iterator[Any]:
+    """The examples of public names, and of the public methods of public classes."""
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    for name in NAMES:
+        for test in finder.find(getattr(seatruth, name), name, globs={}):
+            yield pytest.param(test, id=test.name)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_is_documented(name: str) -> None:
+    kind: Any = getattr(seatruth, name)
+    assert vars(kind).get("__doc__") if inspect.isclass(kind) else kind.__doc__, f"{name} has no docstring"
+    found = sections(name)
+    assert "Example" in found, f"{name} has no example"
+    if inspect.isfunction(kind):
+        assert {"Args", "Raises"} <= found, f"{name} lacks a section; it has {sorted(found)}"
+        if inspect.signature(kind).return_annotation not in (None, "None"):
+            assert "Returns" in found, f"{name} does not say what it returns"
+    text = inspect.getdoc(kind) or ""
+    missing = [argument for argument in arguments(name) if not re.search(rf"\b{argument}\b", text)]
+    assert not missing, f"the docstring of {name} does not mention {missing}"
+
+
+@pytest.mark.parametrize("example", examples())
+def test_the_example_works(example: doctest.DocTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    said: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=said.append)
+    assert not said, "".join(said)
