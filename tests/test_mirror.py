@@ -36,11 +36,22 @@ ELSEWHERE = {
     # Stages of `identify` and what they give.
     "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
     # Stages of the compiler, tested by the expression that comes out.
-    "simulate/test_trace.py": ("simulate/compiler/derivatives", "simulate/compiler/emit", "simulate/compiler/graph"),
+    "simulate/test_simulate_compiler_trace.py": (
+        "simulate/compiler/derivatives",
+        "simulate/compiler/graph",
+        "simulate/compiler/lowering",
+        "simulate/compiler/operations",
+    ),
     # Stages of the compiler, tested by the kernel that comes out.
-    "simulate/test_compiled.py": ("simulate/compiler/assembly", "simulate/compiler/kernels"),
+    "simulate/test_simulate_compiler_cache.py": (
+        "simulate/compiler/kernels",
+        "simulate/compiler/llvm_ir",
+        "simulate/compiler/machine_code",
+    ),
     # Stages of the simulation, tested by its outputs.
-    "simulate/test_engine.py": ("simulate/compiler/program", "simulate/grid", "simulate/rates"),
+    "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
+    # A user's simulator, run one call after another.
+    "simulate/test_simulate_blackbox.py": ("simulate/serial",),
     # Suites for others are tested by the classes that inherit them.
     "effects/test_effects_installed.py": ("effects/base", "effects/noise", "testing/effects"),
     "models/test_model_conformance.py": ("testing/models",),
