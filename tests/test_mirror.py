@@ -79,7 +79,6 @@ ELSEWHERE = {
     "costs/test_costs_problem.py": (
         "costs/base",
         "costs/content",
-        "costs/options",
         "costs/registry",
         "costs/study_cost",
         "study/study",
