@@ -36,11 +36,22 @@ ELSEWHERE = {
     # Stages of `identify` and what they give.
     "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
     # Stages of the compiler, tested by the expression that comes out.
-    "simulate/test_trace.py": ("simulate/compiler/derivatives", "simulate/compiler/emit", "simulate/compiler/graph"),
+    "simulate/test_simulate_compiler_trace.py": (
+        "simulate/compiler/derivatives",
+        "simulate/compiler/graph",
+        "simulate/compiler/lowering",
+        "simulate/compiler/operations",
+    ),
     # Stages of the compiler, tested by the kernel that comes out.
-    "simulate/test_compiled.py": ("simulate/compiler/assembly", "simulate/compiler/kernels"),
+    "simulate/test_simulate_compiler_cache.py": (
+        "simulate/compiler/kernels",
+        "simulate/compiler/llvm_ir",
+        "simulate/compiler/machine_code",
+    ),
     # Stages of the simulation, tested by its outputs.
-    "simulate/test_engine.py": ("simulate/compiler/program", "simulate/grid", "simulate/rates"),
+    "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
+    # A user's simulator, run one call after another.
+    "simulate/test_simulate_blackbox.py": ("simulate/serial",),
     # Suites for others are tested by the classes that inherit them.
     "effects/test_effects_installed.py": ("effects/base", "effects/noise", "testing/effects"),
     "models/test_model_conformance.py": ("testing/models",),
@@ -62,11 +73,17 @@ ELSEWHERE = {
         "comparison/text",
         "report/comparison",
     ),
-    "costs/test_costs_formula.py": ("models/formula",),
+    "costs/test_costs_formula.py": ("models/formula", "study/table"),
     "costs/test_costs_parameter_space.py": ("models/parameter",),
     "costs/test_costs_regression.py": ("costs/finite_differences", "costs/linear"),
-    "costs/test_costs_study.py": ("costs/base", "costs/registry", "costs/study_cost"),
-    "costs/test_costs_trajectory.py": ("costs/initial", "costs/segments"),
+    "costs/test_costs_problem.py": (
+        "costs/base",
+        "costs/content",
+        "costs/registry",
+        "costs/study_cost",
+        "study/study",
+    ),
+    "costs/test_costs_trajectory.py": ("costs/initial", "costs/open_loop", "costs/segments"),
     "diagnosis/test_diagnose_command.py": (
         "commands/diagnose",
         "diagnosis/pipeline",
@@ -142,6 +159,8 @@ ELSEWHERE = {
         "trials/csv_file",
         "trials/finding",
         "trials/mat_subprocess",
+        "trials/places",
+        "trials/read_table",
         "trials/standard_channels",
         "trials/tables",
         "trials/trial",

@@ -1,4 +1,4 @@
-"""From where a search ended to an Estimate: uncertainty, fit, traces, findings."""
+"""From the outcome of a search to an Estimate: uncertainty, fit, traces, findings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _FIT_COLUMNS = (
 
 
 class Analysis:
-    """Everything about a fit that needs its cost. `run` fills it; `estimate` gives what there is."""
+    """Everything about a fit that needs its cost. `run` computes it; `estimate` returns what has been computed."""
 
     def __init__(
         self, study: Study, cost: StudyCost, outcome: Outcome, settings: Mapping[str, Mapping[str, Any]] | None = None
@@ -55,7 +55,7 @@ class Analysis:
         self.size = len(cost.parameters)
         self.stderr: Array = np.full(self.size, math.nan)
         self.at_bound = at_bound(self.x, cost.bounds)
-        self.found: Covariance | None = None
+        self.uncertainty: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
         self.sensitivity = pd.DataFrame()
         self.fit = pd.DataFrame(columns=list(_FIT_COLUMNS))
@@ -64,7 +64,7 @@ class Analysis:
         self.findings: list[Finding] = []
 
     def run(self) -> None:
-        """All parts, the most important first; parts that a diverged answer does not have stay empty."""
+        """Computes all parts, the most important first; a diverged answer leaves its parts empty."""
         self.findings = list(check_study(self.study))
         self.findings += _replaced(self.settings)
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
@@ -85,7 +85,7 @@ class Analysis:
                 self.findings.append(part_missing(title, problem))
 
     def estimate(self, interrupted: str = "") -> Estimate:
-        """The estimate, as far as it has come."""
+        """The estimate from the parts that have been computed."""
         outcome = self.outcome
         ended: dict[str, Any] = {"code": outcome.code, "reason": outcome.reason}
         if interrupted:
@@ -99,7 +99,7 @@ class Analysis:
         }
         names = [parameter.name for parameter in self.cost.parameters]
         table = self._table()
-        own = [name for name in names if name not in self.cost.nuisances]
+        shown = [name for name in names if name not in self.cost.nuisances]
         study = self.study
         return Estimate(
             study=study.name,
@@ -109,10 +109,10 @@ class Analysis:
             seed=outcome.seed,
             synthetic=study.synthetic,
             channels={channel.name: channel.unit for channel in study.model.outputs},
-            parameters=table.loc[own],
+            parameters=table.loc[shown],
             nuisances=table.loc[list(self.cost.nuisances)],
-            covariance=self._square(None if self.found is None else self.found.covariance, names),
-            correlation=self._square(None if self.found is None else self.found.correlation, names),
+            covariance=self._square(None if self.uncertainty is None else self.uncertainty.covariance, names),
+            correlation=self._square(None if self.uncertainty is None else self.uncertainty.correlation, names),
             identifiability=_plain(self.identifiability),
             sensitivity=self.sensitivity,
             fit=self.fit,
@@ -150,31 +150,33 @@ class Analysis:
             return
         slope = jacobian.T @ residuals
         held = active_bounds(self.x, self.cost.bounds, slope)
-        self.found = covariance(residuals, jacobian, self.cost.residual_blocks, held)
-        self.stderr = self.found.stderr
-        self._settled(residuals, jacobian, ~held)
+        self.uncertainty = covariance(residuals, jacobian, self.cost.residual_blocks, held)
+        self.stderr = self.uncertainty.stderr
+        self._check_minimum(residuals, jacobian, ~held)
         rows = np.concatenate([group.rows for group in self.cost.residual_blocks if group.kind == "data"])
-        own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
+        columns = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
         with np.errstate(invalid="ignore", divide="ignore"):
-            larger = self.found.stderr / self.found.crlb
+            larger = self.uncertainty.stderr / self.uncertainty.crlb
         larger = larger[np.isfinite(larger)]
         inflation = float(np.median(larger)) if larger.size else 1.0
-        # What initial states can take up does not count for the parameters.
+        # A change that free initial states can compensate says nothing about the parameters.
         data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
         exact = unidentifiable_directions(self.cost, self.x)
-        steps = np.array([entry.pop("step")[own] for entry in exact]).reshape(len(exact), len(own))
-        self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation, steps)
+        steps = np.array([entry.pop("step")[columns] for entry in exact]).reshape(len(exact), len(columns))
+        self.identifiability = identifiability(
+            data[:, columns], [self.cost.parameters[k] for k in columns], inflation, steps
+        )
         self.identifiability["weak"] = [*exact, *self.identifiability["weak"]]
         known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
         self.identifiability["weak"] += [
             entry
-            for entry in correlated_pairs(self.found, self.cost.parameters)
+            for entry in correlated_pairs(self.uncertainty, self.cost.parameters)
             if frozenset(entry["combination"]) not in known
             and not set(entry["combination"]) <= set(self.cost.nuisances)
         ]
 
-    def _settled(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
-        """Says so where the search ended away from a minimum: errors are those of a minimum."""
+    def _check_minimum(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
+        """Adds a finding where the search ended short of a minimum: standard errors hold at a minimum only."""
         J = jacobian[:, free]
         step = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
         fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step) ** 2)))
@@ -267,20 +269,20 @@ class Analysis:
             )
 
     def _table(self) -> pd.DataFrame:
-        found = self.found
-        half = np.full(self.size, math.nan) if found is None else found.half_width()
-        bound = np.full(self.size, math.nan) if found is None else found.crlb
-        unseen = np.zeros(self.size, dtype=bool) if found is None else found.unidentifiable
-        related = np.zeros(self.size, dtype=bool) if found is None else strongly_correlated(found)
+        uncertainty = self.uncertainty
+        half = np.full(self.size, math.nan) if uncertainty is None else uncertainty.half_width()
+        bound = np.full(self.size, math.nan) if uncertainty is None else uncertainty.crlb
+        unseen = np.zeros(self.size, dtype=bool) if uncertainty is None else uncertainty.unidentifiable
+        related = np.zeros(self.size, dtype=bool) if uncertainty is None else strongly_correlated(uncertainty)
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
             value, stderr = float(self.x[k]), float(self.stderr[k])
-            said = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
+            judgement = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
             rows.append(
                 (
                     *(value, parameter.unit, stderr, value - float(half[k]), value + float(half[k])),
                     *(float(bound[k]), parameter.value, parameter.min, parameter.max, *_prior(parameter)),
-                    *(bool(self.at_bound[k]), said if found is not None else "", parameter.source),
+                    *(bool(self.at_bound[k]), judgement if uncertainty is not None else "", parameter.source),
                     parameter.description,
                 )
             )
@@ -318,12 +320,12 @@ def _replaced(settings: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
 
 
 def part_missing(title: str, problem: SeatruthError) -> Finding:
-    """Says that a part of the estimate could not be made, and why."""
+    """A finding that a part of the estimate could not be computed, and why."""
     return Finding("warning", "part-missing", f"{title} could not be computed: {problem.message}", "model")
 
 
 def _without(jacobian: Array, columns: Sequence[int]) -> Array:
-    """The derivatives less what a change of some other columns can make up for."""
+    """The derivatives without the part that changes of some other columns can compensate."""
     if not columns:
         return jacobian
     others = jacobian[:, list(columns)]

@@ -18,7 +18,7 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.errors import BadInput
 from seatruth.models.formula import Formula
-from seatruth.trials.read import place
+from seatruth.trials.places import place
 from seatruth.trials.trial import Trial
 
 _MAX_NUMBERS = 8_000_000

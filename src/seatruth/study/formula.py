@@ -18,7 +18,8 @@ from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, ColumnSpec, Trial, Trials
 from seatruth.trials.read import trial_from_table
-from seatruth.trials.tables import Table, read_table
+from seatruth.trials.read_table import read_table
+from seatruth.trials.tables import Table
 
 _MOST_TRIALS = 200
 _ROW = "row of the table"

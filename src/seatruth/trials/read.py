@@ -26,8 +26,10 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.trials.condition import rows_where
+from seatruth.trials.places import place
+from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.trials.tables import Table, read_table
+from seatruth.trials.tables import Table
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 
@@ -188,21 +190,6 @@ def read_columns(
     frame = pd.DataFrame(content.columns)
     frame.attrs.update(units=dict(content.units), source=content.source)
     return frame
-
-
-def place(trial: Trial, samples: NDArray[np.int64] | Sequence[int]) -> str:
-    """Where samples of a trial stand in its file, for messages: "run.csv, lines 12-14" (or in the trial, by time)."""
-    from seatruth.trials.tables import runs
-
-    where = trial.source or f"trial {trial.name!r}"
-    index = np.asarray(samples, dtype=np.int64)
-    if index.size == 0:
-        return where
-    if trial.lines is not None and bool((trial.lines[index] > 0).all()):
-        numbers = trial.lines[index].tolist()
-        text = where.lower().endswith((".parquet", ".pq", ".mat"))
-        return f"{where}, {'row' if text else 'line'}{'s' if len(numbers) > 1 else ''} {runs(numbers)}"
-    return f"{where}, t = {trial.t[index[0]]:g}" + (f" to {trial.t[index[-1]]:g} s" if index.size > 1 else " s")
 
 
 def require_complete_inputs(trial: Trial) -> None:
