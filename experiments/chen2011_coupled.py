@@ -84,11 +84,11 @@ def study(trial: Trial, sd: Mapping[str, float], start: Mapping[str, float] | No
         value = VALUES[q.name]
         if q.name in FREE:
             low, high = sorted((LOW * value, HIGH * value))
-            q = q.but(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
+            q = q.replace(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
         elif q.name in TIES:
-            q = q.but(tie=TIES[q.name])
+            q = q.replace(expr=TIES[q.name])
         else:
-            q = q.but(value=value)
+            q = q.replace(value=value)
         given.append(q)
     return Study("chen2011, 6-DOF", PLANT, Trials([trial]), parameters=tuple(given), noise=sd)
 

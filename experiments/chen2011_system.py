@@ -95,9 +95,9 @@ def study(trial: Trial, level: float, start: Mapping[str, float] | None = None, 
         value = values[q.name]
         if q.name in names:
             low, high = sorted((LOW * value, HIGH * value)) if bounded else (-math.inf, math.inf)
-            q = q.but(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
+            q = q.replace(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
         else:
-            q = q.but(value=value)
+            q = q.replace(value=value)
         given.append(q)
     fields: dict[str, Any] = {"noise": noise_of(trial, level), "parameters": tuple(given), **changes}
     return Study("chen2011", model, Trials([trial]), **fields)

@@ -200,7 +200,7 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
     rows = []
     for name in names:
         problem = systems.SYNTHETIC[name]()
-        problem = Problem(problem.name, problem.study.but(holdout=[]), problem.truth)
+        problem = Problem(problem.name, problem.study.replace(holdout=[]), problem.truth)
         study = NoisyProblem(problem, RealisationSettings(SEED, LEVEL)).realise("trajectory", Noise("white", LEVEL), 0)
         cost, naive = cost_of(study, threads=1), Naive(study)
         low, high = cost.bounds

@@ -96,7 +96,7 @@ def coverage_of(name: str, seed: int) -> list[dict[str, Any]]:
     ]
     for part in conditions(table, ("draft",)):
         kept = np.setdiff1d(np.arange(len(table)), part)
-        without = study.but(trials=Trials([study.trials[0].samples(kept)]))
+        without = study.replace(trials=Trials([study.trials[0].samples(kept)]))
         cost, x = fit(without)
         inside = _inside(cost, x, study.trials[0].samples(part))
         rows += [

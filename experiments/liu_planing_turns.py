@@ -11,11 +11,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth import Study
-from seatruth.costs import cost_of, formula_study
+from seatruth.costs import cost_of
 from seatruth.costs.formula import FormulaCost
 from seatruth.manoeuvres import turning_circle_figures
 from seatruth.models import Parameter
 from seatruth.optimizers import minimise
+from seatruth.study import formula_study
 from seatruth.trials import Trial
 from seatruth.uncertainty import held_out_errors, prediction_intervals
 

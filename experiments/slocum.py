@@ -120,7 +120,7 @@ def _told(casts: Sequence[Trial], values: Mapping[str, float], threads: int) -> 
         cost = cost_of(glide.study(STEADY, casts, free, values), threads=threads)
         cost.reweight(cost.start)
         jacobian = cost.jacobian(cost.start)
-        said = covariance(cost.residuals(cost.start), jacobian, cost.groups)
+        said = covariance(cost.residuals(cost.start), jacobian, cost.residual_blocks)
         related = strongly_correlated(said)
         table = {
             p.name: {"value": p.value, "stderr": float(said.stderr[k])}

@@ -17,7 +17,8 @@ from typing import Any
 import standard_comparison_systems as systems
 from common import Options, Results, main, say
 
-from seatruth.comparison import Comparison, Noise, Standing, compare
+from seatruth.comparison import Comparison, Noise, compare
+from seatruth.progress import ProgressEvent
 from seatruth.report.comparison import write_comparison_report, write_tables
 from seatruth.report.figures.comparison import accuracy, ranks, reached
 
@@ -91,7 +92,7 @@ def _teller() -> Any:
     """Says now and then how far it is."""
     last = [0.0]
 
-    def tell(now: Standing) -> None:
+    def tell(now: ProgressEvent) -> None:
         if time.monotonic() - last[0] > _SAY_EVERY_S or not now.left:
             last[0] = time.monotonic()
             say(f"  {now}")

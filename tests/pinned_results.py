@@ -101,10 +101,10 @@ def identifications() -> dict[str, Any]:
     import known_glide
     from small_comparison import line
 
-    from seatruth import Budget, identify
+    from seatruth import Budget, RegressionOptions, identify
     from seatruth.optimizers import make
 
-    glide, regression = known_glide.study(), known_glide.study(cost="regression", initial="fixed")
+    glide, regression = known_glide.study(), known_glide.study(cost=RegressionOptions())
     asked: dict[str, tuple[Any, Any, int]] = {
         "least_squares on a trajectory": (glide, "least_squares", 400),
         "least_squares with estimated noise": (known_glide.study(noise={}), "least_squares", 400),

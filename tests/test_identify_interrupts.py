@@ -183,7 +183,7 @@ def test_a_damaged_result_is_said(tmp_path: Path) -> None:
 
 def test_saved_and_reloaded_exactly(tmp_path: Path) -> None:
     trials = [trial.with_step(Step("cut", {"start": 1.0, "list": (1, 2)}, "cut")) for trial in sailed(1)]
-    found = identify(study().but(trials=Trials(trials)), threads=1, profile=["b"], cross_validate=True)
+    found = identify(study().replace(trials=Trials(trials)), threads=1, profile=["b"], cross_validate=True)
     found.parameters.loc["a", "stderr"] = math.inf
     again = Estimate.load(found.save(tmp_path / "result"))
     for name in ("parameters", "nuisances", "covariance", "correlation", "sensitivity", "fit", "history", "traces"):

@@ -29,7 +29,11 @@ def test_imports_point_one_way() -> None:
 
 def test_no_circle_of_imports() -> None:
     """Not even through imports inside functions. Imports for type checkers alone do not count: they never run."""
-    circles = circles_of(import_graph({"seatruth": ROOT / "src" / "seatruth"}))
+    packages = {
+        "seatruth": ROOT / "src" / "seatruth",
+        "seatruth_optimizers": ROOT / "optimizers" / "seatruth_optimizers",
+    }
+    circles = circles_of(import_graph(packages))
     assert not circles, "modules that import each other:\n" + "\n".join(" <-> ".join(circle) for circle in circles)
 
 
@@ -162,3 +166,10 @@ def test_static_types_and_loaded_names_are_the_same() -> None:
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'identfy'"):
         seatruth.identfy  # noqa: B018
+
+
+def test_the_command_line_starts_without_the_engine() -> None:
+    loaded = python(
+        "import sys, seatruth.cli; print([m for m in ('llvmlite', 'seatruth.simulate') if m in sys.modules])"
+    )
+    assert loaded == "[]"

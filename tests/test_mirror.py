@@ -36,11 +36,22 @@ ELSEWHERE = {
     # Stages of `identify` and what they give.
     "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
     # Stages of the compiler, tested by the expression that comes out.
-    "simulate/test_trace.py": ("simulate/compiler/derivatives", "simulate/compiler/emit", "simulate/compiler/graph"),
+    "simulate/test_simulate_compiler_trace.py": (
+        "simulate/compiler/derivatives",
+        "simulate/compiler/graph",
+        "simulate/compiler/lowering",
+        "simulate/compiler/operations",
+    ),
     # Stages of the compiler, tested by the kernel that comes out.
-    "simulate/test_compiled.py": ("simulate/compiler/assembly", "simulate/compiler/kernels"),
+    "simulate/test_simulate_compiler_cache.py": (
+        "simulate/compiler/kernels",
+        "simulate/compiler/llvm_ir",
+        "simulate/compiler/machine_code",
+    ),
     # Stages of the simulation, tested by its outputs.
-    "simulate/test_engine.py": ("simulate/compiler/program", "simulate/grid", "simulate/rates"),
+    "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
+    # A user's simulator, run one call after another.
+    "simulate/test_simulate_blackbox.py": ("simulate/serial",),
     # Suites for others are tested by the classes that inherit them.
     "effects/test_effects_installed.py": ("effects/base", "effects/noise", "testing/effects"),
     "models/test_model_conformance.py": ("testing/models",),
@@ -57,15 +68,22 @@ ELSEWHERE = {
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
+        "comparison/problem",
         "comparison/spec",
         "comparison/text",
         "report/comparison",
     ),
-    "costs/test_costs_formula.py": ("models/formula",),
+    "costs/test_costs_formula.py": ("models/formula", "study/table"),
     "costs/test_costs_parameter_space.py": ("models/parameter",),
     "costs/test_costs_regression.py": ("costs/finite_differences", "costs/linear"),
-    "costs/test_costs_study.py": ("costs/base", "costs/registry", "costs/study_cost"),
-    "costs/test_costs_trajectory.py": ("costs/initial", "costs/segments"),
+    "costs/test_costs_problem.py": (
+        "costs/base",
+        "costs/content",
+        "costs/registry",
+        "costs/study_cost",
+        "study/study",
+    ),
+    "costs/test_costs_trajectory.py": ("costs/initial", "costs/open_loop", "costs/segments"),
     "diagnosis/test_diagnose_command.py": (
         "commands/diagnose",
         "diagnosis/pipeline",
@@ -94,14 +112,14 @@ ELSEWHERE = {
         "diagnosis/cross_validation/gap_explained",
         "diagnosis/cross_validation/retain_predictive",
     ),
-    "diagnosis/test_diagnosis_noise.py": ("statistics/autoregressive",),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
     "models/test_model_registry.py": ("models/registry", "models/user_file"),
-    "optimizers/test_checkpoint.py": ("optimizers/journal", "storage/checkpoint"),
+    "optimizers/test_checkpoint.py": ("optimizers/journal",),
     "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
     "sample/test_sample.py": ("sample/make",),
+    "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
     "study/test_study_expressions.py": ("study/validation",),
     "study/test_study_parse.py": ("study/reference", "study/schema"),
     "study/test_study_parts.py": (
@@ -114,6 +132,7 @@ ELSEWHERE = {
         "study/trial_files",
     ),
     "test_end_to_end.py": ("commands/demo",),
+    "test_identify_interrupts.py": ("uncertainty/refits",),
     "trials/test_trials_check.py": (
         "trials/check/duplicates",
         "trials/check/excitation",
@@ -140,6 +159,8 @@ ELSEWHERE = {
         "trials/csv_file",
         "trials/finding",
         "trials/mat_subprocess",
+        "trials/places",
+        "trials/read_table",
         "trials/standard_channels",
         "trials/tables",
         "trials/trial",

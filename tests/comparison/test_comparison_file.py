@@ -176,7 +176,7 @@ def test_a_solver_that_fits_no_cost_is_named() -> None:
 def _black_box(kind: Any) -> Any:
     import known_glide
 
-    from seatruth.identification import Study
+    from seatruth.study import Study
 
     def run(trial: Any, parameters: Any, x0: Any) -> Any:
         return {"v": trial.t * parameters["a"], "s": trial.t}

@@ -18,19 +18,20 @@ import pytest
 from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers, stumble
 
 from seatruth import BadInput, SeatruthError
-from seatruth.comparison import Noise, Problem, Standing, compare, standing
+from seatruth.comparison import Noise, Problem, compare, standing
 from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.comparison.runner import STORE
 from seatruth.comparison.store import Store
 from seatruth.comparison.worker import jobs_of, run_job
 from seatruth.errors import SeatruthWarning
 from seatruth.optimizers import from_callable, make
+from seatruth.progress import ProgressEvent
 
 HERE = Path(__file__).parent
 
 
 def test_runs_end_near_the_truth_and_count_evaluations(tmp_path: Path) -> None:
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(small(), tmp_path, progress=seen.append)
     assert results.left == 0
     assert len(results.runs) == 18
@@ -68,7 +69,7 @@ def test_all_solvers_and_costs_see_the_same_record_and_start() -> None:
 def test_a_changed_definition_makes_only_what_it_touches(tmp_path: Path) -> None:
     compare(small(), tmp_path)
     more = small(solvers={**solvers(), "guess": from_callable(guess, name="other")}, seeds=3)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(more, tmp_path, progress=seen.append)
     assert seen[0].left == 6  # the solver under its other name, nothing else
     assert results.left == 0
@@ -109,7 +110,7 @@ def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path)
     assert ranking is not None
     assert ranking.order == ["local", "stumble"]
     assert any("failed" in str(said) for said in results.conclusions)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     compare(comparison, tmp_path, retry_failed=True, progress=seen.append)
     assert seen[0].left == 6
 
@@ -177,7 +178,7 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     process.wait()
     before = _rows(store)
     assert 4 <= before < len(slow().runs)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(slow(), tmp_path / "killed", workers=2, progress=seen.append)
     assert seen[0].done == before
     whole = compare(slow(), tmp_path / "whole", workers=1)
@@ -209,7 +210,7 @@ def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> No
                 store.add([one], hashes)
                 kept += 1
     assert 0 < kept < len(done)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(comparison, tmp_path, progress=seen.append)
     assert seen[0].left == len(comparison.runs) - max(0, kept - len(comparison.references))
     pd.testing.assert_frame_equal(numbers(results).drop(columns="study_hash"), _reference_numbers(tmp_path, comparison))
@@ -291,7 +292,7 @@ def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, chang
     base.close()
     with pytest.warns(SeatruthWarning, match="1 stored run is damaged"):
         assert standing(small(seeds=1), tmp_path).left == 1
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     with pytest.warns(SeatruthWarning, match="makes them again"):
         again = compare(small(seeds=1), tmp_path, progress=seen.append)
     assert seen[0].left == 1

@@ -228,7 +228,7 @@ def test_a_trial_of_a_few_samples_is_refused(folder: Path, runs: list[Trial]) ->
 @pytest.mark.slow
 def test_nothing_free(folder: Path, runs: list[Trial]) -> None:
     study = small.study(folder, runs)
-    fixed = study.but(parameters=tuple(p.but(vary=False, prior=None) for p in study.parameters))
+    fixed = study.replace(parameters=tuple(p.replace(vary=False, prior=None) for p in study.parameters))
     found = diagnose(fixed, small.EFFECTS, threads=1, left_out=False, suggest=False)
     assert "no-coefficients" in codes(found)
     write_report(found, folder / "fixed.html")

@@ -132,7 +132,7 @@ def test_a_current_is_the_same_in_both_codes() -> None:
         name="s", t=record.t, inputs={"delta_s": record.delta}, outputs={k: v[:] for k, v in record.clean.items()}
     )
     values = {**model.nominal(), **TORPEDO.measured, "current_along_along": 0.4}
-    engine = simulator(model, [again], (), values, "linear", None, 1)
+    engine = simulator(model, [again], (), values, "foh", None, 1)
     y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
     for k, channel in enumerate(model.outputs):
         assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name

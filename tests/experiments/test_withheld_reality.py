@@ -98,7 +98,7 @@ def test_the_library_runs_the_same_ship_alike(name: str) -> None:
     inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
     trial = LibraryTrial(name="s", t=record.t, inputs=inputs, outputs=dict(record.clean))
     handed = {**(family.coefficients if family.whole else {}), **family.measured}
-    engine = simulator(model, [trial], (), {**model.nominal(), **handed}, "linear", None, 1)
+    engine = simulator(model, [trial], (), {**model.nominal(), **handed}, "foh", None, 1)
     y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
     for k, channel in enumerate(model.outputs):
         worst = np.abs(y[:, k] - record.clean[channel.name]).max()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, make, minimise
 from seatruth.testing.problems import ResidualCost, at_bound, rosenbrock

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.errors import BadInput, SeatruthWarning
 from seatruth.optimizers import Budget, Chain, Problem, Stop, from_callable, make, minimise
+from seatruth.progress import ProgressEvent
 from seatruth.testing.problems import Wrapped, ellipsoid, known_problems, rosenbrock
 
 
@@ -254,16 +255,16 @@ class TestFailures:
 
 class TestProgressAndHistory:
     def test_progress_ends_with_the_code(self) -> None:
-        told: list[tuple[int, float, float, str]] = []
+        events: list[ProgressEvent] = []
         outcome = minimise(
             rosenbrock().cost,
             "differential_swarm",
             budget=Budget(5000),
-            progress=lambda *state: told.append(state),
+            progress=events.append,
         )
-        assert told[-1][0] == outcome.evaluations
-        assert told[-1][3] == outcome.code
-        assert all(code == "" for *_, code in told[:-1])
+        assert (events[-1].done, events[-1].total) == (outcome.evaluations, 5000)
+        assert events[-1].message == outcome.code
+        assert all(event.message == "" for event in events[:-1])
 
     def test_history_is_thinned_and_falls(self) -> None:
         def run(problem: Problem, rng: np.random.Generator) -> str:

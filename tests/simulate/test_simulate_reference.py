@@ -154,7 +154,7 @@ def compare(model: Model, values: Mapping[str, float], free: tuple[str, ...], ho
     agree(*pair, theta, x0, visible[:4])
 
 
-@pytest.mark.parametrize("hold", ["linear", "zero"])
+@pytest.mark.parametrize("hold", ["foh", "zoh"])
 @pytest.mark.parametrize("name", sorted(available_models()))
 def test_every_model(name: str, hold: Hold) -> None:
     model, values, free = case(name, ())
@@ -164,7 +164,7 @@ def test_every_model(name: str, hold: Hold) -> None:
 @pytest.mark.parametrize(("name", "effects"), EFFECTS, ids=lambda x: x if isinstance(x, str) else "+".join(x))
 def test_models_with_effects(name: str, effects: tuple[str, ...]) -> None:
     model, values, free = case(name, effects)
-    compare(model, values, free, "linear")
+    compare(model, values, free, "foh")
 
 
 @pytest.mark.parametrize("name", sorted(available_models()))
@@ -190,7 +190,7 @@ def test_a_step_of_the_input_between_steps_of_the_simulation() -> None:
     """Inputs jump at samples that no multiple of the longest step meets."""
     t = np.array([0.0, 0.3, 0.37, 1.0, 1.9, 2.0])
     trial = record_of(t, lambda x: (x >= 0.37).astype(float), x=np.zeros(6), angle=np.zeros(6))
-    for hold in ("linear", "zero"):
+    for hold in ("foh", "zoh"):
         pair = both(Lag(), [trial], free=("k", "T"), hold=hold, max_step=0.11)
         agree(*pair, np.array([[1.5, 2.0], [1.0, 0.7]]), pair[0].initial_states, ("x", "angle"))
 
@@ -214,7 +214,7 @@ def test_conditions_of_every_level() -> None:
     model = plain_model(rates, ("x", "y", "z"), ("a",), ("push",))
     t = np.arange(15) * 0.1
     outputs = dict.fromkeys(("x", "y", "z"), 0.2 + 0.1 * t)
-    for hold in ("linear", "zero"):
+    for hold in ("foh", "zoh"):
         pair = both(model, [record_of(t, lambda x: 0.55 + 0.2 * np.sin(4 * x), **outputs)], free=("a",), hold=hold)
         agree(*pair, np.linspace(0.6, 1.4, 9)[:, None], pair[0].initial_states, ("x", "y"))
 

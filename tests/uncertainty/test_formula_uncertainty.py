@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from seatruth import identify
-from seatruth.costs import cost_of, formula_study
+from seatruth.costs import cost_of
 from seatruth.costs.formula import FormulaCost
 from seatruth.errors import BadInput
 from seatruth.models import Parameter
+from seatruth.study import formula_study
 from seatruth.uncertainty import (
     compare_models,
     held_out_errors,

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.study_cost import Group
-from seatruth.identification import Study, cost_of
+from seatruth.costs import cost_of
+from seatruth.costs.study_cost import ResidualBlock
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 from seatruth.uncertainty import (
     correlated_pairs,
@@ -74,7 +75,7 @@ def test_estimates_that_move_together_are_named() -> None:
     rng = np.random.default_rng(2)
     u, v, w = 100.0 * rng.normal(size=(3, 500))
     jacobian = np.column_stack([u, u + 0.1 * v, w])
-    groups = [Group("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
     found = covariance(rng.normal(size=500), jacobian, groups)
     assert strongly_correlated(found).tolist() == [True, True, False]
     (pair,) = correlated_pairs(found, three())
@@ -111,16 +112,14 @@ def diving() -> Study:
     model = load_model("diving_plane")
     zigzag = PitchZigzag(math.radians(5.0), math.radians(5.0))
     trial = run_manoeuvre(model, zigzag, dt=0.5, first_state={"z": 100.0}, rudder_rate=math.radians(2.5), limit=120.0)
-    return Study(
-        "zigzag", model, Trials([trial]), cost="trajectory", noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3)
-    )
+    return Study("zigzag", model, Trials([trial]), noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3))
 
 
 def test_sensitivities_are_the_published_kind(diving: Study) -> None:
     """The order that the reference plant's zigzag gives: planes and damping first, quadratic pitch terms last."""
     names = ["Z_ds", "Z_q", "M_ds", "Z_w", "M_q", "Z_aw", "M_aw", "M_qaq", "M_waw"]
-    free = tuple(p.but(vary=p.name in names) for p in diving.model.parameters)
-    cost = cost_of(diving.but(parameters=free), threads=1)
+    free = tuple(p.replace(vary=p.name in names) for p in diving.model.parameters)
+    cost = cost_of(diving.replace(parameters=free), threads=1)
     found = sensitivity(cost, cost.start)
     order = found[["w", "q", "theta"]].max(axis=1)
     assert list(order.index) == [p.name for p in cost.parameters]
@@ -140,7 +139,7 @@ def test_a_preview_says_what_trials_can_move() -> None:
         y = simulator(model, [bare]).outputs(np.zeros((1, 0)), start).y[0]
         outputs = {c.name: y[:, k] for k, c in enumerate(model.outputs)}
         trial = Trial(name, t, inputs, outputs, synthetic=True)
-        free = tuple(p.but(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
+        free = tuple(p.replace(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
         noise = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
         study = Study(name, model, Trials([trial]), parameters=free, noise=noise)
         verdicts[name] = prior_identifiability(study, threads=1)

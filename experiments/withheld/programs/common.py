@@ -85,15 +85,15 @@ def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
     acting: list[Effect] = [available()[name] for name in effects_on(study.model.name)] if effects else []
     model = with_effects(study.model, acting) if acting else study.model
     own = {p.name: p for p in study.parameters}
-    parameters = tuple(own[p.name] if p.name in own else p.but(vary=True) for p in model.parameters)
-    cost = TrajectoryCost(study.but(model=model, parameters=parameters))
+    parameters = tuple(own[p.name] if p.name in own else p.replace(vary=True) for p in model.parameters)
+    cost = TrajectoryCost(study.replace(model=model, parameters=parameters))
     x = np.array([values.get(name, start) for name, start in zip(cost.names, cost.start.tolist(), strict=True)])
     jacobian = cost.jacobian(x)
     names = list(cost.names)
     columns = {e.name: [names.index(e.named(q.name)) for q in e.parameters] for e in acting}
     taken = {k for of in columns.values() for k in of}
     rest = [k for k in range(len(names)) if k not in taken]
-    groups = [group for group in cost.groups if group.kind == "data" and len(group.rows)]
+    groups = [group for group in cost.residual_blocks if group.kind == "data" and len(group.rows)]
     channels: dict[str, list[Any]] = {}
     for group in groups:
         channels.setdefault(group.channel, []).append(group.rows)

@@ -12,7 +12,7 @@ from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 
 if TYPE_CHECKING:
-    from seatruth.comparison import Comparison, Results, Standing
+    from seatruth.comparison import Comparison, Results
 
 
 def compare(
@@ -44,10 +44,6 @@ def compare(
         return Result(summary(results, folder))
     error_console().print(f"{len(made.runs)} runs: {_size(made)}") if not quiet else None
     with _cluster(scheduler), ProgressLine(quiet=quiet) as line:
-
-        def progress(now: Standing) -> None:
-            line.show(str(now), now=False)
-
         results = run(
             made,
             folder,
@@ -55,7 +51,7 @@ def compare(
             backend="dask" if scheduler else "loky",
             fresh=fresh,
             retry_failed=retry_failed,
-            progress=progress,
+            progress=line,
         )
         line.show("Writing the report", now=False)
         report = write(results, folder)

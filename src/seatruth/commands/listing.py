@@ -11,11 +11,11 @@ import typer
 
 from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
-from seatruth.costs.registry import KINDS
+from seatruth.costs.options import OPTIONS, option_names
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
-from seatruth.study.schema import COST_KEYS, CostTable
+from seatruth.study.schema import CostTable
 
 
 class What(StrEnum):
@@ -108,6 +108,8 @@ def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
 
 
 def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.costs.registry import KINDS  # loads the engine, which no other list needs
+
     fields = CostTable.model_fields
     entries = [
         {
@@ -119,7 +121,7 @@ def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
                     "is": kind(fields[key].annotation).replace("`", ""),
                     "means": fields[key].description or "",
                 }
-                for key in COST_KEYS[kind_of_cost.name]
+                for key in option_names(OPTIONS[kind_of_cost.name])
             ],
         }
         for kind_of_cost in KINDS.values()

@@ -15,7 +15,7 @@ from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem
 from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
 from seatruth.optimizers import Optimizer
-from seatruth.study import Plan, parsed, read_plan, read_text
+from seatruth.study import Study, load_study, parsed, read_text
 from seatruth.study import solver as solvers
 from seatruth.study.reference import rows
 from seatruth.study.schema import OpenTable, OptimizerTable, Table
@@ -178,16 +178,16 @@ def reference() -> str:
 def _problems(file: ComparisonFile, source: Path, problems: Problems) -> list[Problem]:
     problem_list = []
     for k, entry in enumerate(file.problems):
-        plan: Plan | None = None
+        study: Study | None = None
         with problems.at("problems", k, "study"):
-            plan = read_plan(source.parent / entry.study)
-        if plan is None:
+            study = load_study(source.parent / entry.study)
+        if study is None:
             continue
-        values = {parameter.name: parameter.value for parameter in plan.study.free}
+        values = {parameter.name: parameter.value for parameter in study.free}
         truth = values if entry.truth == "study" else entry.truth
         with problems.at("problems", k):
-            name = entry.name or plan.study.name
-            problem_list.append(Problem(name, plan.study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
+            name = entry.name or study.name
+            problem_list.append(Problem(name, study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
     names = [problem.name for problem in problem_list]
     for k, name in enumerate(names):
         if name in names[:k]:

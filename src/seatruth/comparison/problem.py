@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 
 from seatruth.comparison.noise import Noise
-from seatruth.costs.study import Study
 from seatruth.errors import BadInput, nearest
+from seatruth.study import Study
 
 COSTS = ("trajectory", "regression", "formula")
 """Kinds of cost."""
@@ -57,8 +57,8 @@ class Problem:
         for cost in self.costs:
             if cost not in COSTS:
                 raise BadInput(f"there is no cost {cost!r}", where=where, do=nearest(cost, COSTS))
-            if (cost == "formula") != (self.study.cost == "formula"):
-                raise BadInput(f"a {self.study.cost} study has no {cost} cost", where=where)
+            if (cost == "formula") != (self.study.cost.kind == "formula"):
+                raise BadInput(f"a {self.study.cost.kind} study has no {cost} cost", where=where)
         if self.truth is None:
             return
         for name in self.truth:

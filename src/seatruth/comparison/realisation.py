@@ -13,9 +13,13 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.comparison.noise import Noise, realise
 from seatruth.comparison.problem import Problem, Run, random_stream
-from seatruth.costs.study import Study, StudyCost, cost_of
+from seatruth.costs.options import FormulaOptions, TrajectoryOptions, as_trajectory, of_kind
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput
 from seatruth.optimizers import Coordinates
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 _MAX_TRIES = 200
@@ -86,13 +90,17 @@ class NoisyProblem:
     def realise(self, cost: str, noise: Noise, seed: int) -> Study:
         """The study of one realisation, with its start, in this kind of cost."""
         names = (self.settings.seed, self.problem.name, noise.describe(), seed)
-        first = self.study.initial == "free" or self.study.cost == "formula"
+        options = self.study.cost
+        # The first samples carry noise as well where the initial state is estimated, and in a table.
+        first = isinstance(options, FormulaOptions) or (
+            isinstance(options, TrajectoryOptions) and options.initial == "free"
+        )
         sd = self.deviations(noise)
         rngs = np.random.default_rng(random_stream("noise", *names)).spawn(len(self.clean_trials))
         trials = [realise(noise, trial, sd, sd, rng, first=first) for trial, rng in zip(self.clean_trials, rngs)]
-        changes: dict[str, Any] = {"cost": cost, "trials": Trials(trials), "holdout": self.holdout}
+        changes: dict[str, Any] = {"cost": of_kind(options, cost), "trials": Trials(trials), "holdout": self.holdout}
         changes["noise"] = self._weights(noise)
-        study = self.study.but(**changes)
+        study = self.study.replace(**changes)
         if self.problem.start == "random":
             return self._with_random_start(study, np.random.default_rng(random_stream("start", *names)))
         return study
@@ -115,7 +123,7 @@ class NoisyProblem:
         for _ in range(_MAX_TRIES):
             x = coordinates.x_of(coordinates.sample(rng, 1)[0])
             if bool(space.feasible(x[None])[0]):
-                return study.but(parameters=with_values(study, dict(zip((q.name for q in study.free), x.tolist()))))
+                return study.replace(parameters=with_values(study, dict(zip((q.name for q in study.free), x.tolist()))))
         raise BadInput(
             f"none of {_MAX_TRIES} random starts satisfies the constraints",
             where=f"problem {self.problem.name!r}",
@@ -126,14 +134,14 @@ class NoisyProblem:
         """These trials with outputs simulated at the truth wherever they were recorded; as they are without a truth."""
         if self.truth is None or not len(trials):
             return trials
-        plain: dict[str, Any] = {"initial": "fixed", "initial_sd": {}, "segments": None, "multiple_shooting": False}
-        options: dict[str, Any] = {} if self.study.cost == "formula" else {"cost": "trajectory", **plain}
-        study = self.study.but(
-            trials=trials,
-            holdout=Trials([]),
+        options = self.study.cost
+        if not isinstance(options, FormulaOptions):
+            kept = as_trajectory(options)
+            options = TrajectoryOptions(hold=kept.hold, max_step=kept.max_step)
+        study = self.study.with_trials(trials).replace(
             parameters=with_values(self.study, self.truth),
             noise=dict.fromkeys((channel.name for channel in self.study.model.outputs), 1.0),
-            **options,
+            cost=options,
         )
         cost = cost_of(study, threads=1)
         names = [channel.name for channel in study.model.outputs]
@@ -160,10 +168,10 @@ class CostCache:
         return self._kept[key]
 
 
-def with_values(study: Study, values: dict[str, float]) -> tuple[Any, ...]:
+def with_values(study: EstimationProblem, values: dict[str, float]) -> tuple[Any, ...]:
     """The study's parameters with these values."""
     return tuple(
-        parameter.but(value=values[parameter.name]) if parameter.name in values else parameter
+        parameter.replace(value=values[parameter.name]) if parameter.name in values else parameter
         for parameter in study.parameters
     )
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,29 +18,12 @@ from seatruth.comparison.spec import Comparison
 from seatruth.comparison.store import Store
 from seatruth.comparison.worker import Job, RunResult, jobs_of, run_job
 from seatruth.errors import BadInput, Interrupted, SeatruthError
+from seatruth.progress import Progress, ProgressEvent, silent
 
 STORE = "comparison.sqlite"
 _WRITE_S = 0.2
 """Longest time in s that a finished run waits to be stored together with others. Chosen here [S]."""
 Backend = Literal["loky", "dask"]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How far a comparison is: runs done, failed and left, and seconds to go (None while that is not known)."""
-
-    done: int
-    failed: int
-    left: int
-    seconds_left: float | None
-
-    def __str__(self) -> str:
-        failed = f", {self.failed} failed" if self.failed else ""
-        text = f"{self.done} runs done{failed}, {self.left} left"
-        if self.seconds_left is None or not self.left:
-            return text
-        minutes, seconds = divmod(round(self.seconds_left), 60)
-        return f"{text}, about {f'{minutes} min ' if minutes else ''}{seconds} s to go"
 
 
 def compare(
@@ -52,28 +34,38 @@ def compare(
     backend: Backend = "loky",
     fresh: bool = False,
     retry_failed: bool = False,
-    progress: Callable[[Standing], None] | None = None,
+    progress: Progress | None = None,
 ) -> Results:
     """Makes the runs of a comparison that are missing in its store, and returns all its results.
 
-    Whatever ends it, even `kill -9` or a full disk, costs the unfinished runs only: the same call continues.
+    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on.
 
     Args:
-        comparison: What is compared.
-        folder: Folder of the store, `comparison.sqlite`. Runs that are stored there are not made again.
-        workers: Processes at once; the results do not depend on it.
-        backend: "loky" for processes of this machine, "dask" for the workers of this process's dask client.
-        fresh: Whether to make all runs again.
-        retry_failed: Whether to make failed runs again.
-        progress: Called with a Standing after each group of runs.
+        comparison: what is compared.
+        folder: gets the store, `comparison.sqlite`; runs that are in it are not made again.
+        workers: processes that run at once; they do not change the results.
+        backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
+        fresh: make all runs anew.
+        retry_failed: make those runs anew that failed.
+        progress: called with a `ProgressEvent` after every group of runs.
+
+    Returns:
+        The results of all runs in the store that belong to the comparison.
 
     Raises:
-        BadInput: Another program writes to the store, or a program of another version made it.
-        Interrupted: The user pressed Ctrl-C.
+        BadInput: another program writes to the store, or one of another version made it.
+        Interrupted: the user stopped it; finished runs are kept.
 
     Example:
-        results = compare(comparison, "zigzags-result", workers=4)
-        results.ranking("accuracy").order
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison, compare
+        >>> from seatruth.comparison import Noise, Problem
+        >>> study = seatruth.sample.load()
+        >>> problems = [Problem("sample", study.replace(trials=study.trials[:1]), start="study")]
+        >>> comparison = Comparison(problems, ["cma_es"], [Noise("white", 0.01)], seeds=1, budgets=[30])
+        >>> results = compare(comparison, "comparison-result")
+        >>> results.runs["evaluations"].tolist()
+        [30]
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
@@ -92,7 +84,7 @@ def compare(
         known = store.known((run.key for run in wanted), failed=not retry_failed)
         missing = _ordered([run for run in wanted if run.key not in known])
         store.describe(comparison.name, dict(comparison.made_of))
-        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress)
+        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress or silent)
         try:
             for results in _in_groups(_results(jobs_of(comparison, missing), workers, backend)):
                 store.add(results, hashes)
@@ -195,14 +187,13 @@ class _Clock:
         store: Store,
         missing: Sequence[Run],
         workers: int,
-        progress: Callable[[Standing], None] | None,
+        progress: Progress,
     ) -> None:
         self._progress, self._workers = progress, workers
         self._left = {run.key: _kind(run) for run in missing}
-        self._count = len(comparison.runs) - len(missing)
-        keys = {run.key for run in comparison.runs}
+        self._total, self._begun = len(comparison.runs), time.monotonic()
+        keys = {run.key for run in comparison.runs} - set(self._left)
         self._failed = len(store.known(keys)) - len(store.known(keys, failed=False))
-        self._count -= self._failed
         self._times: dict[Any, list[float]] = defaultdict(list)
         self._show()
 
@@ -212,14 +203,22 @@ class _Clock:
                 continue
             self._left.pop(result.run.key, None)
             self._failed += bool(result.error)
-            self._count += not result.error
             spent = result.numbers.get("search_s", 0.0) + result.numbers.get("scoring_s", 0.0)
             self._times[_kind(result.run)].append(spent)
         self._show()
 
     def _show(self) -> None:
-        if self._progress is not None:
-            self._progress(Standing(self._count, self._failed, len(self._left), self._seconds()))
+        self._progress(
+            ProgressEvent(
+                "Comparison",
+                done=self._total - len(self._left),
+                total=self._total,
+                unit="runs",
+                elapsed_s=time.monotonic() - self._begun,
+                remaining_s=self._seconds(),
+                message=f"{self._failed} failed" if self._failed else "",
+            )
+        )
 
     def _seconds(self) -> float | None:
         if not self._times:

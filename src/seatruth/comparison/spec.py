@@ -16,7 +16,8 @@ import joblib
 from seatruth.comparison.noise import Noise
 from seatruth.comparison.problem import COSTS, Problem, Run, check_distinct, checked_budgets, digest
 from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
-from seatruth.costs.study import cost_of
+from seatruth.costs.options import of_kind
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Optimizer, as_optimizer
@@ -33,23 +34,31 @@ TARGETS = (100.0, 10.0, 1.0, 0.1, 0.01)
 class Comparison:
     """Solvers compared on problems under noise.
 
-    Attributes:
-        problems: The problems.
-        solvers: By label a name, an Optimizer or a list of them for a hybrid (a plain function through
+    Args:
+        problems: the problems.
+        solvers: label -> a name, an Optimizer or a list of them for a hybrid (a plain function through
             `seatruth.optimizers.from_callable`); or a list of these.
-        noise: Kinds of noise with their levels.
-        seeds: How many realisations each noise gets.
-        budgets: Evaluations that a run may spend, finite differences counted.
-        costs: Kinds of cost; each problem's own where empty.
-        name: Its name in results and reports.
-        description: What it is for.
-        seed: Fixes all random draws.
-        targets: Excesses over the best known fit, in units of chi-square (twice the cost).
-        success: The target at which a run counts as a success.
-        made_of: What the store notes about it.
+        noise: kinds of noise with their levels.
+        seeds: realisations of each noise.
+        budgets: evaluations that a run may spend, finite differences counted.
+        costs: kinds of cost; each problem's own where empty.
+        name, description: for results and reports.
+        seed: fixes all random draws.
+        targets: excesses over the best known fit, in units of chi-square (twice the cost).
+        success: the target at which a run counts as a success.
+        made_of: what the store notes about the comparison.
 
     Raises:
-        BadInput: The parts do not fit together.
+        BadInput: the parts cannot be compared.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison
+        >>> from seatruth.comparison import Noise, Problem
+        >>> problems = [Problem("sample", seatruth.sample.load())]
+        >>> comparison = Comparison(problems, ["least_squares", "cma_es"], [Noise("white", 0.01)], seeds=15)
+        >>> len(comparison.runs)
+        30
     """
 
     problems: Sequence[Problem]
@@ -106,9 +115,9 @@ class Comparison:
         """The kinds of cost by which a problem is fitted."""
         if problem.costs:
             return problem.costs
-        if problem.study.cost == "formula":
+        if problem.study.cost.kind == "formula":
             return ("formula",)
-        return tuple(self.costs) or (problem.study.cost,)
+        return tuple(self.costs) or (problem.study.cost.kind,)
 
     def budgets_of(self, problem: Problem) -> tuple[int, ...]:
         """The budgets of a problem's runs."""
@@ -147,7 +156,7 @@ class Comparison:
 
     def _references(self) -> Iterator[Run]:
         hashes = {
-            (problem.name, cost): problem.study.but(cost=cost).content_hash
+            (problem.name, cost): problem.study.replace(cost=of_kind(problem.study.cost, cost)).content_hash
             for problem in self.problems
             for cost in self.costs_of(problem)
         }

@@ -22,7 +22,8 @@ from seatruth.arrays import Array
 from seatruth.comparison.problem import Problem, Run, random_stream
 from seatruth.comparison.realisation import CostCache, NoisyProblem, RealisationSettings, with_values
 from seatruth.comparison.spec import Comparison
-from seatruth.costs.study import StudyCost, cost_of
+from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Budget, Optimizer, minimise
@@ -150,7 +151,10 @@ def _fit_reference(problem: NoisyProblem, run: Run) -> RunResult:
     table["value"] = math.nan if best is None else best[: len(free)]
     table["truth"] = math.nan if problem.truth is None else [problem.truth[q.name] for q in free]
     table["crlb"] = _bounds(problem, run)
-    numbers: dict[str, Any] = {"value": value, "n_data": sum(len(g.rows) for g in cost.groups if g.kind == "data")}
+    numbers: dict[str, Any] = {
+        "value": value,
+        "n_data": sum(len(g.rows) for g in cost.residual_blocks if g.kind == "data"),
+    }
     numbers["dimension"] = len(cost.parameters)
     if problem.truth is not None:
         numbers["value_at_truth"] = float(cost.values(_candidate(cost, problem.truth)[None])[0])
@@ -159,7 +163,7 @@ def _fit_reference(problem: NoisyProblem, run: Run) -> RunResult:
 
 def _with_start(cost: StudyCost, values: Mapping[str, float]) -> StudyCost:
     """The cost with another start."""
-    return cost_of(cost.study.but(parameters=with_values(cost.study, dict(values))), threads=1)
+    return cost_of(cost.problem.replace(parameters=with_values(cost.problem, dict(values))), threads=1)
 
 
 def _bounds(problem: NoisyProblem, run: Run) -> Array:
@@ -177,7 +181,7 @@ def _bounds(problem: NoisyProblem, run: Run) -> Array:
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
     if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
         return nothing
-    return np.asarray(covariance(residuals, jacobian, cost.groups, white=True).crlb[: len(free)])
+    return np.asarray(covariance(residuals, jacobian, cost.residual_blocks, white=True).crlb[: len(free)])
 
 
 def _candidate(cost: StudyCost, values: Mapping[str, float]) -> Array:
@@ -227,7 +231,7 @@ def _intervals(cost: StudyCost, x: Array) -> pd.DataFrame:
             below, above = x - low <= _AT_BOUND * width, high - x <= _AT_BOUND * width
         has_width = np.isfinite(width)
         fixed = has_width & ((below & (gradient > 0)) | (above & (gradient < 0)))
-        uncertainty = covariance(residuals, jacobian, cost.groups, fixed)
+        uncertainty = covariance(residuals, jacobian, cost.residual_blocks, fixed)
         stderr, half = uncertainty.stderr[:size], uncertainty.half_width()[:size]
     with np.errstate(invalid="ignore"):
         return table.assign(stderr=stderr, lower=x[:size] - half, upper=x[:size] + half)

@@ -108,13 +108,16 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
 def summary(folds: Sequence[Fold]) -> Validation:
     """The part of the gap that the effects explain on trials left out, with a jackknife interval over trials."""
     refit, named, control = (
-        np.array([getattr(fold, f"error_{which}") ** 2 for fold in folds]) for which in ("refit", "effects", "discrepancy")
+        np.array([getattr(fold, f"error_{which}") ** 2 for fold in folds])
+        for which in ("refit", "effects", "discrepancy")
     )
     value = _explained(refit, named)
     n = len(folds)
     keep = [np.arange(n) != k for k in range(n)]
     parts = np.array([_explained(refit[k], named[k]) for k in keep])
-    spread = math.sqrt((n - 1) / n * float(((parts - parts.mean()) ** 2).sum())) if np.isfinite(parts).all() else math.nan
+    spread = (
+        math.sqrt((n - 1) / n * float(((parts - parts.mean()) ** 2).sum())) if np.isfinite(parts).all() else math.nan
+    )
     half = float(student.ppf(0.975, n - 1)) * spread
     return Validation(tuple(folds), value, value - half, value + half, _explained(refit, control))
 
@@ -141,9 +144,7 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     return best[1]
 
 
-def _predicted(
-    problem: Problem, at: Fit, left: int, others: Sequence[int], sizes: Sizes, *, terms: bool
-) -> float:
+def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], sizes: Sizes, *, terms: bool) -> float:
     """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
     step = at.likelihood.solve(at.sizes, at.effects, others)
     point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
@@ -166,6 +167,18 @@ def _size(problem: Problem, errors: Array, here: Flags, deviation: Array) -> flo
     return float(np.sqrt(np.mean((errors[here] / deviation[problem.channel_of[here]]) ** 2)))
 
 
+def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
+    """The point with the initial state of each trial refitted, everything else held; the point where it diverges."""
+    for _ in range(_REFITS):
+        now = problem.linearize(point, ())
+        if not np.isfinite(now.errors).all():
+            return point
+        for trial in range(len(problem.trials)):
+            stepped = _initial_step(problem, replace(now, point=point), problem.trial_of == trial, trial, deviation)
+            point = stepped
+    return point
+
+
 def _initial_step(problem: Problem, now: Linearization, here: Flags, left: int, deviation: Array) -> Point:
     """One Gauss-Newton step of one trial's initial state."""
     count = len(problem.initial_names)
@@ -182,6 +195,4 @@ def _initial_step(problem: Problem, now: Linearization, here: Flags, left: int, 
 def noise_deviation(problem: Problem, sizes: Sizes) -> Array:
     """Standard deviation of each channel's noise, white and slow together (C,)."""
     shapes = noise_shapes(problem.settings)
-    return np.array(
-        [math.exp(w) * math.sqrt(shapes[k].correlation(0.0)) for w, k in zip(sizes.white, sizes.shape)]
-    )
+    return np.array([math.exp(w) * math.sqrt(shapes[k].correlation(0.0)) for w, k in zip(sizes.white, sizes.shape)])

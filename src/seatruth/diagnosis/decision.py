@@ -63,7 +63,9 @@ def decide(
     none, unknown = none_and_unknown(found)
     named = sum(sets.values())
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
-        return Decision("underpowered" if underpowered or none < settings.name_threshold else "no_gap", (), none, False, ())
+        return Decision(
+            "underpowered" if underpowered or none < settings.name_threshold else "no_gap", (), none, False, ()
+        )
     clusters: list[Cluster] = []
     shown: Key = ()
     for key in list(sets)[:1] if sets else []:

@@ -19,9 +19,7 @@ _MOST_COMBINED = 3
 """Effects at once for which all combinations of scales are averaged; more would take 6^n evaluations."""
 
 
-def scale_gain(
-    information: Array, pull: Array, sd: Array, groups: Sequence[Indices], scales: Sequence[float]
-) -> float:
+def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indices], scales: Sequence[float]) -> float:
     """Rise of the log-evidence (nats) when the magnitudes of each effect have a scale of their own.
 
     Args:

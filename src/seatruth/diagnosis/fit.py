@@ -24,12 +24,16 @@ _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
 _CLOSE = 3.0
 """Median error, in noise deviations, from which noise is no longer inflated."""
+_LITTLE = 0.2
+"""Part of a step below which a fit counts as stuck: far from its record, it goes on with inflated noise."""
 _FASTER, _SLOWER, _STUCK = 4.0, 1.5, 1.2
 """Factors by which the inflation falls after a full step, a part of one, and none."""
 _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
 """Further gains like the last one that a fit is granted before it counts as hopeless."""
+_SWEEPS = 8
+"""Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _DIVERGED = 1e8
 """Error, in SI units, beyond which a run counts as diverged."""
 
@@ -83,19 +87,19 @@ def fit(
     def evidence(likelihood: Likelihood, candidate: Sizes) -> float:
         return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
 
-    inflation, last, settled, close_steps = 0.0, -math.inf, False, 0
+    inflation, last, settled, stuck, close_steps = 0.0, -math.inf, False, False, 0
     for number in range(settings.fit_steps):
         at = problem.linearize(point, effects)
         if not np.isfinite(at.errors).all():
             break
         likelihood = Likelihood(problem, at)
-        if not inflation:
-            white = np.exp(sizes.white)[problem.channel_of]
-            inflation = max(1.0, float(np.median(np.abs(at.errors) / white)) / _CLOSE)
+        far = _distance(problem, at.errors, sizes) / _CLOSE
+        if not inflation or (stuck and far > inflation):
+            inflation = max(1.0, far)
         if inflation <= 1.0:
             sizes, value = maximise(
                 lambda s, k=likelihood: evidence(k, s), sizes, settings, channels=channels,
-                noise=close_steps % 4 == 0, shapes=close_steps == 1, sweeps=1,
+                shapes=close_steps == 1, sweeps=1,
             )  # fmt: skip
             close_steps += 1
             if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
@@ -110,13 +114,14 @@ def fit(
             if after < before:
                 break
         moved = after < before
+        stuck = part < _LITTLE
         point = trial if moved else point
         if inflation > 1.0:
             inflation = max(1.0, inflation / (_STUCK if not moved else _FASTER if part == 1.0 else _SLOWER))
         elif not moved or before - after < settings.settled:
             settled = True
             break
-    return _finished(problem, effects, point, sizes, known, channels, discrepancy, settled)
+    return _finished(problem, effects, point, sizes, known, channels, discrepancy, settled, rival)
 
 
 def _finished(
@@ -128,17 +133,43 @@ def _finished(
     channels: Sequence[int],
     discrepancy: bool,
     settled: bool,
+    rival: float,
 ) -> Fit:
     at = problem.linearize(point, effects)
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
     likelihood = Likelihood(problem, at)
-    sizes, _ = maximise(
-        lambda s: likelihood.log_likelihood(s, effects) + log_prior(problem.settings, s, known),
-        sizes, problem.settings, channels=channels, sweeps=2,
-    )  # fmt: skip
+
+    def evidence(candidate: Sizes) -> float:
+        return likelihood.log_likelihood(candidate, effects) + log_prior(problem.settings, candidate, known)
+
+    # What is far behind needs no exact sizes; between near rivals a nat counts.
+    sweeps = _SWEEPS if evidence(sizes) > rival - problem.settings.hopeless else 1
+    sizes, _ = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=sweeps)
+    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+
+
+def fit_at(
+    problem: Problem,
+    effects: Sequence[str],
+    point: Point,
+    sizes: Sizes,
+    known: NoisePrior,
+    *,
+    discrepancy: bool,
+    settled: bool,
+) -> Fit:
+    """The fit whose optimum is at this point, with these sizes."""
+    effects = tuple(effects)
+    at = problem.linearize(point, effects)
+    likelihood = Likelihood(problem, at)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)
+
+
+def _distance(problem: Problem, errors: Array, sizes: Sizes) -> float:
+    """Median error in white noise deviations."""
+    return float(np.median(np.abs(errors) / np.exp(sizes.white)[problem.channel_of]))
 
 
 def without_discrepancy(problem: Problem, point: Point) -> Point:

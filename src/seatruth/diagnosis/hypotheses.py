@@ -8,18 +8,24 @@ from there without.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit
+from seatruth.diagnosis.fit import Fit, fit, fit_at
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior
+from seatruth.storage.checkpoint import Checkpoint
 
 Key = tuple[str, ...]
+_HOPE = 100.0
+"""Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
+_SMALL = math.log(0.003)
+"""Log size of discrepancy beside a set that explains the trials without it."""
 Say = Callable[[str, int, int], None]
 
 
@@ -34,6 +40,8 @@ class Search:
     """Linearized evidence of sets, whether fitted or not."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses that were set aside, with the reason."""
+    store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
+    """Finished fits and screens, for a run that goes on."""
     interrupted: bool = False
 
     @property
@@ -61,24 +69,25 @@ class Search:
         return self._evidence(key) if self.best(key) is not None else self.screened.get(key, -math.inf)
 
 
-def search(problem: Problem, say: Say, done: Callable[[Search], None] = lambda found: None) -> Search:
-    """Fits hypotheses. `say` gets what is done next, how many fits are done, and how many are expected.
+def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Search:
+    """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
-    `done` is called after each fit. An interrupt after the model alone is fitted ends the search with what there is.
+    Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
+    with what there is. Raises LinAlgError where the model alone cannot be fitted.
     """
     settings = problem.settings
-    found = Search(problem, noise_prior(problem))
+    found = Search(problem, noise_prior(problem), store=store or Checkpoint(None, ""))
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     _fit_null(found)
-    done(found)
+    # With discrepancy the runs are near their records, where one linearization serves all effects.
+    near = found.fits.get(((), True)) or found.null
     try:
         count = 0
-        for name in _screen(found, found.null)[: settings.singles]:
+        for name in _screen(found, near)[: settings.singles]:
             count += 1
             say(f"effect {name}", count, expected)
-            _fit_both(found, (name,), found.null)
-            done(found)
+            _fit_both(found, (name,), near)
         for size in range(2, settings.most_effects + 1):
             leaders = [key for key in found.sets() if len(key) == size - 1][: settings.leaders]
             for leader in leaders:
@@ -91,7 +100,6 @@ def search(problem: Problem, say: Say, done: Callable[[Search], None] = lambda f
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     _fit_both(found, key, at)
-                    done(found)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
@@ -107,23 +115,53 @@ def _fit_null(found: Search) -> None:
             start, sizes = with_discrepancy.point, with_discrepancy.sizes
     _fit(found, (), False, start, sizes)
     if start is not problem.start:
-        _fit(found, (), False, problem.start, first_sizes(problem, found.known))
+        _fit(found, (), False, problem.start, first_sizes(problem, found.known), attempt=2)
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
 
 
 def _fit_both(found: Search, key: Key, near: Fit) -> None:
-    """Fits a set with discrepancy, and from there without."""
-    start, sizes = _start(found, key, near), near.sizes
-    if found.problem.discrepancy is not None:
-        got = _fit(found, key, True, start, sizes.with_discrepancy())
-        if got is not None:
-            start, sizes = got.point, got.sizes
-    _fit(found, key, False, start, sizes)
+    """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
+    problem = found.problem
+    start = _start(found, key, near)
+    best = max(f.evidence for f in found.fits.values())
+    at = problem.linearize(start, key)
+    if not np.isfinite(at.errors).all():
+        start = near.point
+        at = problem.linearize(start, key)
+    likelihood = Likelihood(problem, at)
+    bare = near.sizes.without_discrepancy()
+    expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
+    plain = found.fits.get(((), False))
+    gap = best - plain.evidence if plain is not None else 0.0
+    got = None
+    if not near.discrepancy or expected > best - max(_HOPE, gap / 2.0):
+        got = _fit(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    if problem.discrepancy is None:
+        return
+    if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
+        _fit(found, key, True, got.point, got.sizes.with_discrepancy(_SMALL))
+    else:
+        sizes = near.sizes.with_discrepancy()
+        _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
 
 
-def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes) -> Fit | None:
+def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
+    """Where one full step from a point leads; the point itself where the model diverges there."""
+    try:
+        step = likelihood.solve(sizes, key)
+    except np.linalg.LinAlgError:
+        return start
+    point = problem.moved(start, step.shared, step.local)
+    return point if np.isfinite(problem.errors(point)).all() else start
+
+
+def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: int = 1) -> Fit | None:
     """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason."""
+    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
+    stored = found.store.get(name)
+    if stored is not None:
+        return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
     rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
@@ -133,22 +171,56 @@ def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes)
     if not math.isfinite(got.evidence):
         found.failed.setdefault(key, "its likelihood is not finite")
         return None
-    known = found.fits.get((key, discrepancy))
+    found.store.put(name, _stored(got))
+    return _kept(found, got)
+
+
+def _kept(found: Search, got: Fit) -> Fit:
+    """Keeps the better of a hypothesis' fits."""
+    place = got.effects, got.discrepancy
+    known = found.fits.get(place)
     if known is None or got.evidence > known.evidence:
-        found.fits[key, discrepancy] = got
-    return got
+        found.fits[place] = got
+    return found.fits[place]
+
+
+def _stored(got: Fit) -> dict[str, Any]:
+    """What a fit can be made from again."""
+    point, sizes = got.point, got.sizes
+    return {
+        "shared": point.shared,
+        "initial": point.initial,
+        "forces": point.forces,
+        "white": sizes.white,
+        "shape": list(sizes.shape),
+        "terms": sizes.terms,
+        "force_sizes": sizes.forces,
+        "coupling": sizes.coupling,
+        "settled": got.settled,
+    }
+
+
+def _restored(problem: Problem, key: Key, discrepancy: bool, stored: Mapping[str, Any], known: NoisePrior) -> Fit:
+    point = Point(stored["shared"], stored["initial"], stored["forces"])
+    sizes = Sizes(stored["white"], tuple(stored["shape"]), stored["terms"], stored["force_sizes"], stored["coupling"])
+    return fit_at(problem, key, point, sizes, known, discrepancy=discrepancy, settled=bool(stored["settled"]))
 
 
 def _screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
     problem, settings = found.problem, found.problem.settings
     others = [name for name in problem.effects if name not in at.effects]
+    name = f"screen {'+'.join(at.effects)}"
+    stored = found.store.get(name)
+    if stored is not None:
+        found.screened |= {tuple(sorted((*at.effects, other))): float(v) for other, v in stored.items()}
+        return sorted(stored, key=lambda other: (-float(stored[other]), other))
     likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
     channels = sorted({series.channel for series in problem.series})
     bare = at.sizes.without_discrepancy()
     scores: dict[str, float] = {}
-    for name in others:
-        key = (*at.effects, name)
+    for other in others:
+        key = (*at.effects, other)
 
         def value(sizes: Sizes, key: Key = key) -> float:
             return likelihood.evidence(sizes, key) + log_prior(settings, sizes, found.known)
@@ -158,11 +230,12 @@ def _screen(found: Search, at: Fit) -> list[str]:
         else:
             score = value(at.sizes)
         score = max(score, value(bare))
-        for start in _finite_starts(problem, name):
-            score = max(score, _score_from(found, at, key, name, start, bare))
-        scores[name] = score
+        for start in _finite_starts(problem, other):
+            score = max(score, _score_from(found, at, key, other, start, bare))
+        scores[other] = score
         found.screened[tuple(sorted(key))] = score
-    return sorted(scores, key=lambda name: (-scores[name], name))
+    found.store.put(name, scores)
+    return sorted(scores, key=lambda other: (-scores[other], other))
 
 
 def _finite_starts(problem: Problem, name: str) -> list[Array]:

@@ -167,9 +167,7 @@ class Problem:
 
     def local_offset(self, point: Point) -> Array:
         """Prior means of each trial's own unknowns minus their values (T, I + E knots)."""
-        return np.concatenate(
-            [self.initial_mean - point.initial, -point.forces.reshape(len(self.trials), -1)], axis=1
-        )
+        return np.concatenate([self.initial_mean - point.initial, -point.forces.reshape(len(self.trials), -1)], axis=1)
 
     # Set-up
 

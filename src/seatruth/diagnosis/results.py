@@ -82,9 +82,9 @@ class EffectResult:
     detectable: Mapping[str, float]
     """Smallest magnitude of each parameter that these trials show with power 0.8 in a test at 0.05."""
     typical: Mapping[str, float]
-    """Typical distance of each magnitude from its null on such a vehicle."""
+    """Typical distance of each magnitude from its null on such a vehicle; shape parameters have none."""
     units: Mapping[str, str]
-    """Unit of each magnitude in `detectable` and `typical`."""
+    """Unit of each parameter."""
     confusable: Mapping[str, float]
     """Pairwise noncentrality to effects that it is easily taken for."""
     equivalent: tuple[str, ...]

@@ -200,7 +200,7 @@ class Effect:
 
     def null_parameters(self) -> list[Parameter]:
         """Its parameters under their names in an extended model, at null and fixed; shapes keep their priors."""
-        return [q.but(name=self.named(q.name), value=float(self.null[q.name]), vary=False) for q in self.parameters]
+        return [q.replace(name=self.named(q.name), value=float(self.null[q.name]), vary=False) for q in self.parameters]
 
     def places(self, model: Model) -> tuple[str, ...]:
         """`acts_on` with the model's own names of inputs and outputs."""

@@ -28,7 +28,7 @@ class PositionDelay(Effect):
     confused_with = ("position_lever_arm", "rudder_delay")
     distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs = ("x", "y")
-    parameters = (_TAU.but(min=-_TAU.max),)
+    parameters = (_TAU.replace(min=-_TAU.max),)
     null: Mapping[str, float] = {"tau": 0.0}
     longest_step = MAX_STEP
     states = (

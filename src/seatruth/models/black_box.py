@@ -20,10 +20,31 @@ Function = Callable[[Trial, dict[str, float], dict[str, float] | None], Mapping[
 class BlackBox(Model):
     """A simulator that seatruth can run but not look into.
 
-    `function(trial, parameters, first_state)` returns the outputs by name, each (n,) on the trial's own time axis;
-    `parameters` holds all parameters by name, `first_state` the states at the trial's first sample by name, or None
-    where no states are declared. It must not change the trial and must give the same answer to the same question.
-    Numbers that are not finite mean that this run diverged. Derivatives are finite differences.
+    Args:
+        name: its name.
+        function: `function(trial, parameters, first_state)` returns the outputs by name, each (n,) on the trial's own
+            time axis. `parameters` holds all parameters by name, `first_state` the states at the trial's first sample
+            by name, or None where no states are declared. It must not change the trial and must give the same answer
+            to the same question. Numbers that are not finite mean that the run diverged.
+        inputs, outputs: its channels.
+        parameters: its parameters.
+        states: states that a trial can start; each is an output of the same name.
+        kind: "ship", "auv", "glider" or "planing": which effects can act on it.
+        title, source: for lists and reports.
+
+    Derivatives are finite differences.
+
+    Raises:
+        BadInput: the declaration contradicts itself.
+
+    Example:
+        >>> from seatruth import BlackBox, Channel, Parameter, Trial
+        >>> def line(trial, p, first_state):
+        ...     return {"y": p["a"] * trial.t}
+        >>> slope = Parameter("a", 2.0, "m/s")
+        >>> box = BlackBox("line", line, inputs=[], outputs=[Channel("y", "m")], parameters=[slope])
+        >>> box.run(Trial("run", [0.0, 1.0], {}, {}), {"a": 2.0}, None)[:, 0].tolist()
+        [0.0, 2.0]
     """
 
     def __init__(

@@ -59,8 +59,8 @@ class Formula(BlackBox):
                 raise BadInput("a callable formula needs the names of its columns", where=f"formula {name!r}")
             self.callback, wanted, self.text = formula, list(columns), ""
         if self.expression is not None:
-            # One that only ties use is used too.
-            used = {*self.expression.names}.union(*(names_in(q.tie) for q in parameters if q.tie is not None))
+            # A parameter that only expressions use is used too.
+            used = {*self.expression.names}.union(*(names_in(q.expr) for q in parameters if q.expr is not None))
             unused = [known_name for known_name in known if known_name not in used]
             if unused:
                 hint = nearest(unused[0], self.expression.names).split("Known:")[0].strip()

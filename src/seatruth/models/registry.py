@@ -36,10 +36,24 @@ def broken() -> dict[str, str]:
 
 
 def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str | None = None) -> Model:
-    """A model by its installed name, or from a user's file as "path.py:ClassName" relative to `base_dir`.
+    """A model by its installed name, or from a user's file.
 
-    `parameter_set` picks one of the sets of values that the model offers in `sets`. BadInput names the nearest known
-    name; PluginError says where the plug-in raised.
+    Args:
+        spec: a name of `seatruth list models`, or "path.py:ClassName".
+        base_dir: folder to which that path is relative; None takes the working directory.
+        parameter_set: one of the sets of values that the model offers in `sets`; None takes its own.
+
+    Returns:
+        The model.
+
+    Raises:
+        BadInput: no model or parameter set has this name; the message names the nearest one.
+        PluginError: the plug-in or the file raised.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> [channel.name for channel in load_model("mmg", parameter_set="KVLCC2").inputs]
+        ['delta', 'n']
     """
     if is_file(spec):
         result, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec

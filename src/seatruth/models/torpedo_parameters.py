@@ -71,7 +71,7 @@ TIES = {
     "m_y_wy": "m_z_wz",
     "m_y_dr": "m_z_de",
 }
-"""What a body of revolution with equal fins up and across has in common; for `Parameter.tie`."""
+"""What a body of revolution with equal fins up and across has in common; for `Parameter.expr`."""
 
 
 def parameters(kind: str, names: tuple[str, ...] | None = None) -> tuple[Parameter, ...]:

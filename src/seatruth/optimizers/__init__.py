@@ -9,7 +9,7 @@ from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
-from seatruth.optimizers.evaluator import Evaluator, Progress
+from seatruth.optimizers.evaluator import Evaluator
 from seatruth.optimizers.problem import Problem
 from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
 from seatruth.storage.checkpoint import StaleCheckpoint
@@ -25,7 +25,6 @@ __all__ = [
     "OptionInfo",
     "Outcome",
     "Problem",
-    "Progress",
     "StaleCheckpoint",
     "Stop",
     "as_optimizer",

@@ -18,10 +18,11 @@ from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
-from seatruth.optimizers.evaluator import INTERRUPTED, Evaluator, Progress
+from seatruth.optimizers.evaluator import INTERRUPTED, Evaluator
 from seatruth.optimizers.journal import Journal, identity_of
 from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
+from seatruth.progress import Progress
 from seatruth.storage.checkpoint import StaleCheckpoint
 
 
@@ -36,17 +37,31 @@ def minimise(
 ) -> Outcome:
     """Minimises a cost and says how that ended.
 
-    `optimizer` is a name, an Optimizer, or a list of them for a hybrid (global then local) on one budget. `seed` fixes
-    every random draw: the same seed gives the same bytes. `checkpoint` names a file in which every population
-    evaluation is kept; the same call on an existing file goes on where that run stopped and ends with the outcome that
-    it would have had (wall-clock times apart). `progress` is called about ten times a second with (evaluations, best
-    value, seconds, ""), and once at the end with the code.
+    Args:
+        cost: what is minimised. One that estimates its noise is left with the noise at the answer.
+        optimizer: name, `Optimizer`, or a list of them for a hybrid (global then local) on one budget.
+        budget: limits of the search; None takes the default `Budget()`.
+        seed: fixes every random draw: the same seed gives the same bytes.
+        checkpoint: file in which every population evaluation is kept. The same call on an existing file goes on where
+            that run stopped and ends with the outcome that it would have had (wall-clock times apart).
+        progress: called about ten times a second with a `ProgressEvent`, and once at the end, when its message is the
+            code.
 
-    A cost that estimates its noise is left with the noise at the answer.
+    Returns:
+        The outcome: x (K,), its cost, the history, and why it ended. Whatever happens in the solver, the best candidate
+        so far is kept: an interrupt ends with code "interrupted", a solver or a cost that raises with "failed".
 
-    Whatever happens in the solver, the best candidate so far is kept: an interrupt ends with code "interrupted", a
-    solver or a cost that raises with "failed" and its message as the reason. Raises BadInput where nothing could be
-    started: no parameters, an optimizer that needs what the cost does not give, a checkpoint of another run.
+    Raises:
+        BadInput: nothing could be started: no parameters, an optimizer that needs what the cost does not give, a
+            checkpoint of another run.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Budget, minimise
+        >>> from seatruth.costs import cost_of
+        >>> outcome = minimise(cost_of(seatruth.sample.load()), "cma_es", budget=Budget(evaluations=50), seed=1)
+        >>> outcome.code, outcome.evaluations
+        ('budget', 50)
     """
     solver, budget = as_optimizer(optimizer), budget or Budget()
     _check(cost, solver, seed)

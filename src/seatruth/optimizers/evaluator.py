@@ -17,9 +17,7 @@ from seatruth.errors import PluginError, SeatruthError, SeatruthWarning
 from seatruth.optimizers.budget import Budget, Code, Stop
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.journal import Journal
-
-Progress = Callable[[int, float, float, str], None]
-"""Called with (evaluations, best value, seconds, code); the code is "" while the run goes on."""
+from seatruth.progress import Progress, ProgressEvent, remaining
 
 MAX_ROWS = 2000
 """Rows of the history that are kept: enough for a smooth curve in a figure, small in a file. Chosen here [S]."""
@@ -195,11 +193,26 @@ class Evaluator:
         raise self.stopped
 
     def report(self, code: str = "") -> None:
-        """Calls the progress callback; one that raises is not called again."""
+        """Reports the progress; a display that raises is switched off. `code` says how the search ended."""
         if self._progress is None:
             return
+        seconds, total = self.seconds, self.budget.evaluations
+        limits = [remaining(self.evaluations, total, seconds)]
+        if self.budget.seconds is not None:
+            limits.append(max(self.budget.seconds - seconds, 0.0))
+        event = ProgressEvent(
+            "Search",
+            done=self.evaluations,
+            total=total,
+            unit="evaluations",
+            best=self.best_value,
+            elapsed_s=seconds,
+            remaining_s=min((limit for limit in limits if limit is not None), default=None),
+            may_end_early=True,
+            message=code,
+        )
         try:
-            self._progress(self.evaluations, self.best_value, self.seconds, code)
+            self._progress(event)
         except Exception as problem:
             self._progress = None
             warnings.warn(f"The progress display failed and is off: {problem}", SeatruthWarning, stacklevel=2)

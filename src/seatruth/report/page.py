@@ -30,9 +30,25 @@ _UNITS = (
 
 
 def write_report(result: Estimate | Diagnosis, path: str | Path) -> None:
-    """Writes the report of an estimate or a diagnosis as one HTML file; the same result gives the same bytes.
+    """Writes the report of an estimate or a diagnosis as one HTML file.
 
-    The file is written whole or not at all. Raises CannotWrite (a BadInput) where it cannot be written.
+    The file needs nothing else. It is written whole or not at all; the same result gives the same bytes.
+
+    Args:
+        result: what `identify` or `diagnose` returned, or what was loaded again.
+        path: the HTML file; its folder is made where it does not exist.
+
+    Raises:
+        OSError: the file cannot be written.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from pathlib import Path
+        >>> from seatruth import Budget, identify, write_report
+        >>> estimate = identify(seatruth.sample.load(), budget=Budget(evaluations=40))
+        >>> write_report(estimate, "report.html")
+        >>> Path("report.html").read_text().startswith("<!DOCTYPE html>")
+        True
     """
     write_file(path, render(result))
 

@@ -267,7 +267,7 @@ def _simulator(model: Model, trial: Trial, free: tuple[str, ...] = ()) -> Any:
     engine = importlib.import_module("seatruth.simulate")
     if not hasattr(engine, "simulator"):
         pytest.skip("seatruth.simulate has no engine here, so there is nothing compiled to compare")
-    return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="linear")
+    return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="foh")
 
 
 def _constant(environment: Environment) -> Any:

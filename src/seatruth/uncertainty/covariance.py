@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
-from seatruth.costs.study_cost import Group
+from seatruth.costs.study_cost import ResidualBlock
 from seatruth.statistics.autoregressive import WHITE, AutoregressiveModel, fit_autoregressive
 
 _RANK_TOLERANCE = 1e-12
@@ -90,7 +90,12 @@ def active_bounds(x: Array, bounds: tuple[Array, Array], gradient: Array) -> Fla
 
 
 def covariance(
-    residuals: Array, jacobian: Array, groups: Sequence[Group], fixed: Flags | None = None, *, white: bool = False
+    residuals: Array,
+    jacobian: Array,
+    groups: Sequence[ResidualBlock],
+    fixed: Flags | None = None,
+    *,
+    white: bool = False,
 ) -> Covariance:
     """Covariance of the estimate at a minimum of the cost.
 
@@ -146,7 +151,7 @@ def _inverse(information: Array) -> tuple[Array, Flags]:
 
 
 def _meat(
-    residuals: Array, J: Array, groups: Sequence[Group], models: dict[tuple[str, str], AutoregressiveModel]
+    residuals: Array, J: Array, groups: Sequence[ResidualBlock], models: dict[tuple[str, str], AutoregressiveModel]
 ) -> Array:
     """J' C J, summed over trials; the channels of one trial are correlated through their innovations."""
     total = np.zeros((J.shape[1], J.shape[1]))
@@ -166,7 +171,9 @@ def _meat(
     return total
 
 
-def _innovation_correlation(residuals: Array, groups: Sequence[Group], models: Sequence[AutoregressiveModel]) -> Array:
+def _innovation_correlation(
+    residuals: Array, groups: Sequence[ResidualBlock], models: Sequence[AutoregressiveModel]
+) -> Array:
     """Correlation of the channels' innovations (d, d) over the samples that they share."""
     size = len(groups)
     correlation = np.eye(size)

@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.optimizers import Budget
+from seatruth.progress import Progress, ProgressEvent, remaining
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trials
 from seatruth.uncertainty.refits import refit, run_in_order
 
 _BUDGET = Budget(evaluations=50_000)
 """Far more than a local fit from a good start needs: a limit for fits that do not converge. Chosen here [S]."""
+ProblemT = TypeVar("ProblemT", bound=EstimationProblem)
 
 
 def leave_one_out(
-    study: Study,
+    study: EstimationProblem,
     estimate: dict[str, float],
     *,
     checkpoint: Checkpoint,
-    say: Callable[[str], None],
+    progress: Progress,
     threads: int | None,
     workers: int,
 ) -> pd.DataFrame:
@@ -36,7 +41,7 @@ def leave_one_out(
         study: The study with its trials.
         estimate: Parameter values where the fit to all trials ended; each fit starts there.
         checkpoint: Finished fits are read from it and stored in it.
-        say: Receives a line of progress after each fit.
+        progress: Called with a `ProgressEvent` after each fit.
         threads: Threads of a simulation; None for all processors.
         workers: Fits that run at once; the result does not depend on it.
 
@@ -50,20 +55,22 @@ def leave_one_out(
     def errors_without(name: str) -> tuple[str, dict[str, float]]:
         others = Trials([trial for trial in study.trials if trial.name != name])
         started = tuple(
-            parameter.but(value=float(np.clip(estimate[parameter.name], parameter.min, parameter.max)))
+            parameter.replace(value=float(np.clip(estimate[parameter.name], parameter.min, parameter.max)))
             if parameter.name in estimate
             else parameter
             for parameter in study.parameters
         )
-        cost = cost_of(study.but(trials=others, holdout=Trials([]), parameters=started), threads=threads)
+        cost = cost_of(study.with_trials(others).replace(parameters=started), threads=threads)
         outcome = refit(cost, _BUDGET)
         trial = study.trials[name]
         predicted = cost.predict(outcome.x, [trial])[0]
         return name, rms_errors(study, trial.outputs, predicted)
 
+    began = time.perf_counter()
     for done, (name, errors) in enumerate(run_in_order(errors_without, [(name,) for name in missing], workers), 1):
         checkpoint.put(_key(name), errors)
-        say(f"Leaving out each trial in turn: {done} of {len(missing)}")
+        left = remaining(done, len(missing), time.perf_counter() - began)
+        progress(ProgressEvent("Cross-validation", done, len(missing), "trials left out", remaining_s=left))
     rows = [
         {"trial": name, "channel": channel, "rmse": float(rmse)}
         for name in names
@@ -72,7 +79,7 @@ def leave_one_out(
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
-def split_rows(study: Study, parts: int = 10) -> Study:
+def split_rows(study: ProblemT, parts: int = 10) -> ProblemT:
     """A formula's study whose one table is split at random into parts, each of them a trial.
 
     Leave-one-trial-out then leaves out rows. Which row is in which part depends on the number of rows alone.
@@ -81,10 +88,10 @@ def split_rows(study: Study, parts: int = 10) -> Study:
     order = np.random.default_rng(len(table)).permutation(len(table))
     rows_of_parts = np.array_split(order, min(parts, len(table)))
     trials = [table.samples(np.sort(rows), f"part {k + 1}") for k, rows in enumerate(rows_of_parts)]
-    return study.but(trials=Trials(trials))
+    return study.replace(trials=Trials(trials))
 
 
-def pool_parts(errors: pd.DataFrame, study: Study, name: str) -> pd.DataFrame:
+def pool_parts(errors: pd.DataFrame, study: EstimationProblem, name: str) -> pd.DataFrame:
     """Combines the errors of all parts of a table (`split_rows`) into those of the table, called `name`."""
     rows = []
     for channel, part in errors.groupby("channel", sort=False):
@@ -94,7 +101,7 @@ def pool_parts(errors: pd.DataFrame, study: Study, name: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["trial", "channel", "rmse"])
 
 
-def rms_errors(study: Study, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
+def rms_errors(study: EstimationProblem, measured: Mapping[str, Array], predicted: Array) -> dict[str, float]:
     """Root mean square of measured less predicted (n, outputs), by recorded output, in its unit."""
     errors = {}
     for column, channel in enumerate(study.model.outputs):

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from seatruth.arrays import Array, Indices
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput
 from seatruth.optimizers import Budget
 from seatruth.trials.trial import Trials
@@ -60,7 +61,7 @@ def repeated_folds(n: int, parts: int, repeats: int, rng: np.random.Generator) -
     return [[np.sort(part) for part in np.array_split(rng.permutation(n), parts)] for _ in range(repeats)]
 
 
-def held_out_errors(study: Study, parts: Sequence[Indices], start: dict[str, float] | None = None) -> Array:
+def held_out_errors(study: EstimationProblem, parts: Sequence[Indices], start: dict[str, float] | None = None) -> Array:
     """Measured less predicted (n,) of a formula's table, each part predicted by a fit to the other rows.
 
     Args:
@@ -74,17 +75,17 @@ def held_out_errors(study: Study, parts: Sequence[Indices], start: dict[str, flo
     Raises:
         BadInput: The study is not a formula's, or has more than one table.
     """
-    if study.cost != "formula" or len(study.trials) != 1:
+    if study.cost.kind != "formula" or len(study.trials) != 1:
         raise BadInput("rows can be held out of one table of a formula only", where=f"study {study.name!r}")
     table, output = study.trials[0], study.model.outputs[0].name
     parameters = tuple(
-        p.but(value=float(np.clip(start[p.name], p.min, p.max))) if start and p.name in start else p
+        p.replace(value=float(np.clip(start[p.name], p.min, p.max))) if start and p.name in start else p
         for p in study.parameters
     )
     errors = np.full(len(table), math.nan)
     for part in parts:
         others = np.setdiff1d(np.arange(len(table)), part)
-        cost = cost_of(study.but(trials=Trials([table.samples(others)]), parameters=parameters), threads=1)
+        cost = cost_of(study.replace(trials=Trials([table.samples(others)]), parameters=parameters), threads=1)
         predicted = cost.predict(refit(cost, _BUDGET).x, [table.samples(part)])[0][:, 0]
         errors[part] = table.outputs[output][part] - predicted
     return errors

@@ -6,13 +6,14 @@ import numpy as np
 import pandas as pd
 
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.identifiability import strongly_correlated, verdict
 
 
-def prior_identifiability(study: Study, threads: int | None = None) -> pd.DataFrame:
+def prior_identifiability(study: EstimationProblem, threads: int | None = None) -> pd.DataFrame:
     """Cramer-Rao bound of each free parameter at its start value, before any fit.
 
     The bound takes the noise as white, so the errors of a real fit are larger. Its size is the stated one; where the
@@ -35,15 +36,15 @@ def prior_identifiability(study: Study, threads: int | None = None) -> pd.DataFr
     if not np.isfinite(cost.residuals(x)).all():
         raise BadInput(
             "the formula has no finite value at its start values"
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "the model diverges on these trials at its start values",
             where=f"study {study.name!r}",
             do="Start from other values."
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "Check units and signs (`seatruth simulate` shows where), or start from other values.",
         )
     cost.reweight(x)
-    uncertainty = covariance(cost.residuals(x), cost.jacobian(x), cost.groups, white=True)
+    uncertainty = covariance(cost.residuals(x), cost.jacobian(x), cost.residual_blocks, white=True)
     correlated = strongly_correlated(uncertainty)
     rows = {}
     for k, parameter in enumerate(cost.parameters):

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Cost
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.optimizers import Budget
+from seatruth.progress import Progress, ProgressEvent, remaining
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.uncertainty.refits import refit, run_in_order
 
@@ -30,7 +33,7 @@ class FixedParameterCost(Cost):
     def __init__(self, cost: StudyCost, index: int, value: float, start: Array) -> None:
         self._cost, self._index, self._value = cost, index, value
         self.parameters = tuple(
-            parameter.but(value=float(np.clip(start[k], parameter.min, parameter.max)))
+            parameter.replace(value=float(np.clip(start[k], parameter.min, parameter.max)))
             for k, parameter in enumerate(cost.parameters)
             if k != index
         )
@@ -65,13 +68,13 @@ def profile_values(value: float, stderr: float, low: float, high: float) -> Arra
 
 
 def profiles(
-    study: Study,
+    study: EstimationProblem,
     names: Sequence[str],
     x: Array,
     stderr: Array,
     *,
     checkpoint: Checkpoint,
-    say: Callable[[str], None],
+    progress: Progress,
     threads: int | None,
     workers: int,
 ) -> dict[str, pd.DataFrame]:
@@ -83,7 +86,7 @@ def profiles(
         x: (K,), the estimate.
         stderr: (K,), its standard errors.
         checkpoint: Finished points are read from it and stored in it.
-        say: Receives a line of progress after each point.
+        progress: Called with a `ProgressEvent` after each point.
         threads: Threads of a simulation; None for all processors.
         workers: Points that are fitted at once; the result does not depend on it.
 
@@ -107,9 +110,11 @@ def profiles(
             return _key(name, value), float(fixed.values(np.zeros((1, 0)))[0])
         return _key(name, value), refit(fixed, _BUDGET).value
 
+    began = time.perf_counter()
     for done, (key, value) in enumerate(run_in_order(cost_at, missing, workers), 1):
         checkpoint.put(key, value)
-        say(f"Profile: {done} of {len(missing)} points")
+        left = remaining(done, len(missing), time.perf_counter() - began)
+        progress(ProgressEvent("Profile", done, len(missing), "points", remaining_s=left))
     return {
         name: pd.DataFrame(
             {

@@ -26,7 +26,7 @@ def sensitivity(cost: StudyCost, x: Array, step: float = STEP) -> pd.DataFrame:
         Index parameter; one column an output, and "largest", their maximum. NaN where the changed simulation diverges,
         and for a parameter that is zero.
     """
-    channels = [channel.name for channel in cost.study.model.outputs]
+    channels = [channel.name for channel in cost.problem.model.outputs]
     names = [parameter.name for parameter in cost.parameters if parameter.name not in cost.nuisances]
     base = np.concatenate(cost.predict(x))
     size = np.nansum(np.abs(base), axis=0)

@@ -49,7 +49,7 @@ def unidentifiable_directions(cost: StudyCost, x: Array) -> list[dict[str, Any]]
         and `step` (K,), the direction at `x`.
     """
     parameters = [k for k, name in enumerate(cost.names) if name not in cost.nuisances]
-    rows = np.concatenate([group.rows for group in cost.groups if group.kind == "data"])
+    rows = np.concatenate([group.rows for group in cost.residual_blocks if group.kind == "data"])
     if not parameters or not len(rows) or not _null_space(_derivatives(cost, x, rows, parameters)).size:
         return []
     points = _nearby_points(cost, x, parameters)

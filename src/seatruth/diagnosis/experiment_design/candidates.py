@@ -177,9 +177,7 @@ class Menu:
         ]
 
 
-def _of_one_kind(
-    names: Sequence[str], units: Mapping[str, str], values: Mapping[str, Array]
-) -> list[tuple[str, ...]]:
+def _of_one_kind(names: Sequence[str], units: Mapping[str, str], values: Mapping[str, Array]) -> list[tuple[str, ...]]:
     """Actuators in groups that moved together in the recorded trials: of one unit, and correlated."""
     groups: list[list[str]] = []
     for name in names:

@@ -47,9 +47,7 @@ class _Option:
         return self.chance - _LONGER * len(self.phases) - (_ELSEWHERE if self.start else 0.0)
 
 
-def next_trial(
-    search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]
-) -> NextTrial | None:
+def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]) -> NextTrial | None:
     """The trial that best separates the survivors; its `manoeuvre` is empty where none of the menu helps.
 
     None where fewer than two survivors are left. `chances` are the survivors' probabilities.
@@ -92,9 +90,7 @@ def next_trial(
     trial = menu.named(best.manoeuvre).trial
     inputs = {name: tuple(np.asarray(trial.inputs[name]).tolist()) for name in menu.inputs}
     t = tuple(np.asarray(trial.t).tolist())
-    return NextTrial(
-        best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {}
-    )
+    return NextTrial(best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {})
 
 
 def _option(option: Manoeuvre, after: Table, rivals: Rivals, start: str, phases: tuple[str, ...]) -> _Option:

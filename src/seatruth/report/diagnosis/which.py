@@ -192,9 +192,9 @@ def _detectable(diagnosis: Diagnosis) -> list[Block]:
     """The smallest magnitude of each effect that these trials would show."""
     rows: list[list[str]] = []
     for effect in diagnosis.effects:
-        for name, limit in effect.detectable.items():
+        for name, size in effect.typical.items():
             scale = shown(name, effect.units[name])
-            typical, least = effect.typical[name] * scale.factor, limit * scale.factor
+            typical, least = size * scale.factor, effect.detectable.get(name, math.inf) * scale.factor
             smallest = number(least, 2) if math.isfinite(least) and least < _NEVER * typical else "none"
             could = "could show" if least <= typical else "could not"
             rows.append([effect.title, name.replace("_", " "), smallest, number(typical, 2), scale.unit, could])

@@ -247,7 +247,7 @@ def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
     return [
         effect
         for effect in diagnosis.effects
-        if effect.detectable and not any(limit <= effect.typical[q] for q, limit in effect.detectable.items())
+        if effect.typical and not any(effect.detectable.get(q, math.inf) <= size for q, size in effect.typical.items())
     ]
 
 

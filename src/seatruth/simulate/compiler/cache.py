@@ -46,8 +46,11 @@ def read(path: Path) -> bytes | None:
 
 
 def write(path: Path, code: bytes) -> None:
-    """Writes a file at once or not at all, then removes the kernels that were not used for longest."""
-    # Not durable: a damaged kernel is noticed by its checksum and compiled again.
+    """Writes a file at once or not at all, then removes the kernels that were not used for longest.
+
+    Raises CannotWrite where the disk is full or the folder is read-only.
+    """
+    # Not durable: a file that a power failure tears is noticed by its checksum and compiled again.
     write_file(path, _FORMAT + hashlib.sha256(code).digest() + code, mode=0o600, durable=False)
     _trim(path.parent)
 

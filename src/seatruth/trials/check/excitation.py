@@ -43,7 +43,7 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
                 "input-jumps",
                 f"It crosses more than {100 * limits.COARSE_INPUT_STEP:.0f} % of its range between two samples in "
                 f"{crossing.size} place(s): it is a command, or sampled more slowly than the actuator moves.",
-                'If it is a command, use hold = "zero" and expect the actuator\'s lag in the residuals.',
+                'If it is a command, use hold = "zoh" and expect the actuator\'s lag in the residuals.',
                 channel=name,
                 samples=crossing[:1] + 1,
             )

@@ -13,7 +13,7 @@ from seatruth.arrays import Array
 from seatruth.trials.channel import Channel
 from seatruth.trials.check import limits
 from seatruth.trials.finding import Finding, Severity
-from seatruth.trials.read import place
+from seatruth.trials.places import place
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
 

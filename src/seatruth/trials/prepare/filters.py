@@ -155,14 +155,14 @@ def _zero_phase(t: Array, values: Array, cutoff: float, order: int, step: float)
 
 
 class Resample(Options):
-    """`rate` Hz; `inputs`: between samples joined by lines ("linear") or held ("zero").
+    """`rate` Hz; `inputs`: between samples joined by lines ("foh") or held ("zoh").
 
     `max_gap` s: outputs are only interpolated between valid samples at most this far apart; by default 1.5 sampling
     steps, so that no sample is made up. `anti_alias`: filter before lowering the rate.
     """
 
     rate: float = Field(gt=0)
-    inputs: Literal["linear", "zero"] = "linear"
+    inputs: Literal["foh", "zoh"] = "foh"
     max_gap: float | None = Field(default=None, gt=0)
     anti_alias: bool = True
 
@@ -200,7 +200,7 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
         trial,
         t=t,
         inputs={n: _between(t, trial.t, source[n], options.inputs, np.inf) for n in trial.inputs},
-        outputs={n: _between(t, trial.t, source[n], "linear", max_gap) for n in trial.outputs},
+        outputs={n: _between(t, trial.t, source[n], "foh", max_gap) for n in trial.outputs},
         lines=lines,
     )
     effect = f"{len(trial)} samples at {1 / step:.4g} Hz to {count} at {options.rate:g} Hz"
@@ -221,7 +221,7 @@ def _between(t: Array, known_t: Array, values: Array, how: str, max_gap: float) 
     at, y = known_t[ok], values[ok]
     slack = 1e-9 * float(np.median(np.diff(known_t)))
     before = np.clip(np.searchsorted(at, t + slack, side="right") - 1, 0, at.size - 1)
-    if how == "zero":
+    if how == "zoh":
         return np.asarray(y[before], dtype=np.float64)
     after = np.clip(np.searchsorted(at, t - slack, side="left"), 0, at.size - 1)
     values = np.interp(t, at, y)

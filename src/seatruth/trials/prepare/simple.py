@@ -10,6 +10,7 @@ from pydantic import Field
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.trials.places import place
 from seatruth.trials.prepare.base import (
     Options,
     bridged,
@@ -21,7 +22,6 @@ from seatruth.trials.prepare.base import (
     refuse_wrapped,
     with_channels,
 )
-from seatruth.trials.read import place
 from seatruth.trials.trial import Trial
 
 
