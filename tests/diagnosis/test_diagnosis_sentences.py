@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from seatruth.diagnosis.results import EffectParameter, EffectResult, Fold, Kind, NamedCause, Shares, Validation
+from seatruth.diagnosis.results import EffectParameter, Fold, Kind, NamedCause, Shares, Validation
 from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
@@ -116,12 +116,11 @@ def test_no_probability_is_one_or_nothing() -> None:
     assert (chance(1.0), chance(0.0), chance(0.9994), chance(0.5)) == ("over 99.9 %", "under 0.05 %", "99.9 %", "50 %")
 
 
-def test_sizes_are_in_degrees() -> None:
-    parameter = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
-    effect = EffectResult(
-        *("rudder_offset", "rudder offset", "actuator.steering.offset", ("actuator:delta",), "", 0.9, 3.0, 20.0),
-        *((parameter,), "", {}, {}, {}, {}, (), 0.9, 3.0, 1.0, 0.5),
-    )
-    assert size_in_words(effect) == "angle 1.2 +- 0.3 deg"
-    assert size_in_words(replace(effect, in_words="a word")) == "a word"
-    assert size_in_words(replace(effect, parameters=())) == ""
+def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
+    angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
+    gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
+    assert size_in_words((angle, gain)) == "angle 1.2 +- 0.3 deg, gain 0.9 +- 0.02"
+    north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
+    east = replace(north, name="east", value=0.3)
+    assert size_in_words((north, east)) == "0.3 +- 0.1 m/s towards 90 +- 19 deg"
+    assert size_in_words(()) == ""

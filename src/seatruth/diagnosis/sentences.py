@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from seatruth.diagnosis.results import EffectResult, Kind, NamedCause, Shares, Validation
+from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
@@ -91,12 +91,16 @@ def cause_in_words(cause: NamedCause) -> str:
     return f"{cause.title}{f', {towards}{direction}' if direction else ''}: {same}"
 
 
-def size_in_words(effect: EffectResult) -> str:
-    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted."""
-    if effect.in_words:
-        return effect.in_words
+def size_in_words(parameters: Sequence[EffectParameter]) -> str:
+    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
+
+    Components north and east are given as size and direction.
+    """
+    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
+    if direction:
+        return direction
     parts = []
-    for q in effect.parameters:
+    for q in parameters:
         degrees = q.unit in ("rad", "rad/s")
         factor = math.degrees(1.0) if degrees else 1.0
         unit = q.unit.replace("rad", "deg") if degrees else q.unit
