@@ -83,7 +83,8 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert "<svg" in (out / "diagnosis" / "report.html").read_text()
     data = answer(tmp_path / "demo.json")
     assert data["ok"] is True
-    assert data["result"]["diagnosis"]["verdict"]["effects"] == ["current"]
+    causes = data["result"]["diagnosis"]["verdict"]["causes"]
+    assert [cause["effects"] for cause in causes] == [["current"]]
     names = [row["name"] for row in data["result"]["parameters"]]
     assert names == list(found.parameters.index)
 
