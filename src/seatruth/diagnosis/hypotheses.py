@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior
@@ -89,20 +89,27 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
             say(f"effect {name}", count, expected)
             _fit_both(found, (name,), near)
         for size in range(2, settings.most_effects + 1):
-            leaders = [key for key in found.sets() if len(key) == size - 1][: settings.leaders]
+            leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
             for leader in leaders:
                 at = found.best(leader)
                 assert at is not None
                 for name in _screen(found, at)[: settings.additions]:
                     count += 1
                     key = tuple(sorted((*leader, name)))
-                    if found.screened[key] < at.evidence + settings.worth_fitting or found.best(key) is not None:
+                    best = max(f.evidence for f in found.fits.values())
+                    if found.screened[key] < best + settings.worth_fitting or found.best(key) is not None:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     _fit_both(found, key, at)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
+
+
+def _leads(found: Search, key: Key) -> bool:
+    """Whether a set explains at least half of what the best one does: only such sets are worth extending."""
+    null, best = found.null.evidence, max(f.evidence for f in found.fits.values())
+    return found.evidence(key) >= null + 0.5 * (best - null)
 
 
 def _fit_null(found: Search) -> None:
@@ -113,9 +120,10 @@ def _fit_null(found: Search) -> None:
         with_discrepancy = _fit(found, (), True, start, sizes)
         if with_discrepancy is not None:
             start, sizes = with_discrepancy.point, with_discrepancy.sizes
-    _fit(found, (), False, start, sizes)
-    if start is not problem.start:
-        _fit(found, (), False, problem.start, first_sizes(problem, found.known), attempt=2)
+    # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
+    plain = _fit(found, (), False, problem.start, first_sizes(problem, found.known))
+    if start is not problem.start and (plain is None or not plain.settled):
+        _fit(found, (), False, start, sizes, attempt=2)
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
 
@@ -141,9 +149,12 @@ def _fit_both(found: Search, key: Key, near: Fit) -> None:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
         _fit(found, key, True, got.point, got.sizes.with_discrepancy(_SMALL))
-    else:
-        sizes = near.sizes.with_discrepancy()
-        _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+        return
+    sizes = near.sizes.with_discrepancy()
+    loose = _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+    if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
+        # It may explain the trials without discrepancy, though one step did not show it.
+        _fit(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
@@ -239,8 +250,10 @@ def _screen(found: Search, at: Fit) -> list[str]:
 
 
 def _finite_starts(problem: Problem, name: str) -> list[Array]:
-    """Finite values from which an effect is tried that has no slope at its null, or whose direction is open."""
+    """Finite values from which an effect is tried whose null is no regular point: it has no slope there."""
     effect = problem.effects[name]
+    if not effect.starts:
+        return []
     return [
         np.array([float(start[q.name]) for q in effect.parameters])
         for start in effect.starting_points(problem.study.model)

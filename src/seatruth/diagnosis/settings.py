@@ -61,7 +61,8 @@ class Settings:
     most_effects: int = 3
     """Effects in one hypothesis. [S] Four causes at once were never found by any record we have."""
     worth_fitting: float = 1.0
-    """Rise of the linearized log-evidence (nats) for which a larger set is fitted. [S]"""
+    """Linearized log-evidence (nats) above the best fit for which a larger set is fitted: the prior of one more effect
+    costs several times that. [S]"""
     prior_none: float = 0.2
     """Prior probability that nothing acts. Calibrated."""
     prior_unknown: float = 0.1
