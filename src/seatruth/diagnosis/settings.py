@@ -36,6 +36,10 @@ class Settings:
     channels: 0.3 to 2; 6 for channels that were filtered before they were recorded. [S]"""
     noise_times: tuple[float, ...] = (1.0, 3.0, 10.0, 30.0, 60.0)
     """s, grid of its correlation time; bounded, since a random walk of a position would hide every slow cause. [S]"""
+    noise_ratio: float = 0.8
+    """Median of that ratio. [S] Slow errors of GNSS, gyro and log are 0.3 to 2 times the white ones."""
+    noise_ratio_spread: float = 0.6
+    """Standard deviation of its logarithm. [S] 0.3 and 2 are at one and a half deviations."""
     declared_noise_sd: float = 0.2
     """Standard deviation of the logarithm of the white noise about a declared value: data sheets are right to some
     20 %. [S]"""
@@ -69,7 +73,7 @@ class Settings:
     """Prior probability of a cause that is not in the library. Calibrated."""
     prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
     """Prior probability of one, two, three effects, shared equally among the sets of that size. Calibrated."""
-    prior_discrepancy: float = 0.15
+    prior_discrepancy: float = 0.05
     """Prior probability that the model's structure lacks something beside named effects. Calibrated."""
     discrepancy_penalty: float = 3.0
     """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for
