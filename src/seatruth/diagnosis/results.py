@@ -66,7 +66,8 @@ class EffectResult:
     log_evidence: float
     """Of the effect alone over the model without effects; linearized where it was not fitted."""
     noncentrality: float
-    """Lambda: squared size of its signature after everything else is refitted, in standard deviations; NaN if unfitted."""
+    """Lambda: squared size of its signature after everything else is refitted, in standard deviations; NaN where it
+    was not fitted."""
     parameters: tuple[EffectParameter, ...]
     """Empty where it was not fitted."""
     in_words: str

@@ -1,4 +1,4 @@
-"""Sizes of noise and discrepancy: what they are, what is known of them before the trials, and how they are maximised."""
+"""Sizes of noise and discrepancy: what they are, what is known of them before, and how they are maximised."""
 
 from __future__ import annotations
 
