@@ -21,7 +21,6 @@ from seatruth.diagnosis.cross_validation import (
     validate,
 )
 from seatruth.diagnosis.decision import Cluster, Decision, decide
-from seatruth.diagnosis.discrepancy.model import with_forces
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.diagnosis.experiment_design.select import next_trial
@@ -46,13 +45,14 @@ from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.effects import Effect
 from seatruth.effects.causes import title
 from seatruth.provenance import provenance
-from seatruth.simulate import simulator
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 _SURVIVORS = 4
 """Single effects that lead, between which the next trial is to decide beside those of the answer. [S]"""
+_HARDLY = 1e-3
+"""Probability below which a single effect is no survivor. [S]"""
 _LEADING = 8
 """Effects between which pairwise noncentralities are reported. [S]"""
 _CONFUSED = 25.0
@@ -206,9 +206,9 @@ class Assembly:
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial | None:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
         members = [name for cluster in self.decision.clusters for name in cluster.effects]
-        alone = [key[0] for key in self.sets if len(key) == 1][:_SURVIVORS]
+        alone = [key[0] for key, p in self.sets.items() if len(key) == 1 and p > _HARDLY][:_SURVIVORS]
         names = list(dict.fromkeys([*members, *alone]))
-        fitted = {name: max(self.inclusion[name], 1e-3) for name in names if self.search.best((name,)) is not None}
+        fitted = {name: max(self.inclusion[name], _HARDLY) for name in names if self.search.best((name,)) is not None}
         found = next_trial(self.search, fitted, say)
         if found is None or not found.manoeuvre:
             return found
@@ -217,24 +217,16 @@ class Assembly:
         channels = (*self.study.model.inputs, *self.study.model.outputs)
         return replace(
             found,
-            motion={n: tuple(y[:, c].tolist()) for c, n in enumerate(self.problem.outputs) if np.isfinite(y[:, c]).all()},
+            motion={
+                n: tuple(y[:, c].tolist()) for c, n in enumerate(self.problem.outputs) if np.isfinite(y[:, c]).all()
+            },
             units={channel.name: channel.unit for channel in channels},
         )
 
     def _simulated(self, trial: Trial) -> Array:
         """Outputs (n, C) that the model with the answer's effects expects of a trial."""
-        problem = self.problem
-        if problem.discrepancy is not None:
-            trial = with_forces(trial, problem.discrepancy)
-        values = {**problem.space.nominal(), **self._values(self.points["effects"])}
-        sim = simulator(
-            problem.model, [trial], free=(), values=values,
-            hold=problem.hold, max_step=problem.max_step, threads=problem.threads,
-        )  # fmt: skip
+        sim = self.problem.on_trial(trial, (), self.problem.named(self.points["effects"]))
         return np.asarray(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0])
-
-    def _values(self, point: Point) -> dict[str, float]:
-        return dict(zip((q.name for q in self.problem.unknowns), point.shared.tolist()))
 
     def diagnosis(
         self,
@@ -264,7 +256,12 @@ class Assembly:
             synthetic=self.study.synthetic,
             seed=self.seed,
             verdict=Verdict(
-                self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, tuple(acting), sentence
+                self.decision.kind,
+                causes,
+                self.decision.probability,
+                self.decision.discrepancy,
+                tuple(acting),
+                sentence,
             ),
             effects=self._effects(places),
             hypotheses=tuple(self.hypotheses),
@@ -415,6 +412,8 @@ class Assembly:
                 measured = np.asarray(trial.outputs.get(channel, np.full(len(trial), math.nan)))
                 columns = {name: y[number][:, c] for name, y in simulated.items()}
                 frames.append(
-                    pd.DataFrame({"trial": trial.name, "t": trial.t, "channel": channel, "measured": measured, **columns})
+                    pd.DataFrame(
+                        {"trial": trial.name, "t": trial.t, "channel": channel, "measured": measured, **columns}
+                    )
                 )
         return pd.concat(frames, ignore_index=True)

@@ -67,13 +67,16 @@ def decide(
             "underpowered" if underpowered or none < settings.name_threshold else "no_gap", (), none, False, ()
         )
     clusters: list[Cluster] = []
-    shown: Key = ()
-    for key in list(sets)[:1] if sets else []:
-        shown = key
-        for name in key:
-            cluster = _cluster(name, key, sets, effects, settings, near)
-            if cluster.probability >= settings.name_threshold and helps(name, key):
-                clusters.append(cluster)
+    shown: Key = next(iter(sets), ())
+    shown_first: Key = ()
+    for name in shown:
+        cluster = _cluster(name, shown, sets, effects, settings, near)
+        if cluster.probability < settings.name_threshold:
+            continue
+        if helps(name, shown):
+            clusters.append(cluster)
+        else:
+            shown_first = shown
     clusters = _merged(clusters, effects)
     if clusters:
         kept = tuple(name for name in shown if any(name in cluster.effects for cluster in clusters))
@@ -85,9 +88,11 @@ def decide(
             _discrepancy(found, kept),
             kept,
         )
-    refused = named if shown and named >= settings.name_threshold else 0.0
-    if unknown + refused >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unknown + refused), True, ())
+    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    refused = sum(sets[key] for key in sets if key == shown_first) if shown_first else 0.0
+    if max(lacking, unknown + refused) >= settings.name_threshold:
+        return Decision("unknown", (), min(1.0, max(lacking, unknown + refused)), True, ())
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -98,9 +99,8 @@ def fit(
             inflation = max(1.0, far)
         if inflation <= 1.0:
             sizes, value = maximise(
-                lambda s, k=likelihood: evidence(k, s), sizes, settings, channels=channels,
-                shapes=close_steps == 1, sweeps=1,
-            )  # fmt: skip
+                partial(evidence, likelihood), sizes, settings, channels=channels, shapes=close_steps == 1, sweeps=1
+            )
             close_steps += 1
             if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
                 break

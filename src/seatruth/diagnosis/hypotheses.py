@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior
@@ -36,8 +36,8 @@ class Search:
     problem: Problem
     known: NoisePrior
     fits: dict[tuple[Key, bool], Fit] = field(default_factory=dict)
-    screened: dict[Key, float] = field(default_factory=dict)
-    """Linearized evidence of sets, whether fitted or not."""
+    screened: dict[tuple[Key, bool], float] = field(default_factory=dict)
+    """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
@@ -66,7 +66,14 @@ class Search:
 
     def evidence(self, key: Key) -> float:
         """Evidence of a set: of its fit, else linearized; -inf where neither is known."""
-        return self._evidence(key) if self.best(key) is not None else self.screened.get(key, -math.inf)
+        if self.best(key) is not None:
+            return self._evidence(key)
+        return max(self.screened.get((key, on), -math.inf) for on in (False, True))
+
+    def expected(self, key: Key) -> float:
+        """Linearized evidence of a set, less the penalty where it needs discrepancy."""
+        penalty = self.problem.settings.discrepancy_penalty
+        return max(self.screened.get((key, on), -math.inf) - (penalty if on else 0.0) for on in (False, True))
 
 
 def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Search:
@@ -89,20 +96,27 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
             say(f"effect {name}", count, expected)
             _fit_both(found, (name,), near)
         for size in range(2, settings.most_effects + 1):
-            leaders = [key for key in found.sets() if len(key) == size - 1][: settings.leaders]
+            leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
             for leader in leaders:
                 at = found.best(leader)
                 assert at is not None
                 for name in _screen(found, at)[: settings.additions]:
                     count += 1
                     key = tuple(sorted((*leader, name)))
-                    if found.screened[key] < at.evidence + settings.worth_fitting or found.best(key) is not None:
+                    best = max(f.evidence for f in found.fits.values())
+                    if found.expected(key) < best + settings.worth_fitting or found.best(key) is not None:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     _fit_both(found, key, at)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
+
+
+def _leads(found: Search, key: Key) -> bool:
+    """Whether a set explains at least half of what the best one does: only such sets are worth extending."""
+    null, best = found.null.evidence, max(f.evidence for f in found.fits.values())
+    return found.evidence(key) >= null + 0.5 * (best - null)
 
 
 def _fit_null(found: Search) -> None:
@@ -113,9 +127,10 @@ def _fit_null(found: Search) -> None:
         with_discrepancy = _fit(found, (), True, start, sizes)
         if with_discrepancy is not None:
             start, sizes = with_discrepancy.point, with_discrepancy.sizes
-    _fit(found, (), False, start, sizes)
-    if start is not problem.start:
-        _fit(found, (), False, problem.start, first_sizes(problem, found.known), attempt=2)
+    # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
+    plain = _fit(found, (), False, problem.start, first_sizes(problem, found.known))
+    if start is not problem.start and (plain is None or not plain.settled):
+        _fit(found, (), False, start, sizes, attempt=2)
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
 
@@ -141,9 +156,12 @@ def _fit_both(found: Search, key: Key, near: Fit) -> None:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
         _fit(found, key, True, got.point, got.sizes.with_discrepancy(_SMALL))
-    else:
-        sizes = near.sizes.with_discrepancy()
-        _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+        return
+    sizes = near.sizes.with_discrepancy()
+    loose = _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+    if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
+        # It may explain the trials without discrepancy, though one step did not show it.
+        _fit(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
@@ -213,34 +231,43 @@ def _screen(found: Search, at: Fit) -> list[str]:
     name = f"screen {'+'.join(at.effects)}"
     stored = found.store.get(name)
     if stored is not None:
-        found.screened |= {tuple(sorted((*at.effects, other))): float(v) for other, v in stored.items()}
-        return sorted(stored, key=lambda other: (-float(stored[other]), other))
+        for other, (plain, loose) in stored.items():
+            found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
+            found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
+        return _ranked(found, at, others)
     likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
     channels = sorted({series.channel for series in problem.series})
     bare = at.sizes.without_discrepancy()
-    scores: dict[str, float] = {}
+    scores: dict[str, list[float]] = {}
     for other in others:
         key = (*at.effects, other)
 
         def value(sizes: Sizes, key: Key = key) -> float:
             return likelihood.evidence(sizes, key) + log_prior(settings, sizes, found.known)
 
+        loose = -math.inf
         if at.discrepancy:
-            _, score = maximise(value, at.sizes, settings, channels=channels, noise=False, sweeps=1)
-        else:
-            score = value(at.sizes)
-        score = max(score, value(bare))
+            _, loose = maximise(value, at.sizes, settings, channels=channels, noise=False, sweeps=1)
+        plain = value(bare)
         for start in _finite_starts(problem, other):
-            score = max(score, _score_from(found, at, key, other, start, bare))
-        scores[other] = score
-        found.screened[tuple(sorted(key))] = score
+            from_there = _score_from(found, at, key, other, start, bare)
+            plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
+        scores[other] = [plain, loose]
+        found.screened[tuple(sorted(key)), False] = plain
+        found.screened[tuple(sorted(key)), True] = loose
     found.store.put(name, scores)
-    return sorted(scores, key=lambda other: (-scores[other], other))
+    return _ranked(found, at, others)
+
+
+def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
+    return sorted(others, key=lambda name: (-found.expected(tuple(sorted((*at.effects, name)))), name))
 
 
 def _finite_starts(problem: Problem, name: str) -> list[Array]:
-    """Finite values from which an effect is tried that has no slope at its null, or whose direction is open."""
+    """Finite values from which an effect is tried whose null is no regular point: it has no slope there."""
     effect = problem.effects[name]
+    if not effect.starts:
+        return []
     return [
         np.array([float(start[q.name]) for q in effect.parameters])
         for start in effect.starting_points(problem.study.model)
@@ -254,16 +281,18 @@ def _moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point
     return Point(shared, point.initial, point.forces)
 
 
-def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> float:
-    """Linearized evidence of a set about a finite start of one of its effects."""
+def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
+    """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
     problem = found.problem
     there = problem.linearize(_moved_to(problem, at.point, name, values), key)
     if not np.isfinite(there.errors).all():
-        return -math.inf
+        return -math.inf, -math.inf
     likelihood = Likelihood(problem, there)
-    return max(
-        likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known) for sizes in (at.sizes, bare)
-    )
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
+
+    return value(bare), value(at.sizes) if at.discrepancy else -math.inf
 
 
 def _start(found: Search, key: Key, near: Fit) -> Point:
@@ -275,7 +304,7 @@ def _start(found: Search, key: Key, near: Fit) -> Point:
             continue
         options = [problem.mean[problem.columns[name]], *_finite_starts(problem, name)]
         if len(options) > 1:
-            scored = [(_score_from(found, near, key, name, values, bare), -k) for k, values in enumerate(options)]
+            scored = [(max(_score_from(found, near, key, name, values, bare)), -k) for k, values in enumerate(options)]
             values = options[-max(scored)[1]]
             point = _moved_to(problem, point, name, values)
     return point

@@ -25,8 +25,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     ]
     fitted = {key for key, _ in search.fits}
     rows += [
-        (key, False, value - base, False)
-        for key, value in search.screened.items()
+        (key, on, value - base, False)
+        for (key, on), value in search.screened.items()
         if len(key) == 1 and key not in fitted and math.isfinite(value)
     ]
     many = len(search.problem.effects)

@@ -56,8 +56,8 @@ class Series:
 class Linearization:
     """Errors (N,), measured minus simulated, at a point, and their derivatives.
 
-    `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by the
-    unknowns of each error's own trial, initial states first, then knots equation by equation.
+    `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by
+    the unknowns of each error's own trial, initial states first, then knots equation by equation.
     """
 
     point: Point
@@ -168,6 +168,16 @@ class Problem:
     def local_offset(self, point: Point) -> Array:
         """Prior means of each trial's own unknowns minus their values (T, I + E knots)."""
         return np.concatenate([self.initial_mean - point.initial, -point.forces.reshape(len(self.trials), -1)], axis=1)
+
+    def on_trial(self, trial: Trial, free: Sequence[str], values: Mapping[str, float]) -> Simulator:
+        """The model on another trial, with no forces missing; nothing is compiled anew."""
+        if self.discrepancy is not None:
+            trial = with_forces(trial, self.discrepancy)
+        return self._simulator.rebind(free=free, values={**self.space.nominal(), **values}, trials=[trial])
+
+    def named(self, point: Point) -> dict[str, float]:
+        """The shared unknowns of a point by their names in the model."""
+        return dict(zip((parameter.name for parameter in self.unknowns), point.shared.tolist()))
 
     # Set-up
 

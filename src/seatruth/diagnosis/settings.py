@@ -1,7 +1,7 @@
 """Every number that a diagnosis rests on, with its unit, meaning and origin.
 
-Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]": chosen
-here by judgement, for the reason that stands beside it.
+Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]":
+chosen here by judgement, for the reason that stands beside it.
 """
 
 from __future__ import annotations
@@ -36,6 +36,10 @@ class Settings:
     channels: 0.3 to 2; 6 for channels that were filtered before they were recorded. [S]"""
     noise_times: tuple[float, ...] = (1.0, 3.0, 10.0, 30.0, 60.0)
     """s, grid of its correlation time; bounded, since a random walk of a position would hide every slow cause. [S]"""
+    noise_ratio: float = 0.8
+    """Median of that ratio. [S] Slow errors of GNSS, gyro and log are 0.3 to 2 times the white ones."""
+    noise_ratio_spread: float = 0.6
+    """Standard deviation of its logarithm. [S] 0.3 and 2 are at one and a half deviations."""
     declared_noise_sd: float = 0.2
     """Standard deviation of the logarithm of the white noise about a declared value: data sheets are right to some
     20 %. [S]"""
@@ -61,14 +65,15 @@ class Settings:
     most_effects: int = 3
     """Effects in one hypothesis. [S] Four causes at once were never found by any record we have."""
     worth_fitting: float = 1.0
-    """Rise of the linearized log-evidence (nats) for which a larger set is fitted. [S]"""
+    """Linearized log-evidence (nats) above the best fit for which a larger set is fitted: the prior of one more effect
+    costs several times that. [S]"""
     prior_none: float = 0.2
     """Prior probability that nothing acts. Calibrated."""
     prior_unknown: float = 0.1
     """Prior probability of a cause that is not in the library. Calibrated."""
     prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
     """Prior probability of one, two, three effects, shared equally among the sets of that size. Calibrated."""
-    prior_discrepancy: float = 0.15
+    prior_discrepancy: float = 0.05
     """Prior probability that the model's structure lacks something beside named effects. Calibrated."""
     discrepancy_penalty: float = 3.0
     """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for

@@ -1,10 +1,11 @@
-"""Sizes of noise and discrepancy: what they are, what is known of them before the trials, and how they are maximised."""
+"""Sizes of noise and discrepancy: what they are, what is known of them before, and how they are maximised."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -66,6 +67,7 @@ class NoisePrior:
     least: Mapping[int, float]
 
 
+@cache
 def noise_shapes(settings: Settings) -> tuple[NoiseShape, ...]:
     """The grid of noise shapes: white alone, then each ratio with each time."""
     grid = (NoiseShape(ratio, tau) for ratio in settings.noise_ratios for tau in settings.noise_times)
@@ -114,22 +116,30 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
     """Logarithm of the prior density of sizes, up to a constant.
 
     Declared white noise is log-normal, other noise and discrepancy are uniform in the logarithm between walls; white
-    noise alone is as probable as all slow shapes together.
+    noise alone is as probable as all slow shapes together, and their ratio is log-normal.
     """
     total = 0.0
-    shapes = len(settings.noise_ratios) * len(settings.noise_times)
+    shapes = _log_shape_prior(settings)
     for c, log_white in enumerate(sizes.white):
         if c in known.declared:
             total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
         if c in known.least:
             total -= _OUTSIDE * max(math.log(known.least[c]) - log_white, 0.0) * 1e3
-        total += math.log(0.5) if sizes.shape[c] == 0 else math.log(0.5 / shapes)
+        total += shapes[sizes.shape[c]]
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):
         inside = values[np.isfinite(values)]
         total -= _OUTSIDE * float((np.maximum(inside, 0.0) ** 2 + np.maximum(lowest - inside, 0.0) ** 2).sum())
     # Lewandowski, Kurowicka and Joe 2009 with eta = 2 for each pair: no correlation is likeliest, +-1 impossible.
     return total + float(np.log(np.maximum(1.0 - sizes.coupling**2, 1e-12)).sum())
+
+
+@cache
+def _log_shape_prior(settings: Settings) -> tuple[float, ...]:
+    """Logarithm of the prior probability of each noise shape."""
+    z = np.log(np.array(settings.noise_ratios) / settings.noise_ratio) / settings.noise_ratio_spread
+    weight = np.repeat(np.exp(-0.5 * z**2), len(settings.noise_times))
+    return (math.log(0.5), *(math.log(0.5) + np.log(weight / weight.sum())).tolist())
 
 
 def maximise(

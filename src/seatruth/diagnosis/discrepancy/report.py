@@ -63,4 +63,6 @@ def _terms(search: Search, found: Fit) -> tuple[MissingTerm, ...]:
             rows.append(
                 MissingTerm(term.label, term.text, value, sd, acceleration_unit(problem.study.model, term.state))
             )
-    return tuple(sorted(rows, key=lambda row: (-abs(row.coefficient) / row.stderr, row.equation, row.term))[:_SHOWN_TERMS])
+    return tuple(
+        sorted(rows, key=lambda row: (-abs(row.coefficient) / row.stderr, row.equation, row.term))[:_SHOWN_TERMS]
+    )

@@ -15,13 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.model import with_forces
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.sizes import noise_shapes
-from seatruth.simulate import simulator
 from seatruth.statistics.state_space_noise import whiten
 from seatruth.trials.trial import Trial
 
@@ -100,8 +98,9 @@ class Rivals:
                 return None
             predicted[name], slopes[name] = found
         table = {}
+        true = {name: self._outputs(trial, point) for name, point in self.true.items()}
         for (s, r), recorded in self._recorded.items():
-            outputs = self._outputs(trial, self.true[s], (s,))
+            outputs = true[s]
             if outputs is None:
                 return None
             difference = outputs - predicted[r]
@@ -158,12 +157,9 @@ class Rivals:
         """Whitened outputs (rows,) of a fitted rival, and their derivatives (rows, shared + initial states)."""
         problem = self.problem
         point = without_discrepancy(problem, self.fits[name].point)
-        values = {**problem.space.nominal(), **dict(zip((q.name for q in problem.unknowns), point.shared.tolist()))}
+        values = problem.named(point)
         free = [problem.unknowns[k].name for k in self._columns[name]]
-        sim = simulator(
-            problem.model, [self._with_forces(trial)], free=free, values=values,
-            hold=problem.hold, max_step=problem.max_step, threads=problem.threads,
-        )  # fmt: skip
+        sim = problem.on_trial(trial, free, values)
         found = sim.jacobian(np.array([values[n] for n in free]), sim.initial_states, problem.initial_names)
         if found.diverged.any() or not np.isfinite(found.dy).all() or not self._within(found.y):
             return None
@@ -172,19 +168,11 @@ class Rivals:
             return None
         return self._whitened(trial, found.y[:, :, None])[:, 0], slopes
 
-    def _outputs(self, trial: Trial, point: Point, effects: tuple[str, ...]) -> Array | None:
-        problem = self.problem
-        values = {**problem.space.nominal(), **dict(zip((q.name for q in problem.unknowns), point.shared.tolist()))}
-        sim = simulator(
-            problem.model, [self._with_forces(trial)], free=(), values=values,
-            hold=problem.hold, max_step=problem.max_step, threads=problem.threads,
-        )  # fmt: skip
+    def _outputs(self, trial: Trial, point: Point) -> Array | None:
+        """Whitened outputs (rows,) of a true cause; None where it diverges."""
+        sim = self.problem.on_trial(trial, (), self.problem.named(point))
         y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
         return self._whitened(trial, y[:, :, None])[:, 0] if np.isfinite(y).all() else None
-
-    def _with_forces(self, trial: Trial) -> Trial:
-        model = self.problem.discrepancy
-        return trial if model is None else with_forces(trial, model)
 
     def _recorded_ranges(self) -> dict[int, tuple[float, float]]:
         """What each output may reach, by its number."""
