@@ -82,9 +82,15 @@ def test_a_small_cause_stands_below_the_line() -> None:
 
 
 def test_discrepancy_makes_it_a_part_of_the_gap() -> None:
-    text = said("effects", CURRENT, discrepancy=True)
+    text = said("effects", CURRENT, discrepancy=True, shares=replace(LARGE, misfit_effects=4.0))
     assert text.startswith("A part of the gap comes from")
     assert "lacks something that no effect of the library describes" in text
+
+
+def test_discrepancy_of_a_model_that_meets_its_noise_is_small() -> None:
+    text = said("effects", CURRENT, discrepancy=True)
+    assert text.startswith("The gap comes from")
+    assert "What is left is small, but more than noise" in text
 
 
 def test_an_unknown_cause_of_a_model_that_meets_its_noise_is_small_first() -> None:

@@ -238,7 +238,7 @@ def _gap(diagnosis: Diagnosis) -> Table:
         sizes = [_number(size * row.channel.factor) for size in (row.noise, *(row.rmse[fit] for fit in compared))]
         multiples = [_number(row.multiple[fit], 2) for fit in compared]
         rows.append([row.channel.name, row.channel.unit, *sizes, *multiples])
-    heads = ["declared", "refitted", "with effects"][: len(compared)]
+    heads = ["before", "refitted", "effects"][: len(compared)]
     # A blank sets the second group of names apart from the first: each column has its own name.
     columns = ["channel", "unit", "noise", *heads, "× noise", *(f"{head} " for head in heads[1:])]
     return table(columns, rows, numbers=columns[2:])

@@ -27,6 +27,7 @@ AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
 then at most 0.7 of the noise's standard deviation."""
 _LACKS = "The model also lacks something that no effect of the library describes."
+_LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
 
 def verdict_sentence(
@@ -60,7 +61,7 @@ def verdict_sentence(
         return _joined(_undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
         return _unknown(causes, probability, shares)
-    return _named(causes, probability, discrepancy, validation, one_trial)
+    return _named(causes, probability, discrepancy, shares, validation, one_trial)
 
 
 def chance(probability: float) -> str:
@@ -123,16 +124,18 @@ def _named(
     causes: Sequence[NamedCause],
     probability: float,
     discrepancy: bool,
+    shares: Shares,
     validation: Validation | None,
     one_trial: bool,
 ) -> str:
+    little_left = math.sqrt(max(shares.misfit_effects, 0.0)) <= AT_NOISE
     large = [cause for cause in causes if not cause.small]
     sure = [cause for cause in large if not cause.implausible]
     doubtful = [cause for cause in large if cause.implausible]
     sentences = []
     unproven = validation is not None and not shrinks_surely(validation)
     if sure:
-        whole = "a part of the gap" if discrepancy else "the gap"
+        whole = "a part of the gap" if discrepancy and not little_left else "the gap"
         probable = f"{_listed(sure)} (probability {chance(probability)})."
         start = f"The most probable cause of {whole} is" if unproven else f"{whole.capitalize()} comes from"
         sentences.append(f"{start} {probable}")
@@ -145,7 +148,7 @@ def _named(
         )
     if not large:
         sentences.append("No cause of practical size is seen.")
-    sentences += [_small(causes), _lacks(discrepancy)]
+    sentences += [_small(causes), _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy)]
     if large:
         sentences.append(_prediction(validation, one_trial))
     return _joined(*sentences)

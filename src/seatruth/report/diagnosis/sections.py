@@ -72,7 +72,7 @@ def _summary(diagnosis: Diagnosis) -> Section:
                     [("which", "Effects and hypotheses"), ("discrepancy", "What the structure lacks")],
                 ),
                 Answer("How far?", text.validation_in_words(diagnosis), [("validation", "Trials left out")]),
-                Answer("What next?", text.next_in_words(diagnosis), [("next-trial", "The next trial")]),
+                Answer("What next?", text.next_in_words(diagnosis, detailed=False), [("next-trial", "The next trial")]),
             ]
         )
     )

@@ -165,7 +165,7 @@ def which_in_words(diagnosis: Diagnosis) -> str:
     if verdict.causes:
         causes = [cause_short(diagnosis, cause) for cause in verdict.causes]
         text = f"{capitalized('; '.join(causes))}. Probability {sure}."
-        text += " The model also lacks something that no effect describes." if verdict.discrepancy else ""
+        text += " Beside it, the structure of the model lacks something." if verdict.discrepancy else ""
         return f"{text}{_runner_up(diagnosis)}"
     if verdict.kind == "unknown":
         return f"None of the {len(diagnosis.effects)} effects that took part explains it. Probability {sure}."
@@ -214,13 +214,13 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
         else f"The gap does not shrink surely on trials left out: the effects explain {share} of it ({ends})."
     )
     if math.isfinite(validation.control):
-        control = whole_percent(validation.control)
+        control = whole_percent(validation.control) if validation.control > 0.0 else "none of it"
         text += f" Free terms in the equations, fitted instead of effects, explain {control}."
     return text
 
 
-def next_in_words(diagnosis: Diagnosis) -> str:
-    """The next trial and what it would bring."""
+def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
+    """The next trial and what it would bring; `detailed` says also what the crew does."""
     suggested = diagnosis.next_trial
     if suggested is None:
         return "Not asked."
@@ -230,11 +230,14 @@ def next_in_words(diagnosis: Diagnosis) -> str:
     if not suggested.manoeuvre:
         return f"No trial on the menu would help to separate {causes}."
     now, then = (math.sqrt(max(x, 0.0)) for x in (suggested.noncentrality_now, suggested.noncentrality_then))
-    about = f" ({suggested.text})" if suggested.text else ""
-    return (
-        f"{capitalized(suggested.manoeuvre)}{about}. It would best separate {causes}: the smallest distance between "
-        f"two of them grows from {number(now, 2)} to {number(then, 2)} standard deviations."
-    )
+    about = f" ({suggested.text})" if suggested.text and detailed else ""
+    size = f"from {number(now, 2)} to {number(then, 2)} standard deviations"
+    grows = f"the smallest distance between two of them grows {size}"
+    trial = f"{capitalized(suggested.manoeuvre)}{about}"
+    if suggested.noncentrality_now >= NEAR:
+        return f"These trials already distinguish {causes}. {trial} would separate them further: {grows}."
+    still = "" if suggested.noncentrality_then >= NEAR else " That is still too little to distinguish them."
+    return f"{trial}. It would best separate {causes}: {grows}.{still}"
 
 
 def survivor(diagnosis: Diagnosis, name: str) -> str:

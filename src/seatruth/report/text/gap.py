@@ -85,16 +85,16 @@ def gap_in_words(diagnosis: Diagnosis) -> str:
         )
     shares = diagnosis.shares
     parts = [
-        f"{percent(part)} {name}"
-        for part, name in (
-            (shares.noise, "noise"),
-            (shares.parameters, "wrong coefficients, which the refit removes"),
-            (shares.effects, "the effects of the verdict"),
-            (shares.left, "not explained"),
+        words.format(percent(part))
+        for part, words in (
+            (shares.noise, "{} is noise"),
+            (shares.parameters, "the refit of the coefficients removes {}"),
+            (shares.effects, "the effects of the verdict remove {}"),
+            (shares.left, "{} is not explained"),
         )
         if part >= 0.005
     ]
-    return f"{text} The misfit of the declared model consists of {listed(parts)}." if parts else text
+    return f"{text} Of the misfit of the declared model, {listed(parts)}." if parts else text
 
 
 def where_in_words(diagnosis: Diagnosis) -> str:
