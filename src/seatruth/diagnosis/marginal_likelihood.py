@@ -250,8 +250,8 @@ class Likelihood:
         inner = root.T @ total[:, n:, n:] @ root
         diagonal = np.arange(inner.shape[1])
         inner[:, diagonal, diagonal] += 1.0
-        factors: Array = np.linalg.cholesky(inner)
-        halves = np.linalg.solve(factors, root.T @ total[:, n:, :n])
+        factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
+        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:, :n]), dtype=np.float64)
         grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
         base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)
