@@ -31,6 +31,11 @@ SLOW = 0.6
 """Share of the revolutions in slow manoeuvres, of the speed at a slow start."""
 STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Shares of the largest angle in a staircase."""
+NONE_SUGGESTED = (
+    "zigzag of {input}", "turn by +{input}", "staircase of {input}", "reciprocal course: zigzag of {input}",
+    "beam course: turn by -{input}",
+)  # fmt: skip
+"""What is tried where a diagnosis says that no trial helps: some of the menu, of several kinds."""
 Orders = tuple[float, float, float]
 """From so many seconds on: angle, share of the revolutions."""
 
@@ -42,7 +47,7 @@ def pairs_after(
     on no menu."""
     family = families()[truth["family"]]
     records = read(family, truth, public)
-    trial = suggested(family, records, manoeuvre)
+    trial = suggested(family, records, manoeuvre.format(input=family.input))
     if trial is None:
         return {}
     noise = {name: Noise(*values) for name, values in truth["noise"].items()}
@@ -115,11 +120,7 @@ def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]
         table = np.array(rows[1:], dtype=np.float64)
         columns: dict[str, Array] = {name.split(" ")[0]: table[:, j] for j, name in enumerate(rows[0])}
         trial = Trial(sealed["name"], lambda: Fixed([]), sealed["heading"], sealed["seconds"])
-        none = np.zeros(len(table))
+        delta, n = family.orders(columns)
         outputs = {name: columns[name] for name in family.outputs if name in UNITS}
-        records.append(
-            Record(
-                trial, columns["t"], columns[family.input], columns.get("n", none), outputs, {}, tuple(sealed["first"])
-            )
-        )
+        records.append(Record(trial, columns["t"], delta, n, outputs, {}, tuple(sealed["first"])))
     return records
