@@ -86,6 +86,7 @@ def _turn(keys: list[str], rng: np.random.Generator) -> Iterator[str]:
 def sealed(case: Case, name: str) -> dict[str, Any]:
     """What is sealed of a case."""
     outside = case.plan.kind == "outside"
+    unknown = case.plan.kind in ("outside", "form")
     causes: list[dict[str, Any]] = [
         {
             "name": UNKNOWN if outside else NAMES[case.family.name][p.mechanism.key],
@@ -103,7 +104,7 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
         "synthetic": True,
         "family": case.family.name,
         "kind": case.plan.kind,
-        "effects": [UNKNOWN] if outside else sorted(cause["name"] for cause in causes),
+        "effects": [UNKNOWN] if unknown else sorted(cause["name"] for cause in causes),
         "causes": causes,
         "set": sorted({cause["name"] for cause in causes} | set(case.truth["lookalikes"])),
         "places": sorted({place for cause in causes for place in cause["place"].split(",")}),

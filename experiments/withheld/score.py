@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
@@ -140,7 +141,11 @@ def limits(out: Path, truths: Mapping[str, dict[str, Any]], workers: int) -> dic
 
 def _limit_kept(truth: Mapping[str, Any], public: Path, kept: Path) -> None:
     with threadpool_limits(limits=1, user_api="blas"):
-        write(kept, json.dumps(limit(truth, public)) + "\n")
+        try:
+            found = limit(truth, public)
+        except np.linalg.LinAlgError as problem:
+            found = verdict(truth["case"], [], declared=False, failed=f"LinAlgError: {problem}")
+    write(kept, json.dumps(found) + "\n")
 
 
 def programs_of(out: Path) -> list[str]:
