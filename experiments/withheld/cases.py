@@ -125,8 +125,11 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     rungs = [[Present(p.mechanism, p.mechanism.scaled(p.values, rung)) for rung in LADDER] for p in present[count:]]
     variants += [(f"{k}?", [p]) for k, ladder in enumerate(rungs) for p in ladder]
     checked = bool(plan.form) and attempt < TRIES - 1
-    if checked:
-        variants += [("form", [Present(acting[-1], acting[-1].scaled(acting[-1].spans[0], FORM_STEP))]), *spans(named)]
+    if plan.form:
+        # At its typical size a form may send a vehicle round: a small one is looked at.
+        present[count - 1] = Present(acting[-1], acting[-1].scaled(present[count - 1].values, FORM_STEP))
+        variants[count - 1] = ("form", [present[count - 1]])
+        variants += spans(named) if checked else []
     here = signatures(family, plain, coefficients, noise, variants)
     gram = here.projected()
     if checked and wanted[-1] * _share_unlike(here, gram, named) < TELLS_APART:
