@@ -8,22 +8,27 @@ ARGS ?=
 HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 RUN := $(VENV)/.installed-$(HERE)
 DEV := $(VENV)/.installed-dev-$(HERE)
+# All that a test may ask for, so that none is skipped.
+EXTRAS := dev,dask,benchmark
 PINS := pyproject.toml constraints.txt
 PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-bar off --constraint constraints.txt
-# More workers than this do not pay: each one compiles and loads the numerical libraries anew.
-WORKERS ?= 8
+# At most so many processes run tests side by side. More do not pay: each loads the numerical libraries anew.
+WORKERS ?= 4
+# A file of tests stays in one process, so that what its tests share is made once.
+PYTEST = $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope
 
 # Tests hand about arrays and table cells whose exact types the stubs of NumPy and pandas cannot know.
 TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
+.PHONY: help demo test test-slow lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo               the whole job on trials that come with seatruth, in a minute (reports in seatruth-demo/)"
-	@echo "make test               the tests; ARGS='-k driver -x' goes to pytest"
+	@echo "make test               the fast tests; ARGS='-k driver -x' goes to pytest, ARGS=--cpu lists what takes long"
+	@echo "make test-slow          the others: whole experiments, examples of the documents, interrupts and full disks"
 	@echo "make lint               style and format of the code (ruff)"
 	@echo "make types              static types (mypy)"
 	@echo "make imports            the direction of imports (import-linter)"
@@ -38,7 +43,10 @@ demo: $(RUN)
 	@$(PY) -m seatruth demo $(ARGS)
 
 test: $(DEV)
-	$(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist worksteal $(ARGS)
+	$(PYTEST) -m "not slow" $(ARGS)
+
+test-slow: $(DEV)
+	$(PYTEST) -m slow $(ARGS)
 
 lint: $(DEV)
 	$(PY) -m ruff check .
@@ -72,7 +80,7 @@ $(RUN): $(PINS)
 	$(call install,-e .)
 
 $(DEV): $(PINS)
-	$(call install,-e .[dev])
+	$(call install,-e .[$(EXTRAS)])
 	@touch $(RUN)
 
 # The first Python that is new enough makes .venv, unless a usable one is there.

@@ -20,7 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from common import ROOT, say, write
+from common import ROOT, say
+
+from seatruth.storage.atomic import write_file
 
 HERE = Path(__file__).resolve().parent
 DURATIONS = HERE / "durations.json"
@@ -122,7 +124,7 @@ def record(experiments: Sequence[Experiment], results: Path, durations: Path = D
             seconds = measured(one.name, quick, results)
             if seconds is not None:
                 table[kind][one.name] = round(seconds)
-    write(durations, json.dumps(table, indent=1, sort_keys=True) + "\n")
+    write_file(durations, json.dumps(table, indent=1, sort_keys=True) + "\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -23,7 +23,7 @@ from seatruth.models.torpedo import Torpedo324
 from seatruth.models.torpedo_parameters import TIES
 from seatruth.optimizers import minimise
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
 PLANT = Torpedo324()
 VALUES = PLANT.nominal() | {"dG": -0.05 * PLANT.nominal()["m"] * PLANT.nominal()["g"]}
@@ -84,11 +84,11 @@ def study(trial: Trial, sd: Mapping[str, float], start: Mapping[str, float] | No
         value = VALUES[q.name]
         if q.name in FREE:
             low, high = sorted((LOW * value, HIGH * value))
-            q = q.but(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
+            q = q.replace(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
         elif q.name in TIES:
-            q = q.but(tie=TIES[q.name])
+            q = q.replace(expr=TIES[q.name])
         else:
-            q = q.but(value=value)
+            q = q.replace(value=value)
         given.append(q)
     return Study("chen2011, 6-DOF", PLANT, Trials([trial]), parameters=tuple(given), noise=sd)
 
@@ -101,7 +101,7 @@ def sizes(trial: Trial, level: float) -> dict[str, float]:
 def bounds(level: float) -> dict[str, float]:
     """Cramer-Rao bounds in per cent."""
     trial = benchmark()
-    frame = excitation(study(trial, sizes(trial, level)), threads=1)
+    frame = prior_identifiability(study(trial, sizes(trial, level)), threads=1)
     return {str(q): 100.0 * float(row["crlb"] / abs(row["value"])) for q, row in frame.iterrows()}
 
 

@@ -18,6 +18,7 @@ from joblib import Parallel, delayed
 
 from seatruth import Budget, identify
 from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.optimizers import Chain, Optimizer, make, minimise
 from seatruth.trials import Trial
 
@@ -91,7 +92,7 @@ def fit(
         for q, y in outputs.items():
             y[0] += sd[q] * rng.standard_normal()
         trial = replace(trial, outputs=outputs)
-        changes |= {"initial": "free", "initial_sd": sd}
+        changes |= {"cost": TrajectoryOptions(initial="free", initial_sd=sd)}
     begin = {name: start * TRUTH[name] for name in FREE}
     table: Any = identify(system.study(trial, weight, begin, **changes), seed=SEED, threads=1).parameters
     inside = {}

@@ -17,7 +17,7 @@ from seatruth import Model, Study
 from seatruth.manoeuvres import Manoeuvre, add_noise, run_manoeuvre
 from seatruth.models.longitudinal_plane import READINGS, LongitudinalPlane
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
 Array = NDArray[np.float64]
 PLANT = LongitudinalPlane()
@@ -95,9 +95,9 @@ def study(trial: Trial, level: float, start: Mapping[str, float] | None = None, 
         value = values[q.name]
         if q.name in names:
             low, high = sorted((LOW * value, HIGH * value)) if bounded else (-math.inf, math.inf)
-            q = q.but(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
+            q = q.replace(value=(start or {}).get(q.name, value), min=low, max=high, vary=True)
         else:
-            q = q.but(value=value)
+            q = q.replace(value=value)
         given.append(q)
     fields: dict[str, Any] = {"noise": noise_of(trial, level), "parameters": tuple(given), **changes}
     return Study("chen2011", model, Trials([trial]), **fields)
@@ -110,7 +110,7 @@ def random_start(rng: np.random.Generator) -> dict[str, float]:
 
 def bounds(trial: Trial, level: float, **changes: Any) -> dict[str, float]:
     """Cramer-Rao bounds in per cent of each parameter."""
-    frame = excitation(study(trial, level, **changes), threads=1)
+    frame = prior_identifiability(study(trial, level, **changes), threads=1)
     return {str(q): 100.0 * float(row["crlb"] / abs(row["value"])) for q, row in frame.iterrows()}
 
 

@@ -12,13 +12,13 @@ from __future__ import annotations
 import argparse
 import hashlib
 import importlib.metadata
+import io
 import json
 import math
 import os
 import platform
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,6 +30,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.errors import BadInput, SeatruthError
+from seatruth.storage.atomic import write_file
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("seatruth", "numpy", "scipy", "numba", "llvmlite", "pandas", "scikit-learn", "pymoo", "pyswarms", "joblib")
@@ -162,7 +163,7 @@ class Results:
         self._stages[name] = {"seconds": None, "resumed": False}  # stays so if the work fails
         outcome = plain(work())
         seconds = time.perf_counter() - begin
-        write(file, json.dumps({"key": key, "stage": name, "seconds": seconds, "outcome": outcome}, indent=1))
+        write_file(file, json.dumps({"key": key, "stage": name, "seconds": seconds, "outcome": outcome}, indent=1))
         self._stages[name] = {"seconds": seconds, "resumed": False}
         say(f"{position} {name}: {seconds:.1f} s")
         return outcome
@@ -183,7 +184,7 @@ class Results:
         """A table as CSV, numbers in full precision; the index is written if it has a name."""
         file = f"{_safe(name)}.csv"
         keep_index = any(level is not None for level in table.index.names)
-        write(self.folder / file, table.to_csv(index=keep_index, lineterminator="\n"))
+        write_file(self.folder / file, table.to_csv(index=keep_index, lineterminator="\n"))
         self._tables[name] = file
 
     def add_picture(self, name: str, figure: Any) -> None:
@@ -195,9 +196,9 @@ class Results:
         with mpl.rc_context({"svg.hashsalt": self.name}):
             for kind in ("png", "svg"):
                 file = f"{_safe(name)}.{kind}"
-                part = self.folder / (file + ".part")
-                figure.savefig(part, format=kind, dpi=160, bbox_inches="tight", metadata=_NO_DATE[kind])
-                os.replace(part, self.folder / file)
+                buffer = io.BytesIO()
+                figure.savefig(buffer, format=kind, dpi=160, bbox_inches="tight", metadata=_NO_DATE[kind])
+                write_file(self.folder / file, buffer.getvalue())
                 files.append(file)
         plt.close(figure)
         self._pictures[name] = files
@@ -230,8 +231,8 @@ class Results:
             "finished": now.isoformat(timespec="seconds"),
             "wall_s": round((now - self._started).total_seconds(), 1),
         }
-        write(self.folder / "summary.md", self._summary(record))
-        write(self.folder / "result.json", json.dumps(record, indent=1) + "\n")
+        write_file(self.folder / "summary.md", self._summary(record))
+        write_file(self.folder / "result.json", json.dumps(record, indent=1) + "\n")
         for name, figure in self._figures.items():
             say(f"  {name}: {_shown(figure)}")
         say(f"Written: result.json, summary.md and {len(self._tables) + 2 * len(self._pictures)} more files.")
@@ -333,23 +334,6 @@ def plain(content: Any) -> Any:
     if content is None or isinstance(content, str | int | bool):
         return content
     raise TypeError(f"{type(content).__name__} cannot be written as JSON")
-
-
-def write(file: Path, content: str) -> None:
-    """Writes a text file whole or not at all."""
-    try:
-        handle, part = tempfile.mkstemp(dir=file.parent, prefix=file.name, suffix=".part")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as stream:
-                stream.write(content)
-            os.chmod(part, 0o644)
-            os.replace(part, file)
-        finally:
-            Path(part).unlink(missing_ok=True)
-    except OSError as problem:
-        raise BadInput(
-            f"it could not be written ({problem.strerror})", where=str(file), do="Free some space or change --out."
-        ) from problem
 
 
 def say(line: str) -> None:

@@ -12,13 +12,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import logging.config
 import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +30,11 @@ from scipy.optimize import least_squares
 
 from seatruth import Study
 from seatruth.comparison import Comparison, Noise, Problem, compare
-from seatruth.comparison.realisation import Bench, Setting
+from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.costs import cost_of
 from seatruth.manoeuvres import Stepper
 from seatruth.optimizers import from_callable
+from seatruth_optimizers.particle_swarm import unlogged_pyswarms
 
 Array = NDArray[np.float64]
 SEED, LEVEL, BUDGET = 20260401, 0.01, 2000
@@ -201,8 +200,8 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
     rows = []
     for name in names:
         problem = systems.SYNTHETIC[name]()
-        problem = Problem(problem.name, problem.study.but(holdout=[]), problem.truth)
-        study = Bench(problem, Setting(SEED, LEVEL)).realised("trajectory", Noise("white", LEVEL), 0)
+        problem = Problem(problem.name, problem.study.replace(holdout=[]), problem.truth)
+        study = NoisyProblem(problem, RealisationSettings(SEED, LEVEL)).realise("trajectory", Noise("white", LEVEL), 0)
         cost, naive = cost_of(study, threads=1), Naive(study)
         low, high = cost.bounds
         assert problem.truth is not None
@@ -238,7 +237,7 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
 def _theirs(naive: Naive, low: Array, high: Array, study: Study, generations: int) -> dict[str, float]:
     """Some generations of a swarm and of a genetic algorithm from libraries: processor seconds an evaluation."""
     begun, before = time.process_time(), naive.evaluations
-    with _no_log_file():
+    with unlogged_pyswarms():
         from pyswarms.single import GlobalBestPSO
 
         settings = {"c1": 1.4962, "c2": 1.4962, "w": 0.7298}
@@ -322,17 +321,6 @@ def _picture(table: pd.DataFrame) -> Any:
     axes.set_xlabel("processor time an evaluation (ms)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8, frameon=False)
     return figure
-
-
-@contextlib.contextmanager
-def _no_log_file() -> Iterator[None]:
-    """pyswarms writes report.log into the working directory unless its logging set-up is held off."""
-    original = logging.config.dictConfig
-    logging.config.dictConfig = lambda config: None
-    try:
-        yield
-    finally:
-        logging.config.dictConfig = original
 
 
 if __name__ == "__main__":

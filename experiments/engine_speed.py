@@ -5,7 +5,8 @@
 Microseconds a candidate on workloads A (AUV diving plane) and B (KVLCC2 under MMG, rate-limited rudder) of
 engines/workloads.py, for populations of 1, 50, 200 and 1000, each engine in a process of its own, in a fixed order.
 The clock runs around the call alone, after one call for warm-up; the shortest of the repeats counts (the machine may be
-shared), the median stands beside it in the table. All engines with a fixed step must give the same cost to 1e-10.
+shared), the median and the processor time of all threads stand beside it in the table. All engines with a fixed step
+must give the same cost to 1e-10.
 The peers are an optional extra (`pip install -e .[peers]`); one that is not installed is reported as such.
 """
 
@@ -27,12 +28,13 @@ from common import COLOURS, Options, Results, machine, main, say, versions
 from seatruth.errors import SeatruthError
 
 SEED = 20260101
-FIXED = ("python", "numpy", "jax", "casadi", "seatruth")
+FIXED = ("python", "numpy", "numba", "jax", "casadi", "seatruth")
 """Engines with the same fixed step: their costs must agree."""
 TITLES = {
     "scipy": "SciPy RK45, 1e-6",
     "python": "plain Python RK4",
     "numpy": "NumPy over the population",
+    "numba": "Numba, prange over candidates",
     "jax": "JAX jit(vmap(scan))",
     "casadi": "CasADi",
     "diffrax": "diffrax Tsit5, 1e-6",
@@ -153,7 +155,8 @@ class _Speed:
 
 def _run(order: Mapping[str, Any], cache: str | None = None) -> dict[str, Any]:
     here = Path(__file__).resolve().parent
-    environment = {**os.environ, "PYTHONPATH": str(here)}
+    paths = (str(here), os.environ.get("PYTHONPATH", ""))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
     if cache is not None:
         environment |= {"SEATRUTH_CACHE": cache, "XDG_CACHE_HOME": cache, "NUMBA_CACHE_DIR": cache}
     with tempfile.TemporaryDirectory() as folder:
@@ -184,9 +187,9 @@ def _same_equations(speed: _Speed, results: Results, name: str) -> None:
         raise SeatruthError(f"workload {name}: the peers' equations differ from seatruth's model by {worst:.1e}")
 
 
-def _agreement(results: Results, name: str, found: Mapping[str, Any]) -> None:
-    reference = np.array(found["python"]["costs"])
-    for engine, outcome in found.items():
+def _agreement(results: Results, name: str, outcomes: Mapping[str, Any]) -> None:
+    reference = np.array(outcomes["python"]["costs"])
+    for engine, outcome in outcomes.items():
         if "absent" in outcome or engine == "python":
             continue
         apart = float(np.max(np.abs(np.array(outcome["costs"]) / reference - 1.0)))
@@ -199,24 +202,24 @@ def _agreement(results: Results, name: str, found: Mapping[str, Any]) -> None:
             raise SeatruthError(f"workload {name}: {engine} differs from plain Python in the cost by {apart:.1e}")
 
 
-def _speeds(results: Results, name: str, found: Mapping[str, Any], limit: float, sizes: list[int]) -> None:
-    scipy = _microseconds(found["scipy"], 1)
+def _speeds(results: Results, name: str, outcomes: Mapping[str, Any], limit: float, sizes: list[int]) -> None:
+    scipy = _microseconds(outcomes["scipy"], 1)
     for size in sizes:
-        own = _microseconds(found["seatruth"], size)
-        label, why = f"{name}, P={size}", found["seatruth"].get("absent", "")
-        results.add_figure(f"{label}: seatruth", own, "us/candidate", why)
-        peers = {e: _microseconds(o, size) for e, o in found.items() if e not in ("seatruth", *SERIAL)}
+        ours = _microseconds(outcomes["seatruth"], size)
+        label, why = f"{name}, P={size}", outcomes["seatruth"].get("absent", "")
+        results.add_figure(f"{label}: seatruth", ours, "us/candidate", why)
+        peers = {e: _microseconds(o, size) for e, o in outcomes.items() if e not in ("seatruth", *SERIAL)}
         usable = {engine: us for engine, us in peers.items() if us is not None}
-        if own is None or size < 200:
+        if ours is None or size < 200:
             continue
-        ratio = own / limit
+        ratio = ours / limit
         goal = BOUND_GOAL[name]
         results.add_figure(f"{label}: over the bound", ratio, "x", goal=f"<= {goal:g}", met=ratio <= goal)
         if scipy is not None:
-            gain = scipy / own
+            gain = scipy / ours
             results.add_figure(f"{label}: scipy", gain, "x slower", goal=f">= {SCIPY_GOAL:g}", met=gain >= SCIPY_GOAL)
         best = min(usable, key=lambda e: usable[e])
-        gain, absent = usable[best] / own, [TITLES[e] for e, us in peers.items() if us is None]
+        gain, absent = usable[best] / ours, [TITLES[e] for e, us in peers.items() if us is None]
         note = TITLES[best] + (f"; not measured: {', '.join(absent)}" if absent else "")
         results.add_figure(
             f"{label}: best peer",
@@ -228,17 +231,17 @@ def _speeds(results: Results, name: str, found: Mapping[str, Any], limit: float,
         )
 
 
-def _jacobians(results: Results, name: str, found: Mapping[str, Any]) -> None:
-    with_slopes = {e: o for e, o in found.items() if o.get("jacobian")}
+def _jacobians(results: Results, name: str, outcomes: Mapping[str, Any]) -> None:
+    with_slopes = {e: o for e, o in outcomes.items() if o.get("jacobian")}
     for engine, outcome in with_slopes.items():
         shape = " x ".join(map(str, outcome["slopes_shape"]))
         results.add_figure(f"{name}: Jacobian, {engine}", outcome["jacobian"]["min_s"] * 1e3, "ms", shape)
     if "seatruth" not in with_slopes:
         return
-    own = np.array(with_slopes["seatruth"]["slopes"])
+    ours = np.array(with_slopes["seatruth"]["slopes"])
     for engine in (e for e in with_slopes if e != "seatruth"):
         theirs = np.array(with_slopes[engine]["slopes"])
-        apart = float(np.max(np.abs(own - theirs).max(axis=(0, 1)) / np.abs(theirs).max(axis=(0, 1))))
+        apart = float(np.max(np.abs(ours - theirs).max(axis=(0, 1)) / np.abs(theirs).max(axis=(0, 1))))
         results.add_figure(
             f"{name}: Jacobian differs from {engine}",
             apart,
@@ -266,8 +269,8 @@ def _microseconds(outcome: Mapping[str, Any], size: int, which: str = "min_s") -
 
 def _table(measured: Mapping[str, Mapping[str, Any]], limit: Mapping[str, float]) -> pd.DataFrame:
     rows = []
-    for name, found in measured.items():
-        for engine, outcome in found.items():
+    for name, outcomes in measured.items():
+        for engine, outcome in outcomes.items():
             fixed = {"workload": name, "engine": engine, "threads": outcome.get("threads")}
             if "absent" in outcome:
                 rows.append({**fixed, "note": outcome["absent"]})
@@ -279,6 +282,7 @@ def _table(measured: Mapping[str, Mapping[str, Any]], limit: Mapping[str, float]
                         "P": int(size),
                         "us_min": us,
                         "us_median": clock["median_s"] / int(size) * 1e6,
+                        "us_processor": clock["processor_s"] / int(size) * 1e6,
                         "repeats": clock["repeats"],
                         "over_bound": us / limit[name],
                         "note": clock["form"],
@@ -293,7 +297,7 @@ def _picture(table: pd.DataFrame, limit: Mapping[str, float], threads: int) -> A
 
     figure, axes = plt.subplots(1, 2, figsize=(10, 4.6), sharey=True, layout="constrained")
     for axis, name in zip(axes, WORKLOADS):
-        for engine, colour, marker in zip(TITLES, (*COLOURS[1:6], COLOURS[7], COLOURS[0]), "osvD^Xo"):
+        for engine, colour, marker in zip(TITLES, (*COLOURS[1:], COLOURS[0]), "osvPD^Xo"):
             rows = table[(table.workload == name) & (table.engine == engine) & table.P.notna()]
             if rows.empty:
                 continue
@@ -329,8 +333,8 @@ def _markdown(table: pd.DataFrame, limit: Mapping[str, float], sizes: list[int],
     lines.append(f"| bound: counted flops over measured peak | {threads} | {' | '.join(bounds)} |")
     return (
         "Microseconds a candidate, shortest of the repeats. SciPy and plain Python run one candidate after the other, "
-        "so their figure holds for every P. JAX and diffrax: the best of their forms; CasADi: compiled C code where "
-        "there is a compiler. What the bound counts stands at the top of `experiments/engines/flops.py`.\n\n"
+        "so their figure holds for every P. Numba, JAX and diffrax: the best of their forms; CasADi: compiled C code "
+        "where there is a compiler. What the bound counts stands at the top of `experiments/engines/flops.py`.\n\n"
         + "\n".join(lines)
     )
 

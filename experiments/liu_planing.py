@@ -26,7 +26,7 @@ from liu_planing_system import ANGLES, PRINTED, SHEET
 from xu2012_expected import Checks
 
 from seatruth.costs import cost_of
-from seatruth.uncertainty import degeneracies, prediction_intervals, prefer
+from seatruth.uncertainty import compare_models, prediction_intervals, unidentifiable_directions
 
 SEED = 5
 OWN = tuple(f"experiments/liu_planing_{part}.py" for part in ("folds", "solvers", "system", "turns"))
@@ -51,7 +51,7 @@ def body(options: Options, results: Results) -> None:
     results.add_text(ABOUT)
     checks = Checks(results)
     _printed(results, checks)
-    _degeneracies(results)
+    _unidentifiable(results)
     setting = {"seed": SEED, "seeds": 1 if quick else 10, "generations": 100 if quick else 2000}
     setting["evaluations"] = 4_000 if quick else 60_000
     searched = results.stage(
@@ -105,16 +105,16 @@ def _printed(results: Results, checks: Checks) -> None:
     checks.at_most("synthetic table: file against generator", float((kept - made).abs().max().max()), 1e-6, "")
 
 
-def _degeneracies(results: Results) -> None:
+def _unidentifiable(results: Results) -> None:
     """What the software itself says about scales."""
     lines = ["Named by the software, from the formulas and the table alone:\n"]
     for name in NAMES:
         cost = cost_of(system.study(name), threads=1)
-        found = degeneracies(cost, cost.start)
+        found = unidentifiable_directions(cost, cost.start)
         results.add_figure(f"{name}: scales that cancel", len(found), "of them", goal="1", met=len(found) == 1)
         lines += [f"- {name}: {entry['sentence']}" for entry in found]
         fixed = solvers.study(name, fixed=True)
-        left = degeneracies(cost_of(fixed, threads=1), cost_of(fixed, threads=1).start)
+        left = unidentifiable_directions(cost_of(fixed, threads=1), cost_of(fixed, threads=1).start)
         results.add_figure(
             f"{name} with {solvers.FIXED[name]} fixed: scales that cancel", len(left), "of them", goal="0", met=not left
         )
@@ -133,8 +133,8 @@ def _fits() -> dict[str, Any]:
         found[name] = {
             "x": dict(zip(cost.names, x.tolist())),
             "value": said.value,
-            "half": said.half,
-            "mean": said.mean,
+            "half": said.half_width,
+            "mean": said.mean_half_width,
         }
         found[name] |= {"rmse": math.sqrt(float(np.mean(error**2))), "outside 10 %": int((~close).sum())}
     return found
@@ -228,7 +228,7 @@ def _report_preference(results: Results, fits: Mapping[str, Any], preferred: Map
         lines.append(
             f"| {way} | {rms['M1']:.3f} | {rms['M2']:.3f} | "
             f"{said['difference']:+.3f} ({said['low']:+.3f} to {said['high']:+.3f}) | "
-            f"{said['p']:.2g} | {100 * said['first_better']:.0f} % of {said['comparisons']} |"
+            f"{said['p']:.2g} | {100 * said['first_better']:.0f} % of {said['scores']} |"
         )
         results.add_figure(
             f"{way} left out: M2 less M1",
@@ -310,7 +310,11 @@ def _esso_osaka(results: Results, folder: Any) -> None:
             found = fits[figure][name]
             rms = [math.sqrt(float(np.mean(np.square(found[key])))) for key in ("fitted", "left out")]
             runs = len(table)
-            p = "" if name == "rudder" else f"{prefer(errors[name] ** 2, errors['rudder'] ** 2, 1 / (runs - 1)).p:.2g}"
+            p = (
+                ""
+                if name == "rudder"
+                else f"{compare_models(errors[name] ** 2, errors['rudder'] ** 2, 1 / (runs - 1)).p:.2g}"
+            )
             values = ", ".join(f"{key} {value:.3g}" for key, value in found["values"].items())
             lines.append(
                 f"| {figure} | {name} | {len(found['values'])} | {rms[0]:.2f} | {rms[1]:.2f} | {p} | {values} |"

@@ -16,7 +16,7 @@ from seatruth.costs import cost_of
 from seatruth.costs.formula import FormulaCost
 from seatruth.optimizers import minimise
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import Preference, folds, left_out_errors, prediction_intervals, prefer
+from seatruth.uncertainty import ModelComparison, compare_models, held_out_errors, prediction_intervals, repeated_folds
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -43,7 +43,7 @@ def left_out(name: str, table: pd.DataFrame, parts: Sequence[Rows]) -> Array:
     """Errors of a formula on rows left out, each fit beginning where the fit to all rows ended."""
     study = study_of(name, table)
     cost, x = fit(study)
-    return left_out_errors(study, parts, dict(zip(cost.names, x.tolist())))
+    return held_out_errors(study, parts, dict(zip(cost.names, x.tolist())))
 
 
 def squared(errors: Array, parts: Sequence[Rows]) -> Array:
@@ -53,19 +53,19 @@ def squared(errors: Array, parts: Sequence[Rows]) -> Array:
 
 def by_folds(table: pd.DataFrame, repeats: int, seed: int, workers: int) -> dict[str, Any]:
     """Both formulas on the same repeated folds: errors by name (repeats, n), and the preference for M2."""
-    cut = folds(len(table), PARTS, repeats, np.random.default_rng(seed))
+    cut = repeated_folds(len(table), PARTS, repeats, np.random.default_rng(seed))
     jobs = [(name, parts) for name in NAMES for parts in cut]
     found = Parallel(n_jobs=workers)(delayed(left_out)(name, table, parts) for name, parts in jobs)
     errors = {name: np.array(found[k * repeats : (k + 1) * repeats]) for k, name in enumerate(NAMES)}
     scores = {name: np.concatenate([squared(e, parts) for e, parts in zip(errors[name], cut)]) for name in NAMES}
-    return {"errors": errors, "preference": vars(prefer(scores["M2"], scores["M1"], 1 / (PARTS - 1)))}
+    return {"errors": errors, "preference": vars(compare_models(scores["M2"], scores["M1"], 1 / (PARTS - 1)))}
 
 
 def by_condition(table: pd.DataFrame, columns: Sequence[str]) -> dict[str, Any]:
     """Both formulas with each condition left out in turn: errors by name (n,), and the preference for M2."""
     parts = conditions(table, columns)
     errors = {name: left_out(name, table, parts) for name in NAMES}
-    found: Preference = prefer(squared(errors["M2"], parts), squared(errors["M1"], parts))
+    found: ModelComparison = compare_models(squared(errors["M2"], parts), squared(errors["M1"], parts))
     return {"errors": errors, "preference": vars(found), "parts": [rows.tolist() for rows in parts]}
 
 
@@ -96,7 +96,7 @@ def coverage_of(name: str, seed: int) -> list[dict[str, Any]]:
     ]
     for part in conditions(table, ("draft",)):
         kept = np.setdiff1d(np.arange(len(table)), part)
-        without = study.but(trials=Trials([study.trials[0].samples(kept)]))
+        without = study.replace(trials=Trials([study.trials[0].samples(kept)]))
         cost, x = fit(without)
         inside = _inside(cost, x, study.trials[0].samples(part))
         rows += [
@@ -116,4 +116,4 @@ def coverage(seeds: Sequence[int], workers: int) -> list[dict[str, Any]]:
 
 def _inside(cost: FormulaCost, x: Array, trial: Trial) -> list[bool]:
     (found,) = prediction_intervals(cost, x, [trial])
-    return [bool(hit) for hit in np.abs(trial.outputs["diameter"] - found.value) <= found.half]
+    return [bool(hit) for hit in np.abs(trial.outputs["diameter"] - found.value) <= found.half_width]

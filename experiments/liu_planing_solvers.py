@@ -23,13 +23,13 @@ LOCAL = ("least_squares", "newton", "nelder_mead", "ls_svm")
 def study(name: str, fixed: bool) -> Study:
     """The study of a formula as its file has it, or with one parameter fixed at its printed value."""
     found = system.study(name)
-    return found if not fixed else found.but(parameters=parameters(name))
+    return found if not fixed else found.replace(parameters=parameters(name))
 
 
 def parameters(name: str) -> tuple[Any, ...]:
     """The parameters of a formula, one of them fixed at its printed value."""
     return tuple(
-        p.but(vary=False, value=system.PRINTED[name][p.name]) if p.name == FIXED[name] else p
+        p.replace(vary=False, value=system.PRINTED[name][p.name]) if p.name == FIXED[name] else p
         for p in system.study(name).parameters
     )
 

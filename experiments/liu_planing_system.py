@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth import Study, load_study
-from seatruth.costs import formula_study
+from seatruth.study import formula_study
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent / "liu_planing"

@@ -11,13 +11,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth import Study
-from seatruth.costs import cost_of, formula_study
+from seatruth.costs import cost_of
 from seatruth.costs.formula import FormulaCost
 from seatruth.manoeuvres import turning_circle_figures
 from seatruth.models import Parameter
 from seatruth.optimizers import minimise
+from seatruth.study import formula_study
 from seatruth.trials import Trial
-from seatruth.uncertainty import left_out_errors, prediction_intervals
+from seatruth.uncertainty import held_out_errors, prediction_intervals
 
 Array = NDArray[np.float64]
 LENGTH, DISPLACEMENT, RUDDER_AREA, GRAVITY = 3.0, 244.6, 0.0106, 9.81
@@ -128,14 +129,14 @@ def fitted(table: pd.DataFrame, figure: str) -> dict[str, Any]:
         assert isinstance(cost, FormulaCost)
         x = minimise(cost, "least_squares", seed=0).x
         (ahead,) = prediction_intervals(cost, x, [study_of(name, grid, figure).trials[0]])
-        errors = left_out_errors(study, runs, dict(zip(cost.names, x.tolist())))
+        errors = held_out_errors(study, runs, dict(zip(cost.names, x.tolist())))
         found[name] = {
             "values": dict(zip(cost.names, x.tolist())),
             "fitted": cost.errors(x)[:, 0],
             "left out": errors,
             "value": ahead.value,
-            "mean": ahead.mean,
-            "half": ahead.half,
+            "mean": ahead.mean_half_width,
+            "half": ahead.half_width,
         }
     found["grid"] = {"rudder": grid["rudder"], "side": grid["side"]}
     return {

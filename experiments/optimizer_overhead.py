@@ -11,9 +11,7 @@ beside it in the table. One thread.
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import logging.config
 import os
 import sys
 import tempfile
@@ -30,6 +28,7 @@ from common import COLOURS, Options, Results, main
 from seatruth.costs.base import Array, Cost
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, make, minimise
+from seatruth_optimizers.particle_swarm import unlogged_pyswarms
 
 SEED, D, GOAL = 20260102, 10, 5.0
 JUDGED = ("differential_swarm", "particle_swarm", "genetic")
@@ -133,7 +132,7 @@ def _ours(name: str, checkpoint: bool) -> Callable[[Sphere, int, int], None]:
 
 
 def _pyswarms(cost: Sphere, population: int, evaluations: int) -> None:
-    with _no_log_file():
+    with unlogged_pyswarms():
         from pyswarms.single import GlobalBestPSO
 
         swarm = GlobalBestPSO(
@@ -196,17 +195,6 @@ def _pycma(cost: Sphere, population: int, evaluations: int) -> None:
                 asked = strategy.ask()
                 strategy.tell(asked, cost.values(np.asarray(asked)))
                 left -= population
-
-
-@contextlib.contextmanager
-def _no_log_file() -> Any:
-    """pyswarms writes report.log into the working directory unless its logging set-up is held off."""
-    original = logging.config.dictConfig
-    logging.config.dictConfig = lambda config: None
-    try:
-        yield
-    finally:
-        logging.config.dictConfig = original
 
 
 def _picture(table: pd.DataFrame) -> Any:

@@ -22,7 +22,7 @@ from slocum_glide import PARAMETERS, PUBLISHED, STEADY, UNSTEADY
 from seatruth import Model, identify
 from seatruth.costs import cost_of
 from seatruth.trials import Trial
-from seatruth.uncertainty import covariance, identifiability, tied, trade_offs, verdict
+from seatruth.uncertainty import correlated_pairs, covariance, identifiability, strongly_correlated, verdict
 
 SEED = 0
 FILE = "slocum_glider/comet_2016-174.csv"
@@ -120,15 +120,19 @@ def _told(casts: Sequence[Trial], values: Mapping[str, float], threads: int) -> 
         cost = cost_of(glide.study(STEADY, casts, free, values), threads=threads)
         cost.reweight(cost.start)
         jacobian = cost.jacobian(cost.start)
-        said = covariance(cost.residuals(cost.start), jacobian, cost.groups)
-        related = tied(said)
+        said = covariance(cost.residuals(cost.start), jacobian, cost.residual_blocks)
+        related = strongly_correlated(said)
         table = {
             p.name: {"value": p.value, "stderr": float(said.stderr[k])}
-            | {"verdict": verdict(p, p.value, float(said.stderr[k]), False, bool(said.unseen[k]), bool(related[k]))}
+            | {
+                "verdict": verdict(
+                    p, p.value, float(said.stderr[k]), False, bool(said.unidentifiable[k]), bool(related[k])
+                )
+            }
             for k, p in enumerate(cost.parameters)
         }
         weak = identifiability(jacobian, cost.parameters)["weak"]
-        found[label] = {"table": table, "weak": [*weak, *trade_offs(said, cost.parameters)]}
+        found[label] = {"table": table, "weak": [*weak, *correlated_pairs(said, cost.parameters)]}
     return found
 
 

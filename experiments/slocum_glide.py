@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from seatruth import BlackBox, Channel, Model, Parameter, Study
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.trials import Trial, Trials
 from seatruth.trials.trial import Step
 
@@ -246,6 +247,6 @@ def study(
         model.name,
         model,
         Trials(list(casts)),
-        parameters=tuple(q.but(vary=q.name in free, value=given.get(q.name, q.value)) for q in model.parameters),
-        max_step=None if isinstance(model, BlackBox) else 1.0,
+        parameters=tuple(q.replace(vary=q.name in free, value=given.get(q.name, q.value)) for q in model.parameters),
+        cost=TrajectoryOptions(max_step=None if isinstance(model, BlackBox) else 1.0),
     )

@@ -17,7 +17,8 @@ from typing import Any
 import standard_comparison_systems as systems
 from common import Options, Results, main, say
 
-from seatruth.comparison import Comparison, Noise, Standing, compare
+from seatruth.comparison import Comparison, Noise, compare
+from seatruth.progress import ProgressEvent
 from seatruth.report.comparison import write_comparison_report, write_tables
 from seatruth.report.figures.comparison import accuracy, ranks, reached
 
@@ -65,7 +66,7 @@ def body(options: Options, results: Results) -> None:
     write_tables(found, options.out / "tables")
     results.add_text(__doc__ or "")
     for about in ("optimisation", "estimation", "caution"):
-        lines = [f"- {said.text}" for said in found.sentences if said.about == about]
+        lines = [f"- {said.text}" for said in found.conclusions if said.about == about]
         results.add_text(f"**{about.capitalize()}**\n\n" + "\n".join(lines))
     results.add_figure("runs", len(found.runs), "1", f"{made.seeds} realisations of each noise, kept ones included")
     results.add_figure("failed runs", len(found.failures), "1", "kept with their reasons")
@@ -78,7 +79,7 @@ def body(options: Options, results: Results) -> None:
             ranking = found.ranking(by, cost=cost)
             if ranking is not None:
                 best = ranking.table.iloc[0]
-                note = f"{best['solver']} of {len(ranking.order)}, over {ranking.blocks} {ranking.block_is}s"
+                note = f"{best['solver']} of {len(ranking.order)}, over {ranking.blocks} {ranking.block_kind}s"
                 results.add_figure(f"{cost}, {by}: best mean rank", float(best["mean_rank"]), "1", note)
                 results.add_table(f"pairs by {by}, {cost}", ranking.pairs.set_index(["first", "second"]))
                 results.add_picture(f"ranks by {by}, {cost}", ranks(ranking))
@@ -91,7 +92,7 @@ def _teller() -> Any:
     """Says now and then how far it is."""
     last = [0.0]
 
-    def tell(now: Standing) -> None:
+    def tell(now: ProgressEvent) -> None:
         if time.monotonic() - last[0] > _SAY_EVERY_S or not now.left:
             last[0] = time.monotonic()
             say(f"  {now}")

@@ -19,11 +19,10 @@ import xu2012_system
 
 from seatruth import Model, Parameter, Study, Trials
 from seatruth.comparison import Problem
-from seatruth.costs import formula_study
 from seatruth.manoeuvres import Manoeuvre, Sawtooth, Trim, run_manoeuvre
 from seatruth.models.glider import Glider
 from seatruth.models.torpedo import Torpedo
-from seatruth.study import build, parse, read_text
+from seatruth.study import build, formula_study, parse, read_text
 from seatruth.trials import Trial
 
 SHIPS = Path(__file__).resolve().parent / "real_ships"
@@ -68,9 +67,9 @@ def within(model: Model, free: Iterable[str]) -> tuple[Parameter, ...]:
     """The model's parameters at their values, these free within `LOW` to `HIGH` times them."""
     chosen = set(free)
     return tuple(
-        q.but(vary=True, min=min(LOW * q.value, HIGH * q.value), max=max(LOW * q.value, HIGH * q.value))
+        q.replace(vary=True, min=min(LOW * q.value, HIGH * q.value), max=max(LOW * q.value, HIGH * q.value))
         if q.name in chosen
-        else q.but(vary=False)
+        else q.replace(vary=False)
         for q in model.parameters
     )
 
@@ -133,7 +132,7 @@ def planing() -> Problem:
     ]
     fit = formula_study(EXPRESSION, _turns(0.25, 0.70, 8), parameters, name="turns", synthetic=True)
     held = formula_study(EXPRESSION, _turns(0.28, 0.66, 5), parameters, name="other turns", synthetic=True)
-    study = fit.but(name="liu planing craft", holdout=held.trials)
+    study = fit.replace(name="liu planing craft", holdout=held.trials)
     return Problem("liu planing craft", study, {q.name: q.value for q in study.free})
 
 
@@ -155,7 +154,7 @@ def ship(name: str, data: Path, title: str, fit: int = 1, held: int = 1, budget:
     study = build.study(file, source, name, problems)
     problems.stop()
     assert study is not None  # otherwise there was a problem
-    study = study.but(trials=study.trials[::fit], holdout=study.holdout[::held])
+    study = study.replace(trials=study.trials[::fit], holdout=study.holdout[::held])
     return Problem(title, study, budgets=(budget,))
 
 

@@ -16,12 +16,13 @@ from scipy.optimize import root
 
 from seatruth import Parameter, Study, simulator
 from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.effects import available as effects
 from seatruth.effects import with_effects
 from seatruth.manoeuvres import GlideSpiral, Sawtooth, Stepper, Trim, add_noise, run_manoeuvre, steady_current
 from seatruth.models.glider import Glider
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import covariance, tied, trade_offs, verdict
+from seatruth.uncertainty import correlated_pairs, covariance, strongly_correlated, verdict
 
 Array = NDArray[np.float64]
 PLANT = Glider()
@@ -223,7 +224,7 @@ def study(trials: Sequence[Trial], free: Sequence[str], *, start_at: float = 1.0
             parameters.append(q)
             continue
         value = q.value if q.name in CURRENT else float(np.clip(start_at * TRUTH[q.name], q.min, q.max))
-        parameters.append(q.but(vary=True, value=value))
+        parameters.append(q.replace(vary=True, value=value))
     guessed = [name for name in GUESS if np.isfinite(trials[0].outputs[name]).sum() == 1]
     return Study(
         "sun2019",
@@ -231,9 +232,7 @@ def study(trials: Sequence[Trial], free: Sequence[str], *, start_at: float = 1.0
         Trials(list(trials)),
         parameters=tuple(parameters),
         noise={name: sd for name, sd in noise_of(level).items() if name in trials[0].outputs},
-        initial="free",
-        initial_sd=dict.fromkeys(guessed, GUESS_SD),
-        max_step=DT,
+        cost=TrajectoryOptions(initial="free", initial_sd=dict.fromkeys(guessed, GUESS_SD), max_step=DT),
     )
 
 
@@ -245,15 +244,15 @@ def bound(
     cost = cost_of(asked, threads=threads)
     x = np.array([_true(parameter, runs) for parameter in cost.parameters])
     residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    found = covariance(residuals, jacobian, cost.groups, white=True)
-    related = tied(found)
+    found = covariance(residuals, jacobian, cost.residual_blocks, white=True)
+    related = strongly_correlated(found)
     table = {}
     for k, parameter in enumerate(cost.parameters):
         if parameter.name not in cost.nuisances:
             sd = float(found.crlb[k])
-            said = verdict(parameter, float(x[k]), sd, False, bool(found.unseen[k]), bool(related[k]))
+            said = verdict(parameter, float(x[k]), sd, False, bool(found.unidentifiable[k]), bool(related[k]))
             table[parameter.name] = {"crlb": sd, "verdict": said}
-    pairs = trade_offs(found, cost.parameters)
+    pairs = correlated_pairs(found, cost.parameters)
     unseen = {name for name, row in table.items() if row["verdict"] == "not identifiable"} | {*cost.nuisances}
     sentences = [pair["sentence"] for pair in pairs if not {*pair["combination"]} & unseen]
     return {"bounds": table, "trade-offs": sentences}

@@ -22,9 +22,10 @@ from xu2012_system import COEFFICIENTS, FORMS, FREE, TRUTH, VISCOUS, percent
 
 from seatruth import Budget, identify
 from seatruth.costs import cost_of
+from seatruth.costs.options import OPTIONS, RegressionOptions
 from seatruth.optimizers import available, minimise
 from seatruth.trials import Trial
-from seatruth.uncertainty import excitation, sensitivity
+from seatruth.uncertainty import prior_identifiability, sensitivity
 
 SEED = 2012
 LEVEL = 0.01
@@ -90,7 +91,7 @@ def _regressions(trial: Trial, strong: Trial, threads: int) -> dict[str, dict[st
     found["trapezoid, 15 deg"] = system.separate(strong)
     found["u[k+1] on u[k]"] = system.literal_surge(trial)
     for form in FORMS:
-        cost = cost_of(system.study(trial, cost="regression", form=form), threads=threads)
+        cost = cost_of(system.study(trial, cost=RegressionOptions(form=form)), threads=threads)
         x = minimise(cost, "ls_svm", seed=SEED).x
         found[f"{form}, one cost"] = dict(zip(cost.names, x.tolist()))
     return found
@@ -121,7 +122,7 @@ def _bounds(trial: Trial, threads: int) -> dict[str, Any]:
     found: dict[str, Any] = {"sd": sd, "trials": {}}
     runs = {f"{fin:g} deg, 120 s": system.zigzag(fin) for fin in FINS} | {"5 deg, 600 s": system.zigzag(seconds=600.0)}
     for name, run in runs.items():
-        frame = excitation(system.study(run, noise=sd), threads=threads)
+        frame = prior_identifiability(system.study(run, noise=sd), threads=threads)
         part = (100.0 * frame["crlb"] / frame["value"].abs()).to_dict()
         found["trials"][name] = {"crlb": part, "verdict": frame["verdict"].to_dict()}
     return found
@@ -134,7 +135,7 @@ def _solvers(
     sd, rows = system.noise_of(trial, LEVEL), []
     some = [name for name in FREE if sense[name] > DOMINANT]
     for kind, free in (("regression", FREE), ("trajectory", FREE), ("trajectory", some)):
-        asked = system.study(trial, cost=kind, noise=sd, parameters=system.parameters(0.5, free))
+        asked = system.study(trial, cost=OPTIONS[kind](), noise=sd, parameters=system.parameters(0.5, free))
         cost = cost_of(asked, threads=threads)
         best = minimise(cost, "least_squares", seed=seed)
         size = np.abs([TRUTH[name] for name in cost.names])
@@ -164,11 +165,11 @@ def _solvers(
 def _noise(trial: Trial, *, threads: int, seed: int, levels: Sequence[float], seeds: int) -> list[dict[str, Any]]:
     """Errors in per cent of each coefficient, level and seed, by regression and by trajectory, with intervals."""
     names = COEFFICIENTS
-    free = tuple(q.but(min=-math.inf, max=math.inf) if q.vary else q for q in system.parameters(0.5))
+    free = tuple(q.replace(min=-math.inf, max=math.inf) if q.vary else q for q in system.parameters(0.5))
     rows = []
     for place, level in enumerate(levels):
         sd = system.noise_of(trial, level)
-        bound: Any = excitation(system.study(trial, noise=sd), threads=threads)["crlb"]
+        bound: Any = prior_identifiability(system.study(trial, noise=sd), threads=threads)["crlb"]
         for k in range(seeds):
             record = system.noisy(trial, sd, np.random.default_rng([seed, place, k]))
             machine = percent(system.separate(record))

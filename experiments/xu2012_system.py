@@ -70,7 +70,7 @@ def parameters(start: float = 1.0, free: Iterable[str] = FREE) -> tuple[Paramete
     """The plant's parameters with these free within the model's own bounds, starting at `start` times the truth."""
     chosen = set(free)
     return tuple(
-        q.but(vary=True, value=float(np.clip(start * q.value, q.min, q.max))) if q.name in chosen else q
+        q.replace(vary=True, value=float(np.clip(start * q.value, q.min, q.max))) if q.name in chosen else q
         for q in PLANT.parameters
     )
 
@@ -145,7 +145,7 @@ def _discretised(form: Form, t: Array) -> tuple[Callable[[Array], Array], Callab
 
 def simulated(trial: Trial, values: Mapping[str, float], threads: int | None = None) -> dict[str, Array]:
     """Outputs of the open-loop run with these coefficients under the trial's fin record."""
-    given = tuple(q.but(value=values.get(q.name, q.value), min=-math.inf, max=math.inf) for q in parameters())
+    given = tuple(q.replace(value=values.get(q.name, q.value), min=-math.inf, max=math.inf) for q in parameters())
     cost = cost_of(study(trial, parameters=given, noise=dict.fromkeys(OUTPUTS, 1.0)), threads=threads)
     (y,) = cost.predict(cost.start)
     return dict(zip(OUTPUTS, y.T))

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from seatruth import Model, Parameter, Study, simulator
+from seatruth import Model, Parameter, Study
 from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.models.torpedo import Torpedo
 from seatruth.models.torpedo_channels import CHANNELS, FREE, channel
 from seatruth.trials import Trial, Trials
@@ -91,13 +92,13 @@ def full_trial(trial: Trial, outputs: Sequence[str] = FULL_SEEN) -> Trial:
 
 def study(name: str, trials: Sequence[Trial], parameters: tuple[Parameter, ...], **changes: Any) -> Study:
     """One channel on its runs: maximum likelihood, the covariance of all outputs estimated [P], starts free."""
-    fields: dict[str, Any] = {"criterion": "likelihood", "initial": "free", **changes}
+    fields: dict[str, Any] = {"cost": TrajectoryOptions(criterion="likelihood", initial="free"), **changes}
     return Study(f"zhao2018 {name}", channel(name), Trials(list(trials)), parameters=parameters, **fields)
 
 
 def full_study(trials: Sequence[Trial], parameters: tuple[Parameter, ...], **changes: Any) -> Study:
     """The coupled model on all fitted runs."""
-    fields: dict[str, Any] = {"criterion": "likelihood", "initial": "free", **changes}
+    fields: dict[str, Any] = {"cost": TrajectoryOptions(criterion="likelihood", initial="free"), **changes}
     return Study("zhao2018 all at once", Torpedo("T1"), Trials(list(trials)), parameters=parameters, **fields)
 
 
@@ -106,9 +107,9 @@ def open_loop(
 ) -> list[dict[str, Array]]:
     """Outputs of each run simulated under its recorded fins, from the state that fits its first fifth best [P]."""
     given = tuple(
-        q.but(value=float(values.get(q.name, q.value)), min=-math.inf, max=math.inf) for q in model.parameters
+        q.replace(value=float(values.get(q.name, q.value)), min=-math.inf, max=math.inf) for q in model.parameters
     )
-    asked = Study("open loop", model, Trials(list(trials)), parameters=given, initial="free")
+    asked = Study("open loop", model, Trials(list(trials)), parameters=given, cost=TrajectoryOptions(initial="free"))
     cost = cost_of(asked, threads=threads)
     names = [c.name for c in model.outputs]
     with threadpool_limits(limits=1, user_api="blas"):  # its matrices are small
@@ -117,9 +118,8 @@ def open_loop(
 
 def simulated(model: Model, values: Mapping[str, float], trial: Trial) -> dict[str, Array]:
     """Outputs of a run from its first samples, without looking at the rest."""
-    sim = simulator(model, [trial], values={**model.nominal(), **values}, threads=1)
-    y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
-    return {c.name: y[:, k] for k, c in enumerate(model.outputs)}
+    run = Study("open loop", model, Trials([trial])).simulate(values, threads=1)[trial.name]
+    return {name: run[name].to_numpy() for name in run}
 
 
 def disagreement(simulated: Mapping[str, Array], trial: Trial, name: str) -> float:
@@ -142,8 +142,8 @@ def _set(model: Model, free: Iterable[str], values: Mapping[str, float] | None, 
     known = tank(q.name for q in model.parameters) if values is None else dict(values)
     found = []
     for q in model.parameters:
-        p = q.but(value=float(known.get(q.name, q.value)), vary=q.name in chosen)
-        found.append(p.but(min=-math.inf, max=math.inf) if wide or not p.min <= p.value <= p.max else p)
+        p = q.replace(value=float(known.get(q.name, q.value)), vary=q.name in chosen)
+        found.append(p.replace(min=-math.inf, max=math.inf) if wide or not p.min <= p.value <= p.max else p)
     return tuple(found)
 
 

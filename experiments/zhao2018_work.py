@@ -16,12 +16,15 @@ from zhao2018_channels import ALL_FREE, DAMPED, SEEN, TRUTH, UNDAMPED
 from zhao2018_runs import CHANNEL_RUNS, FITTED, LIMIT, STEP, T1, T2, UNFITTED, Run, sail, truth
 
 from seatruth import Parameter, Study, identify
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.manoeuvres import add_noise
 from seatruth.models.torpedo import Torpedo
 from seatruth.models.torpedo_channels import FREE, channel
 from seatruth.trials import Trial, Trials
-from seatruth.uncertainty import excitation
+from seatruth.uncertainty import prior_identifiability
 
+FREE_START = TrajectoryOptions(initial="free")
+"""Least squares with known noise; initial states are estimated."""
 SEED = 2018
 DEGREE = sensors.DEGREE
 SQUARE = {"T1": 24.0, "T2": 12.0}
@@ -61,9 +64,11 @@ def forward_facts(threads: int) -> dict[str, Any]:
         values = {q.name: TRUTH[q.name] for q in channel("forward").parameters}
         parameters = system.channel_parameters("forward", free, values)
         asked = Study("forward", channel("forward"), Trials([run]), parameters=parameters, noise={"u": 0.02})
-        table = excitation(asked, threads=threads)
+        table = prior_identifiability(asked, threads=threads)
         start = system.channel_parameters("forward", free, wide=True)
-        fit = identify(asked.but(trials=Trials([noisy]), parameters=start, initial="free"), UNDAMPED, threads=threads)
+        fit = identify(
+            asked.replace(trials=Trials([noisy]), parameters=start, cost=FREE_START), UNDAMPED, threads=threads
+        )
         found[label] = {
             "smallest singular value": system.smallest_singular_value(asked, threads),
             "verdict": table["verdict"].to_dict(),
@@ -101,10 +106,10 @@ def lateral_facts(threads: int) -> dict[str, dict[str, dict[str, float]]]:
             # an output that is not seen keeps its first sample alone, which the initial state is taken from
             first = np.arange(len(run)) == 0
             outputs = {c: y if c in seen else np.where(first, y, np.nan) for c, y in run.outputs.items()}
-            parameters = tuple(q.but(vary=q.name in free) for q in model.parameters)
+            parameters = tuple(q.replace(vary=q.name in free) for q in model.parameters)
             sd = dict.fromkeys(run.outputs, 1.0) | noise
             asked = Study(label, model, Trials([replace(run, outputs=outputs)]), parameters=parameters, noise=sd)
-            table = excitation(asked, threads=threads)
+            table = prior_identifiability(asked, threads=threads)
             part = 100.0 * table["crlb"] / table["value"].abs()
             found[vehicle.set][label] = {str(name): float(value) for name, value in part.items()}
     return found
@@ -121,8 +126,8 @@ def excited(ready: Mapping[str, Trial], threads: int) -> dict[str, dict[str, flo
         for name in SEEN:
             parameters = system.channel_parameters(name, _free(name))
             sd = sensors.bound_noise(SEEN[name])
-            asked = system.study(name, [system.channel_trial(name, trial)], parameters, noise=sd, criterion="weighted")
-            table = excitation(asked, threads=threads)
+            asked = system.study(name, [system.channel_trial(name, trial)], parameters, noise=sd, cost=FREE_START)
+            table = prior_identifiability(asked, threads=threads)
             part = (100.0 * table["crlb"] / table["value"].abs())[table["value"] != 0.0]
             row[name] = float(part.max())
         found[run] = row
@@ -280,12 +285,12 @@ def _bounds() -> dict[str, dict[str, float]]:
     values = dict(TRUTH)
     parameters = system.full_parameters(ALL_FREE, values, wide=True)
     runs = [system.full_trial(truth(name)) for name in FITTED]
-    found["all at once"] = _crlb(system.full_study(runs, parameters, noise=sd, criterion="weighted"))
+    found["all at once"] = _crlb(system.full_study(runs, parameters, noise=sd, cost=FREE_START))
     return found
 
 
 def _crlb(asked: Study) -> dict[str, float]:
-    table = excitation(asked, threads=1)
+    table = prior_identifiability(asked, threads=1)
     return {str(name): float(value) for name, value in table["crlb"].items()}
 
 
@@ -296,8 +301,8 @@ def _at_truth(name: str) -> tuple[Parameter, ...]:
 
 def _own_study(name: str, own: Sequence[Trial], parameters: tuple[Parameter, ...]) -> Study:
     sd = {key: sensors.NOISE[key] for key in SEEN[name]}
-    given = tuple(q.but(value=TRUTH[q.name]) if q.name == "lambda_11" else q for q in parameters)
-    return system.study(name, own, given, noise=sd, criterion="weighted")
+    given = tuple(q.replace(value=TRUTH[q.name]) if q.name == "lambda_11" else q for q in parameters)
+    return system.study(name, own, given, noise=sd, cost=FREE_START)
 
 
 def _value_at_truth(name: str, own: Sequence[Trial]) -> float:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
+from collections import Counter
+from collections.abc import Generator
 
+import pytest
 from hypothesis import settings
 
 # Workers of pytest-xdist share the processors already: more threads in each would only wait for one another.
@@ -19,3 +22,46 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # On a busy machine a single example may take long for reasons that are not the code's.
 settings.register_profile("seatruth", settings(deadline=None))
 settings.load_profile("seatruth")
+
+_BEGUN = pytest.StashKey[float]()
+_PROPERTY = "processor_s"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--cpu", action="store_true", help="list the files and tests that take the most processor time")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    item.stash[_BEGUN] = _processor_seconds()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Adds to a phase's report what the phase took: properties travel from a worker of pytest-xdist to the summary."""
+    report = yield
+    now = _processor_seconds()
+    report.user_properties.append((_PROPERTY, now - item.stash.get(_BEGUN, now)))
+    item.stash[_BEGUN] = now
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if not config.getoption("--cpu"):
+        return
+    tests: Counter[str] = Counter()
+    files: Counter[str] = Counter()
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if isinstance(report, pytest.TestReport):
+                seconds = dict(report.user_properties)[_PROPERTY]
+                tests[f"{report.nodeid} ({report.when})"] += seconds
+                files[report.nodeid.partition("::")[0]] += seconds
+    terminalreporter.section(f"processor time of the tests: {files.total():.0f} s")
+    for name, seconds in [*files.most_common(30), *tests.most_common(60)]:
+        terminalreporter.line(f"{seconds:8.2f} s  {name}")
+
+
+def _processor_seconds() -> float:
+    """Processor time of this process and of the children that have ended, s."""
+    return sum(os.times()[:4])

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from seatruth.costs.options import TrajectoryOptions, option_names
 from seatruth.estimate import Estimate
-from seatruth.identification import Study
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
+from seatruth.study import Study
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial, Trials
 
@@ -56,7 +57,9 @@ def sailed(seed: int, runs: int = 3, n: int = 150) -> list[Trial]:
 
 def study(seed: int = 1, **changes: Any) -> Study:
     trials = sailed(seed)
-    fields: dict[str, Any] = {"holdout": Trials(trials[2:]), "noise": NOISE, "initial": "free", **changes}
+    options = {name: changes.pop(name) for name in option_names(TrajectoryOptions) if name in changes}
+    cost = TrajectoryOptions(**{"initial": "free", **options})
+    fields: dict[str, Any] = {"holdout": Trials(trials[2:]), "noise": NOISE, "cost": cost, **changes}
     return Study("glide", Glide(), Trials(trials[:2]), **fields)
 
 

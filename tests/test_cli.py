@@ -16,6 +16,7 @@ import pytest
 
 from seatruth import cli
 from seatruth.commands import common, init, listing
+from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.study import parse
 
 SHIP = """
@@ -292,8 +293,8 @@ def test_a_full_disk_leaves_what_was_there(folder: Path, monkeypatch: pytest.Mon
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(OSError, match="No space"):
-        common.write_text(target, "after")
+    with pytest.raises(DiskFull, match="no space"):
+        write_file(target, "after")
     assert target.read_text() == "before"
     assert [path.name for path in folder.iterdir() if path.name.startswith(".")] == []
 

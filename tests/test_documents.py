@@ -49,6 +49,7 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert (folder / "black_box-result" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_reading_the_report(folder: Path) -> None:
     estimate = identify(load_study(copy_to(folder)))
     execute("docs/reading-the-report.md", estimate=estimate)
@@ -61,11 +62,12 @@ def test_engine(folder: Path) -> None:
     model = load_model("mmg")
     weights = np.ones((sum(len(trial) for trial in trials), len(model.outputs)))
     theta = np.array([[model.nominal()["Y_v"], model.nominal()["N_v"]]] * 3)
-    sums = execute("docs/engine.md", trials=trials, theta=theta, weights=weights)["sums"]
-    assert np.isfinite(sums.squares).all()
-    assert sums.squares.shape == (3, len(trials), len(model.outputs))
+    errors = execute("docs/engine.md", trials=trials, theta=theta, weights=weights)["errors"]
+    assert np.isfinite(errors.sums).all()
+    assert errors.sums.shape == (3, len(trials), len(model.outputs))
 
 
+@pytest.mark.slow
 def test_the_model_of_the_document_conforms(folder: Path) -> None:
     for name, text in files("docs/models.md").items():
         (folder / name).write_text(text)

@@ -64,6 +64,7 @@ def answer(path: Path) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole demo; in the diagnosis fewer effects take part, which is quicker."""
     few = load_effects(["current", "wind", "heading_bias"])
@@ -103,6 +104,7 @@ def test_from_a_log_to_parameters(folder: Path, capsys: pytest.CaptureFixture[st
     assert "report.html" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX")
 def test_ctrl_c_loses_nothing(folder: Path) -> None:
     """Killed by Ctrl-C in the middle, the same command goes on and ends where an uninterrupted run ends."""
@@ -205,6 +207,7 @@ def test_a_full_disk_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -
     assert "no space left" in capsys.readouterr().err.lower()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="limits of processes are POSIX")
 def test_a_disk_that_fills_up_costs_no_answer(folder: Path) -> None:
     """What was found is shown, one message says why it is not saved, and the same command makes it again."""

@@ -12,11 +12,12 @@ import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
 
 from seatruth import sample
+from seatruth.costs.options import RegressionOptions
 from seatruth.errors import BadInput
-from seatruth.identification import Study, identify
+from seatruth.identification import identify
 from seatruth.models.parameter import Prior
 from seatruth.optimizers import Budget, from_callable
-from seatruth.study import load_study
+from seatruth.study import Study, load_study
 from seatruth.trials.trial import Trial, Trials
 
 
@@ -41,6 +42,7 @@ def test_it_finds_what_was_put_in() -> None:
     assert found.values == dict(found.parameters["value"])
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """40 studies with noise of their own: 80 intervals of 95 %."""
     inside = 0
@@ -107,7 +109,9 @@ def test_a_model_that_diverges_everywhere_ends_in_words() -> None:
         def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
             return (p.a + p.b + 1.0) * (1.0 + s.v * s.v) * 50.0, s.v
 
-    found = identify(study().but(model=Exploding()), "differential_swarm", budget=Budget(evaluations=200), threads=1)
+    found = identify(
+        study().replace(model=Exploding()), "differential_swarm", budget=Budget(evaluations=200), threads=1
+    )
     assert found.outcome["code"] == "failed"
     assert "diverged" in found.outcome["reason"]
     assert found.outcome["diverged"] > 0
@@ -134,22 +138,22 @@ def test_what_cannot_be_started_is_said() -> None:
     with pytest.raises(BadInput, match="workers"):
         identify(study(), workers=0)
     with pytest.raises(BadInput, match="at least two"):
-        identify(study().but(trials=Trials(sailed(1)[:1]), holdout=Trials([])), cross_validate=True)
+        identify(study().replace(trials=Trials(sailed(1)[:1]), holdout=Trials([])), cross_validate=True)
     with pytest.raises(BadInput, match="Did you mean"):
         identify(study(), "least_square")
     with pytest.raises(BadInput, match="no parameter varies"):
-        identify(study().but(parameters=tuple(p.but(vary=False) for p in Glide.parameters)))
+        identify(study().replace(parameters=tuple(p.replace(vary=False) for p in Glide.parameters)))
 
 
 def test_a_parameter_pressed_on_its_bound_is_said() -> None:
-    bounded = (Glide.parameters[0].but(min=0.7), *Glide.parameters[1:])
+    bounded = (Glide.parameters[0].replace(min=0.7), *Glide.parameters[1:])
     row = identify(study(parameters=bounded), threads=1).parameters.loc["a"]
     assert (row["value"], row["verdict"], bool(row["at_bound"])) == (pytest.approx(0.7), "at bound", True)
     assert math.isnan(row["stderr"])
 
 
 def test_a_prior_that_knows_more_than_the_data_is_said() -> None:
-    told = (Glide.parameters[0].but(prior=Prior(0.5, 1e-4)), *Glide.parameters[1:])
+    told = (Glide.parameters[0].replace(prior=Prior(0.5, 1e-4)), *Glide.parameters[1:])
     row = identify(study(parameters=told), threads=1).parameters.loc["a"]
     assert (row["verdict"], row["prior_sd"]) == ("from prior", 1e-4)
     assert row["stderr"] == pytest.approx(1e-4, rel=0.05)
@@ -164,7 +168,7 @@ def test_parameters_that_trade_off_are_named() -> None:
     y = simulator(Glide(), [bare]).outputs(np.zeros((1, 0)), np.array([[2.0, 0.0]])).y[0]
     noise = np.random.default_rng(1).normal(size=y.shape) * list(NOISE.values())
     outputs = {name: y[:, k] + noise[:, k] for k, name in enumerate(NOISE)}
-    free = tuple(parameter.but(vary=True) for parameter in Glide.parameters)
+    free = tuple(parameter.replace(vary=True) for parameter in Glide.parameters)
     coasting = Study(
         "coasting", Glide(), Trials([Trial("coasting", t, bare.inputs, outputs)]), parameters=free, noise=NOISE
     )
@@ -181,13 +185,15 @@ def test_coarse_steps_are_warned_of() -> None:
         Trial(t.name, t.t[every], {"push": t.inputs["push"][every]}, {k: v[every] for k, v in t.outputs.items()})
         for t in sailed(1)
     ]
-    found = identify(study(noise=dict.fromkeys("vs", 1e-5)).but(trials=Trials(coarse), holdout=Trials([])), threads=1)
+    found = identify(
+        study(noise=dict.fromkeys("vs", 1e-5)).replace(trials=Trials(coarse), holdout=Trials([])), threads=1
+    )
     assert any(finding.code == "coarse-steps" for finding in found.findings)
     assert found.discretisation["v"]["ratio"] > 0.3
 
 
 def test_regression_cost_and_support_vectors() -> None:
-    found = identify(study(cost="regression", noise={}, initial="fixed"), "ls_svm", threads=1)
+    found = identify(study(cost=RegressionOptions(), noise={}), "ls_svm", threads=1)
     for name, true in TRUE.items():
         assert found.parameters.loc[name, "value"] == pytest.approx(true, rel=0.25)
     assert any(finding.code == "equation-error" for finding in found.findings)

@@ -15,10 +15,11 @@ import pytest
 from known_glide import sailed, same, study
 
 import seatruth.analysis
-from seatruth.errors import BadInput, PluginError
+from seatruth.errors import BadInput, PluginError, SeatruthWarning
 from seatruth.estimate import NAME, Estimate
 from seatruth.identification import identify
 from seatruth.optimizers import Budget
+from seatruth.storage.atomic import DiskFull
 from seatruth.trials.trial import Step, Trials
 
 
@@ -100,7 +101,7 @@ def test_an_interrupt_within_a_fit_after_the_search(
     assert cut.values == whole.values
     assert cut.profile is None
     assert cut.cross_validation is None
-    assert len((tmp_path / "run.pieces").read_text().splitlines()) == 2  # whose they are, and the one that was done
+    assert len((tmp_path / "run.jobs").read_text().splitlines()) == 2  # whose they are, and the one that was done
     again = identify(alone, checkpoint=tmp_path / "run", **plan)
     same(whole, again)
     if stage == "profile":
@@ -109,6 +110,28 @@ def test_an_interrupt_within_a_fit_after_the_search(
         pd.testing.assert_frame_equal(whole.profile["b"], again.profile["b"], check_exact=True)
     else:
         pd.testing.assert_frame_equal(whole.cross_validation, again.cross_validation, check_exact=True)
+
+
+@pytest.mark.parametrize("damage", ["a digit", "another program's file"])
+def test_a_damaged_file_of_finished_jobs_changes_no_result(tmp_path: Path, damage: str) -> None:
+    plan: dict[str, Any] = {"threads": 1, "profile": ["b"], "checkpoint": tmp_path / "run"}
+    whole = identify(study(), **plan)
+    jobs = tmp_path / "run.jobs"
+    head, first, *rest = jobs.read_text().splitlines(keepends=True)
+    if damage == "a digit":
+        digit = first.rindex("}") - 1
+        changed = first[:digit] + str((int(first[digit]) + 1) % 10) + first[digit + 1 :]
+        jobs.write_text("".join([head, changed, *rest]))
+        with pytest.warns(SeatruthWarning, match="1 record is damaged"):
+            again = identify(study(), **plan)
+    else:
+        jobs.write_text("my notes\n")
+        again = identify(study(), **plan)
+        assert jobs.read_text() == "my notes\n"
+        assert any("not a seatruth checkpoint" in finding.message for finding in again.findings)
+    assert whole.profile is not None
+    assert again.profile is not None
+    pd.testing.assert_frame_equal(whole.profile["b"], again.profile["b"], check_exact=True)
 
 
 def _interrupt(*_: Any, **__: Any) -> Any:
@@ -130,9 +153,9 @@ def test_a_result_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, m
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
-        with pytest.raises(OSError, match="No space left") as problem:
+        with pytest.raises(DiskFull, match="no space left") as problem:
             second.save(folder)
-    assert str(folder) in str(problem.value.filename)
+    assert str(folder) in problem.value.where
     assert sorted(path.name for path in folder.iterdir()) == stood
     assert Estimate.load(folder).values == first.values
     second.save(folder)
@@ -160,7 +183,7 @@ def test_a_damaged_result_is_said(tmp_path: Path) -> None:
 
 def test_saved_and_reloaded_exactly(tmp_path: Path) -> None:
     trials = [trial.with_step(Step("cut", {"start": 1.0, "list": (1, 2)}, "cut")) for trial in sailed(1)]
-    found = identify(study().but(trials=Trials(trials)), threads=1, profile=["b"], cross_validate=True)
+    found = identify(study().replace(trials=Trials(trials)), threads=1, profile=["b"], cross_validate=True)
     found.parameters.loc["a", "stderr"] = math.inf
     again = Estimate.load(found.save(tmp_path / "result"))
     for name in ("parameters", "nuisances", "covariance", "correlation", "sensitivity", "fit", "history", "traces"):

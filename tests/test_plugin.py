@@ -54,6 +54,7 @@ def test_an_optimizer_is_listed(optimizer: Path) -> None:
     assert "steps tried at once" in done.stdout
 
 
+@pytest.mark.slow
 def test_an_optimizer_identifies_a_study(optimizer: Path) -> None:
     study = (optimizer / "study.toml").read_text()
     changed = study.replace('use = "least_squares"', 'use = "hill_climber"\nbatch = 40').replace("20000", "2000")
@@ -67,10 +68,12 @@ def test_an_optimizer_identifies_a_study(optimizer: Path) -> None:
     assert (optimizer / "climbed-result" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_an_optimizer_conforms(optimizer: Path) -> None:
     conforms(optimizer, "test_hill_climber.py")
 
 
+@pytest.mark.slow
 def test_the_document_on_optimizers_as_it_stands(optimizer: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(optimizer)
     monkeypatch.syspath_prepend(str(optimizer / "site"))
@@ -79,6 +82,7 @@ def test_the_document_on_optimizers_as_it_stands(optimizer: Path, monkeypatch: p
     assert found["hybrid"].optimizer["name"] != found["estimate"].optimizer["name"]
 
 
+@pytest.mark.slow
 def test_an_effect_is_listed_and_named_by_a_study(effect: Path) -> None:
     assert "velocity log mounted askew" in call(effect, "seatruth", "list", "effects").stdout
     study = (effect / "study.toml").read_text().replace('["current"]', '["current", "askew_log"]')
@@ -88,5 +92,6 @@ def test_an_effect_is_listed_and_named_by_a_study(effect: Path) -> None:
     assert "askew_log_angle" in done.stdout
 
 
+@pytest.mark.slow
 def test_an_effect_conforms(effect: Path) -> None:
     conforms(effect, "test_askew_log.py")

@@ -106,7 +106,7 @@ class Diffrax:
         def rhs(t: Any, s: Any, _: Any) -> Any:
             place = t / job.h
             n = jnp.clip(place.astype(int), 0, last - 1)
-            part = 0.0 if job.hold == "zero" else place - n
+            part = 0.0 if job.hold == "zoh" else place - n
             now = inputs[n] + part * (inputs[n + 1] - inputs[n])
             return jnp.stack(job.rhs(jnp, tuple(s[j] for j in range(len(job.x0))), tuple(now), k))
 

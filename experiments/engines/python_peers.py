@@ -77,7 +77,7 @@ class SciPy:
         def rhs(t: float, s: Array) -> tuple[Any, ...]:
             place = t / job.h
             n = min(int(place), last - 1)
-            if job.hold == "zero":
+            if job.hold == "zoh":
                 now = tuple(held[n])
             else:
                 part = place - n

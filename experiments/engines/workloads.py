@@ -42,7 +42,7 @@ class Workload:
     x0: Array
     inputs: Array
     measured: Array
-    hold: Literal["linear", "zero"]
+    hold: Literal["foh", "zoh"]
     h: float = STEP
 
     @property
@@ -64,7 +64,7 @@ class Workload:
     def step_inputs(self) -> Array:
         """Inputs at the start, middle and end of each step; shape (N - 1, 3, I)."""
         before, after = self.inputs[:-1], self.inputs[1:]
-        if self.hold == "zero":
+        if self.hold == "zoh":
             return np.stack([before, before, before], axis=1)
         return np.stack([before, 0.5 * (before + after), after], axis=1)
 
@@ -108,7 +108,7 @@ def _diving(rng: np.random.Generator, steps: int, programme: int) -> Workload:
         noise=np.array([0.01, 0.005, 0.002, 0.005, 0.05]),
         x0=np.array([1.47, 0.0, 0.0, 0.0, 0.0, 100.0]),
         inputs=plane[:, None],
-        hold="linear",
+        hold="foh",
     )
 
 
@@ -134,7 +134,7 @@ def _ship(rng: np.random.Generator, steps: int, programme: int) -> Workload:
         noise=np.array([0.01, 0.01, 0.002, 0.05, 0.05, 0.01]),
         x0=np.array([1.179, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         inputs=np.stack([order, np.full_like(order, 11.85)], axis=1),
-        hold="zero",
+        hold="zoh",
     )
 
 

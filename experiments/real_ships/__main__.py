@@ -19,7 +19,7 @@ import pandas as pd
 
 from seatruth import Study, Trials, identify
 from seatruth.models import Parameter
-from seatruth.study import build, parse, read_text
+from seatruth.study import read_text, study_from
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
@@ -41,11 +41,7 @@ def load(name: str, data: Path) -> Study:
     text = read_text(source)
     if data.resolve() != (HERE / USUAL).resolve():
         text = text.replace(USUAL, data.resolve().as_posix())
-    file, problems = parse(text, str(source))
-    study = build.study(file, source, name, problems)
-    problems.stop()
-    assert study is not None  # otherwise there was a problem
-    return study
+    return study_from(text, source)
 
 
 def sets(study: Study) -> dict[str, list[Any]]:
@@ -59,12 +55,12 @@ def sets(study: Study) -> dict[str, list[Any]]:
 
 def only_resistance(study: Study) -> Study:
     """The baseline: published coefficients, only the resistance fitted to the same runs, so that the speed is right."""
-    return study.but(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
+    return study.replace(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
 
 
 def fit(study: Study, threads: int | None) -> dict[str, Any]:
     """Fits without the runs left out: they are not even given. All values, and the table of those that were free."""
-    estimate = identify(study.but(holdout=Trials([])), seed=SEED, threads=threads)
+    estimate = identify(study.replace(holdout=Trials([])), seed=SEED, threads=threads)
     values = {p.name: p.value for p in study.parameters} | estimate.values
     columns = ["value", "stderr", "start", "prior_sd", "min", "max", "verdict"]
     table = estimate.parameters[columns].reset_index(names="name").to_dict("records")

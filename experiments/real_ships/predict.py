@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth import Study, simulator
+from seatruth.costs.options import as_trajectory
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Zigzag, run_manoeuvre, turning_circle_figures, zigzag_figures
 from seatruth.trials import Trial
@@ -40,7 +41,8 @@ def simulated(study: Study, values: Mapping[str, float], trials: Sequence[Trial]
 
     Nothing of a trial but its inputs and its first sample is used. A run that diverges has NaN outputs.
     """
-    engine = simulator(study.model, trials, (), values, study.hold, study.max_step, threads)
+    options = as_trajectory(study.cost)
+    engine = simulator(study.model, trials, (), values, options.hold, options.max_step, threads)
     found = engine.outputs(np.zeros((1, 0)), engine.initial_states)
     names = [channel.name for channel in study.model.outputs]
     made = []

@@ -79,7 +79,7 @@ _AUV: dict[str, str] = {
     "tether": "tether",
 }
 _TWIN_LEFT_OUT = ("shallow_water", "propeller_walk", "thrust_aside")
-_AFLOAT = ("wind", "waves", "wave_drift", "sloshing")
+_AFLOAT = ("wind", "waves", "wave_drift", "bank", "sloshing")
 _RUDDER = ("rudder_offset", "rudder_gain", "lag", "rate_limit", "dead_time", "dead_band", "play")
 _TWIN: dict[str, str] = {key: name for key, name in _SHIP.items() if key not in (*_RUDDER, *_TWIN_LEFT_OUT)}
 _SCREW = ("propeller_walk", "thrust_aside", "thrust")

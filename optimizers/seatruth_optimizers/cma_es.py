@@ -12,16 +12,16 @@ from seatruth.arrays import Array
 from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
-_WORST = 1e300
-"""Stands for an infinite cost, which pycma's stopping rules do not take."""
+_LARGEST_COST = 1e300
+"""Replaces an infinite cost, because pycma's stopping rules need finite ones; near the largest double."""
 
 
 @dataclass(frozen=True)
 class CMAES(Optimizer):
-    """Covariance matrix adaptation evolution strategy, asked and told a whole generation at a time.
+    """Covariance matrix adaptation evolution strategy; a whole generation is evaluated in one call.
 
-    It searches from the start with steps of `sigma` search coordinates, so that it needs no bounds. `restarts` repeat
-    it from a random start with twice the population (Auger and Hansen 2005) when it has converged.
+    It searches from the start with first steps of `sigma` search coordinates, so it needs no bounds. When it has
+    converged, `restarts` repeat the search from a random start with twice the population (Auger and Hansen 2005).
     """
 
     name: ClassVar[str] = "cma_es"
@@ -37,18 +37,18 @@ class CMAES(Optimizer):
         size, reason = self.population, ""
         start = problem.start
         for _ in range(self.restarts + 1):
-            size, reason = self._once(problem, start, size, rng)
+            size, reason = self._search(problem, start, size, rng)
             size, start = 2 * size, problem.sample(rng, 1)[0]
         return reason
 
-    def _once(self, problem: Problem, start: Array, size: int | None, rng: np.random.Generator) -> tuple[int, str]:
+    def _search(self, problem: Problem, start: Array, size: int | None, rng: np.random.Generator) -> tuple[int, str]:
         """One run: (population, why it ended)."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # pycma warns on import of optional packages that it does not need
             import cma
 
         d = problem.dimension
-        # pycma does not do one dimension: a second coordinate that the cost does not see is added.
+        # pycma needs two dimensions: a single one gets a second coordinate that the cost ignores.
         pad = 1 if d == 1 else 0
         options: dict[str, Any] = {
             "bounds": [[*problem.lower, *[-1.0] * pad], [*problem.upper, *[1.0] * pad]],
@@ -71,9 +71,9 @@ class CMAES(Optimizer):
         strategy = cma.CMAEvolutionStrategy(np.concatenate([start, np.zeros(pad)]), self.sigma, options)
         while not strategy.stop():
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # its remarks go to a terminal that nobody reads
-                asked = strategy.ask()
-                values = problem.values(np.asarray(asked)[:, :d])
-                strategy.tell(asked, np.minimum(values, _WORST).tolist())
-        why = ", ".join(sorted(strategy.stop()))
-        return strategy.popsize, f"the search distribution has shrunk to a point ({why})"
+                warnings.simplefilter("ignore")  # the reason why it ended is in the result
+                candidates = strategy.ask()
+                values = problem.values(np.asarray(candidates)[:, :d])
+                strategy.tell(candidates, np.minimum(values, _LARGEST_COST).tolist())
+        reasons = ", ".join(sorted(strategy.stop()))
+        return strategy.popsize, f"the search distribution has shrunk to a point ({reasons})"

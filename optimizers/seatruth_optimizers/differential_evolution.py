@@ -1,4 +1,4 @@
-"""Differential evolution of Storn and Price (1997), SciPy's, a whole generation in one call."""
+"""Differential evolution of Storn and Price (1997), from SciPy; a whole generation is evaluated in one call."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class DifferentialEvolution(Optimizer):
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
     population: int = option(50, "candidates a generation", low=5, high=100_000)
-    strategy: str = option("best1bin", "how trial vectors are made", choices=STRATEGIES)
-    mutation_low: float = option(0.5, "least weight of the difference (drawn anew each generation)", low=0.0, high=1.9)
+    strategy: str = option("best1bin", "rule that makes the trial vectors", choices=STRATEGIES)
+    mutation_low: float = option(0.5, "smallest weight of the difference (drawn in each generation)", low=0.0, high=1.9)
     mutation_high: float = option(1.0, "largest weight of the difference", low=0.0, high=1.99)
     recombination: float = option(0.7, "crossover probability", low=0.0, high=1.0)
-    tolerance: float = option(1e-8, "spread of the generation's costs over their mean at which it ends", low=0.0)
+    tolerance: float = option(1e-8, "spread of a generation's costs over their mean at which it has converged", low=0.0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         from scipy.optimize import Bounds, differential_evolution

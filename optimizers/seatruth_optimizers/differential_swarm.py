@@ -1,4 +1,4 @@
-"""The Differential Swarm of Chen, Yan and Wang (2011), with the readings of it that its symbols allow."""
+"""The Differential Swarm of Chen, Yan and Wang (2011), in each reading that its printed symbols allow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DifferentialSwarm(Optimizer):
     C            x_i + r1 (p_i1 - p_i2) + r2 (p_g - x_i), omega on the difference
     D            p_i + r (p_g - p_i) + omega r (p_i1 - p_i2), the same r
 
-    A component outside the bounds is drawn afresh within them; a personal best changes only on improvement. Only A
+    A component outside the bounds is drawn at random within them; a personal best changes only on improvement. Only A
     finds exact minima in the published setting, and it needs 1000 steps and more. Whether i1 and i2 may coincide is
     open too: independent draws (`distinct` off) often converge much faster, but with 40 to 50 particles one run in ten
     ends early in the wrong place (Rosenbrock in 11 dimensions, 600 steps of 40: median 6e-3, worst 2 to 30), while
@@ -92,9 +92,9 @@ def _pairs(n: int, rng: np.random.Generator, distinct: bool) -> tuple[NDArray[np
     """Two random particles for each particle: any, or all three different."""
     if not distinct:
         return rng.integers(0, n, n), rng.integers(0, n, n)
-    own = np.arange(n)
-    first = (own + rng.integers(1, n, n)) % n
-    # An offset among the n - 2 particles that are neither: steps over `first`, counted from the particle itself.
+    particle = np.arange(n)
+    first = (particle + rng.integers(1, n, n)) % n
+    # An offset among the n - 2 other particles, counted from the particle; it steps over `first`.
     second = rng.integers(1, n - 1, n)
-    second += second >= (first - own) % n
-    return first, (own + second) % n
+    second += second >= (first - particle) % n
+    return first, (particle + second) % n

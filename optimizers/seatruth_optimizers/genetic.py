@@ -18,10 +18,9 @@ class Genetic(Optimizer):
     """Parents and children compete for survival (mu + lambda); Deb and Agrawal's operators (1995).
 
     The defaults are the settings of Liu, Yue and Yu: population 200, crossover 0.8, mutation 0.15 (a gene). Their 2000
-    generations are an upper limit besides the budget; it has no rule of convergence of its own. pymoo's operators run
-    on plain arrays here: its objects for individuals and its comparison of every pair for duplicates would cost more
-    than ten times as much a candidate.
-    A child that would be a copy of its parent has one gene mutated instead.
+    generations are an upper limit beside the budget; the algorithm has no rule of convergence. pymoo's operators run
+    on plain arrays here: with its objects for individuals and its comparison of all pairs for duplicates, a candidate
+    would cost more than ten times as much. A child that would be a copy of its parent gets one gene mutated.
     """
 
     name: ClassVar[str] = "genetic"
@@ -29,28 +28,30 @@ class Genetic(Optimizer):
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
     population: int = option(200, "candidates a generation", low=4, high=100_000)
-    generations: int = option(2000, "most generations", low=1)
+    generations: int = option(2000, "largest number of generations", low=1)
     crossover: float = option(0.8, "probability that a pair of parents is crossed", low=0.0, high=1.0)
-    mutation: float = option(0.15, "probability that a gene is mutated", low=0.0, high=1.0)
+    mutation: float = option(
+        0.15, "probability that a gene (one parameter of a candidate) is mutated", low=0.0, high=1.0
+    )
     crossover_index: float = option(15.0, "the higher, the closer children stay to their parents", low=1.0)
     mutation_index: float = option(20.0, "the higher, the smaller the mutations", low=1.0, high=100.0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         low, high = problem.box
-        people = problem.population(rng, self.population)
-        cost = problem.values(people)
+        members = problem.population(rng, self.population)
+        cost = problem.values(members)
         order = np.argsort(cost, kind="stable")
-        people, cost = people[order], cost[order]
+        members, cost = members[order], cost[order]
         breed = self._breeder(low, high, rng)
         for _ in range(self.generations):
-            children = breed(people)
+            children = breed(members)
             costs = np.concatenate([cost, problem.values(children)])
             order = np.argsort(costs, kind="stable")[: self.population]
-            people, cost = np.concatenate([people, children])[order], costs[order]
-        problem.finish("budget", f"the {self.generations} generations it was given are used up")
+            members, cost = np.concatenate([members, children])[order], costs[order]
+        problem.finish("budget", f"the limit of {self.generations} generations is reached")
 
     def _breeder(self, low: Array, high: Array, rng: np.random.Generator) -> Callable[[Array], Array]:
-        """The function from people (n, d), the best first, to the next candidates (n, d) inside the search range."""
+        """The function that makes new candidates (n, d) inside the search range from members (n, d), the best first."""
         from pymoo.operators.crossover.sbx import cross_sbx
         from pymoo.operators.mutation.pm import mut_pm
 
@@ -61,9 +62,9 @@ class Genetic(Optimizer):
         mutation_index, mutation = np.full(2 * pairs, self.mutation_index), np.full(2 * pairs, self.mutation)
         width = high - low
 
-        def breed(people: Array) -> Array:
-            # People stand in order, so the first of two wins their tournament.
-            parents = people[rng.integers(0, n, (2, 2 * pairs)).min(axis=0)]
+        def breed(members: Array) -> Array:
+            # Members are sorted by cost, so the one with the smaller index wins a tournament.
+            parents = members[rng.integers(0, n, (2, 2 * pairs)).min(axis=0)]
             # A pair that is not crossed has probability 0 for each of its genes.
             gene = half * (rng.random((pairs, 1)) < self.crossover)
             couples = parents.reshape(2, pairs, d)

@@ -11,8 +11,8 @@ from seatruth.arrays import Array
 from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
-_ROUGH = 1e-3
-"""Tolerance of the first solution where the noise is estimated, which a tenth follows after each estimate."""
+_FIRST_TOLERANCE = 1e-3
+"""Tolerance of the first solution under estimated noise; each new estimate divides it by ten. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class LeastSquares(Optimizer):
     needs: ClassVar[frozenset[Ability]] = frozenset({"residuals", "derivatives"})
 
     tolerance: float = option(1e-10, "relative change of cost, step and gradient at which it has converged", low=1e-15)
-    iterations: int = option(1000, "most trial steps", low=1)
+    iterations: int = option(1000, "largest number of trial steps", low=1)
     tries: int = option(20, "random starts to try where the start diverges", low=0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
@@ -42,8 +42,8 @@ class LeastSquares(Optimizer):
         else:
             if not np.isfinite(problem.residuals(z)).all():
                 problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
-        # Under weights that are still to change, a rough solution is enough.
-        tolerance = self.tolerance if problem.noise_known else max(self.tolerance, _ROUGH)
+        # A rough solution is enough while the weights still change.
+        tolerance = self.tolerance if problem.noise_known else max(self.tolerance, _FIRST_TOLERANCE)
         while True:
             compact = _Compact(problem)
             result = least_squares(
@@ -59,21 +59,21 @@ class LeastSquares(Optimizer):
             )
             z = result.x
             if result.status == 0:
-                problem.finish("budget", f"the {self.iterations} trial steps it was given are used up")
+                problem.finish("budget", f"the limit of {self.iterations} trial steps is reached")
             if tolerance <= self.tolerance:
                 break
             problem.reweight(z)
             tolerance = max(self.tolerance, tolerance / 10)
-        words = {1: "the gradient vanished", 2: "the cost no longer falls", 3: "the steps became negligible"}
-        return words.get(result.status, "the cost and the steps no longer change")
+        reasons = {1: "the gradient vanished", 2: "the cost no longer falls", 3: "the steps became negligible"}
+        return reasons.get(result.status, "the cost and the steps no longer change")
 
 
 class _Compact:
-    """The same problem with as many residuals as parameters and one: what a least-squares step needs of it.
+    """The same problem with K + 1 residuals instead of M, for K parameters.
 
     SciPy decomposes the whole Jacobian (M, K) at every step; for long records that costs more than the simulations.
-    A trust-region step depends on J'J, J'r and |r| alone, so r stands as (0, ..., 0, |r|) and J as the triangle of
-    what is perpendicular to r, above what is along it.
+    A trust-region step depends on J'J, J'r and |r| alone. These stay the same if r becomes (0, ..., 0, |r|), and J the
+    triangular factor of its part perpendicular to r, with its part along r as the last row.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -81,11 +81,11 @@ class _Compact:
         self._at, self._full = np.zeros(0), np.zeros(0)
 
     def residuals(self, z: Array) -> Array:
-        found = self._problem.residuals(z)
-        self._at, self._full = z.copy(), found
+        residuals = self._problem.residuals(z)
+        self._at, self._full = z.copy(), residuals
         compact = np.zeros(len(z) + 1)
         with np.errstate(invalid="ignore", over="ignore"):
-            compact[-1] = np.linalg.norm(found)
+            compact[-1] = np.linalg.norm(residuals)
         return compact
 
     def jacobian(self, z: Array) -> Array:

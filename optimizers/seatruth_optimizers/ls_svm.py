@@ -1,11 +1,10 @@
-"""Least-squares support vector machine (Suykens 1999): a scikit-learn estimator, and the optimizer that Xu and others
-(2012) make of it.
+"""Least-squares support vector machine (Suykens 1999): a scikit-learn estimator and an optimizer (Xu and others 2012).
 
     min 1/2 |w|^2 + C/2 sum v_i e_i^2,   y_i = w . phi(x_i) + b + e_i
 
-With a linear kernel this is ridge regression with penalty 1/C and a bias that is not penalised, so the coefficients
-come out; with a Gaussian kernel it predicts only. Columns and target are standardised first (the penalty would
-otherwise depend on units) and the coefficients scaled back.
+With a linear kernel this is ridge regression with penalty 1/C and an unpenalised bias, and it gives coefficients.
+With a Gaussian kernel it gives predictions only. Columns and target are standardised first, because the penalty would
+otherwise depend on their units; the coefficients are scaled back.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from seatruth.costs.base import Ability, Block
 from seatruth.errors import BadInput
 from seatruth.optimizers import Optimizer, Problem, option
 
-MOST_SAMPLES = 20_000
+MAX_SAMPLES = 20_000
 """The Gaussian kernel needs a dense n x n system: 3.2 GB at this n."""
 
 
@@ -60,8 +59,8 @@ class LSSVR(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         if not v.sum() > 0:
             raise ValueError("all sample weights are zero")
         y = y.astype(np.float64)
-        self._mean, self._scale = _moments(X, v, self.fit_intercept) if self.standardize else _plain(X.shape[1])
-        target_mean, target_scale = _moments(y[:, None], v, self.fit_intercept) if self.standardize else _plain(1)
+        self._mean, self._scale = _moments(X, v, self.fit_intercept) if self.standardize else _unscaled(X.shape[1])
+        target_mean, target_scale = _moments(y[:, None], v, self.fit_intercept) if self.standardize else _unscaled(1)
         self._target = float(target_mean[0]), float(target_scale[0])
         Z, t = (X - self._mean) / self._scale, (y - self._target[0]) / self._target[1]
         if self.kernel == "linear":
@@ -92,8 +91,8 @@ class LSSVR(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """Solves [[0, 1'], [1, K + diag(1 / (C v))]] [b, alpha] = [0, t]."""
         keep = v > 0
         Z, t, v = Z[keep], t[keep], v[keep]
-        if len(Z) > MOST_SAMPLES:
-            raise ValueError(f"{len(Z)} samples are too many for kernel 'rbf': at most {MOST_SAMPLES}")
+        if len(Z) > MAX_SAMPLES:
+            raise ValueError(f"{len(Z)} samples are too many for kernel 'rbf': at most {MAX_SAMPLES}")
         self._width = 1.0 / Z.shape[1] if self.gamma == "scale" else float(self.gamma)
         K = rbf_kernel(Z, gamma=self._width)
         K[np.diag_indices_from(K)] += 1.0 / (self.C * v)
@@ -110,8 +109,8 @@ class LSSVM(Optimizer):
 
     Regressions that share a parameter are solved together, with their own weights against each other; those that share
     none, one by one. A constant that is a parameter (or a nuisance) is the machine's bias: it is not penalised. Where
-    the solution would break a bound, the same problem is solved within the bounds. The answer is the regression's,
-    whatever its cost under the penalty-free criterion.
+    the solution would break a bound, the same problem is solved within the bounds. The answer is the solution
+    of the regression, whatever its cost without the penalty.
     """
 
     name: ClassVar[str] = "ls_svm"
@@ -156,7 +155,7 @@ def _moments(X: Array, v: Array, centre: bool) -> tuple[Array, Array]:
     return mean, np.where(scale > 1e-12 * np.abs(X).max(axis=0, initial=0.0), scale, 1.0)
 
 
-def _plain(k: int) -> tuple[Array, Array]:
+def _unscaled(k: int) -> tuple[Array, Array]:
     return np.zeros(k), np.ones(k)
 
 
@@ -167,18 +166,18 @@ def _members(block: Block) -> NDArray[np.intp]:
 
 
 def _groups(blocks: tuple[Block, ...]) -> list[list[Block]]:
-    """Blocks that share parameters, directly or through others, put together."""
+    """Groups of blocks that share parameters, directly or through other blocks."""
     groups: list[tuple[set[int], list[Block]]] = []
     for block in blocks:
         members, together = set(_members(block).tolist()), [block]
-        apart = []
-        for known, held in groups:
-            if known & members:
-                members |= known
+        separate = []
+        for parameters, held in groups:
+            if parameters & members:
+                members |= parameters
                 together = held + together
             else:
-                apart.append((known, held))
-        groups = [*apart, (members, together)]
+                separate.append((parameters, held))
+        groups = [*separate, (members, together)]
     return [held for _, held in groups]
 
 
@@ -223,5 +222,5 @@ def _solve(blocks: list[Block], x: Array, low: Array, high: Array, C: float) -> 
     y = np.concatenate([np.asarray(block.target, dtype=float) for block in blocks])
     free = np.full(sum(nuisances), np.inf)
     w = ridge(A, y, v, penalty, np.concatenate([low[parameters], -free]), np.concatenate([high[parameters], free]))
-    seen = A[:, : len(parameters)].any(axis=0)  # a parameter that no sample moves keeps its start
-    x[parameters[seen]] = w[: len(parameters)][seen]
+    used_parameters = A[:, : len(parameters)].any(axis=0)  # a parameter that appears in no sample keeps its start
+    x[parameters[used_parameters]] = w[: len(parameters)][used_parameters]

@@ -1,4 +1,4 @@
-"""The simplex method of Nelder and Mead (1965), SciPy's, within bounds and with restarts."""
+"""The simplex method of Nelder and Mead (1965), from SciPy, within bounds and with restarts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from seatruth.optimizers import Optimizer, Problem, option
 class NelderMead(Optimizer):
     """scipy.optimize.minimize(method="Nelder-Mead"), with the dimension-adapted coefficients of Gao and Han (2012).
 
-    The simplex may collapse before it reaches a minimum, more so with many parameters; so it starts again from the
-    best point with a fresh, randomly oriented simplex until a restart no longer lowers the cost.
+    The simplex may collapse before it reaches a minimum, above all with many parameters. So the search starts again
+    from the best point with a new, randomly oriented simplex, until a restart no longer lowers the cost.
     """
 
     name: ClassVar[str] = "nelder_mead"
@@ -25,7 +25,7 @@ class NelderMead(Optimizer):
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
     size: float = option(0.1, "edge of the first simplex, in search coordinates", low=1e-6, high=1.0)
-    restarts: int = option(20, "most restarts", low=0)
+    restarts: int = option(20, "largest number of restarts", low=0)
     tolerance: float = option(1e-9, "extent of the simplex, in search coordinates, at which it has converged", low=0.0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
@@ -54,13 +54,13 @@ class NelderMead(Optimizer):
             fall = value - result.fun
             z, value = np.asarray(result.x), float(result.fun)
             if np.isfinite(fall) and fall <= 1e-10 * abs(value):
-                return "a fresh simplex at the best point found nothing better"
+                return "a new simplex at the best point found nothing better"
             edges = np.linalg.qr(rng.standard_normal((d, d)))[0] * self.size
         return f"the simplex has shrunk to {self.tolerance:g} after {self.restarts} restarts"
 
 
 def _simplex(z: Array, edges: Array, problem: Problem) -> Array:
-    """Corners (d + 1, d): z and one along each edge, turned around where the bounds cut it short."""
+    """Corners (d + 1, d): z, and one along each edge; an edge that a bound would shorten points the other way."""
     corners = np.vstack([z, z + edges])
     inside = np.clip(corners, problem.lower, problem.upper)
     turned = np.clip(np.vstack([z, z - edges]), problem.lower, problem.upper)

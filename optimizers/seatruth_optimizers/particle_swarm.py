@@ -1,96 +1,111 @@
-"""Particle swarm of Kennedy and Eberhart (1995), on the operators of pyswarms."""
+"""Particle swarm of Kennedy and Eberhart (1995), with the neighbourhoods and boundary rules of pyswarms."""
 
 from __future__ import annotations
 
 import contextlib
-import logging.config
+import os
 import threading
-import types
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from seatruth.arrays import Array
 from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
+
+_LOGGING = Path(__file__).with_name("pyswarms_logging.yaml")
+_ENVIRONMENT = threading.Lock()
 
 
 @dataclass(frozen=True)
 class ParticleSwarm(Optimizer):
-    """Global-best swarm with constriction coefficients (Clerc and Kennedy 2002) by default.
+    """Particle swarm with constriction coefficients (Clerc and Kennedy 2002) by default.
 
-    Particles move by pyswarms' operators; one that leaves the search range is put back by `boundary`. pyswarms draws
-    from NumPy's global generator and writes a log file into the working directory: here it draws from the run's own
-    generator and writes none.
+    Each step, a particle's velocity is `inertia` times its last one, plus random pulls to the best place that the
+    particle has seen and to the best place that its neighbours have seen. The neighbours are all particles ("star", the
+    global-best swarm) or the `neighbours` nearest ones ("ring", the local-best swarm of pyswarms; slower, and less
+    likely to end in a local minimum).
+
+    pyswarms keeps the personal bests, finds the best neighbour and puts particles back that leave the search range.
+    The velocity rule is ours, because pyswarms draws its random numbers from NumPy's global generator, and a result
+    must depend on the run's own seed alone.
     """
 
     name: ClassVar[str] = "particle_swarm"
-    title: ClassVar[str] = "Particle swarm (global best)"
+    title: ClassVar[str] = "Particle swarm (global or local best)"
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
     particles: int = option(50, "size of the swarm", low=2, high=100_000)
     inertia: float = option(0.7298, "part of the velocity that is kept", low=0.0, high=1.5)
-    cognitive: float = option(1.4962, "pull of a particle's own best", low=0.0, high=4.0)
-    social: float = option(1.4962, "pull of the swarm's best", low=0.0, high=4.0)
+    cognitive: float = option(1.4962, "pull to the best place that the particle has seen", low=0.0, high=4.0)
+    social: float = option(1.4962, "pull to the best place that its neighbours have seen", low=0.0, high=4.0)
+    topology: str = option("star", "the neighbours: all particles, or the nearest ones", choices=("star", "ring"))
+    neighbours: int = option(5, "number of neighbours in a ring, the particle itself included", low=2, high=100_000)
     boundary: str = option(
-        "nearest", "what happens to a particle that leaves", choices=("nearest", "reflective", "periodic")
+        "nearest", "where a particle is put that leaves the range", choices=("nearest", "reflective", "periodic")
     )
     spread: float = option(1e-10, "extent of the swarm, in search coordinates, at which it has converged", low=0.0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
-        with _quiet():
-            from pyswarms.backend import operators
-            from pyswarms.backend.handlers import BoundaryHandler, VelocityHandler
+        with unlogged_pyswarms():
+            from pyswarms.backend import compute_pbest, compute_position
+            from pyswarms.backend.handlers import BoundaryHandler
             from pyswarms.backend.swarms import Swarm
-            from pyswarms.backend.topology import Star
+            from pyswarms.backend.topology import Ring, Star
 
-            boundary, velocity, star = BoundaryHandler(self.boundary), VelocityHandler("unmodified"), Star()
-        move = _with_generator(operators.compute_velocity, rng)
+            boundary = BoundaryHandler(self.boundary)
+            topology = Star() if self.topology == "star" else Ring()
+        # pyswarms' Ring takes the neighbours by distance: p is the norm, k their number.
+        metric = {} if self.topology == "star" else {"p": 2, "k": min(self.neighbours, self.particles)}
         low, high = problem.box
         start = problem.population(rng, self.particles)
         # Half of the way to another random place: first velocities on the scale of the start region.
         first = 0.5 * (problem.sample(rng, self.particles) - start)
-        swarm = Swarm(start, first, options={"w": self.inertia, "c1": self.cognitive, "c2": self.social})
+        swarm = Swarm(start, first)
         swarm.pbest_pos, swarm.pbest_cost = start.copy(), np.full(self.particles, np.inf)
         swarm.best_pos = start[0].copy()
         while True:
             swarm.current_cost = problem.values(swarm.position)
-            swarm.pbest_pos, swarm.pbest_cost = operators.compute_pbest(swarm)
-            swarm.best_pos, swarm.best_cost = star.compute_gbest(swarm)
+            swarm.pbest_pos, swarm.pbest_cost = compute_pbest(swarm)
+            swarm.best_pos, swarm.best_cost = topology.compute_gbest(swarm, **metric)
             gathered = np.ptp(swarm.pbest_pos, axis=0).max() <= self.spread
             if gathered and np.isfinite(swarm.pbest_cost).all():
                 return f"the swarm has gathered within {self.spread:g} of the search range in every parameter"
-            swarm.velocity = move(swarm, None, velocity, bounds=(low, high))
+            swarm.velocity = self._velocity(swarm, rng)
             outside = (swarm.position + swarm.velocity < low) | (swarm.position + swarm.velocity > high)
-            swarm.position = operators.compute_position(swarm, (low, high), boundary)
+            swarm.position = compute_position(swarm, (low, high), boundary)
             if self.boundary != "periodic":
-                # A particle that kept its velocity would stay at the bound; pyswarms' own handlers for this look at
-                # positions that are back inside and so do nothing.
+                # A particle that kept its velocity would stay at the bound. pyswarms' velocity handlers do not help:
+                # they look at positions that are back inside the range already.
                 swarm.velocity[outside] *= -0.5
 
-
-def _with_generator(function: Callable[..., Any], rng: np.random.Generator) -> Callable[..., Any]:
-    """pyswarms' function with `np.random.uniform` drawn from this generator instead of the global one.
-
-    The function's own code runs over a copy of its module's names; a version of pyswarms that used more of NumPy there
-    would fail at once (AttributeError), not draw from the global generator unseen.
-    """
-    numpy = types.SimpleNamespace(random=types.SimpleNamespace(uniform=rng.uniform))
-    names = {**function.__globals__, "np": numpy}
-    return types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
-
-
-_LOGGING = threading.Lock()
+    def _velocity(self, swarm: Any, rng: np.random.Generator) -> Array:
+        """New velocities (particles, K) of a pyswarms Swarm: Clerc and Kennedy (2002)."""
+        shape = swarm.position.shape
+        cognitive = self.cognitive * rng.random(shape) * (swarm.pbest_pos - swarm.position)
+        social = self.social * rng.random(shape) * (swarm.best_pos - swarm.position)
+        velocity: Array = self.inertia * swarm.velocity + cognitive + social
+        return velocity
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keeps pyswarms from reconfiguring the root logger, which it does on import and with every handler made."""
-    with _LOGGING:
-        original = logging.config.dictConfig
-        logging.config.dictConfig = lambda config: None
+def unlogged_pyswarms() -> Iterator[None]:
+    """Within it, pyswarms can be imported and its objects made without a change to the root logger.
+
+    pyswarms sets up the root logger, and opens the file report.log in the working directory, when it is imported and
+    whenever one of its objects is made, unless the environment variable LOG_CFG names a YAML file with another set-up.
+    Here it names one that changes nothing; the variable is then left as it was.
+    """
+    with _ENVIRONMENT:
+        before = os.environ.get("LOG_CFG")
+        os.environ["LOG_CFG"] = str(_LOGGING)
         try:
             yield
         finally:
-            logging.config.dictConfig = original
+            if before is None:
+                del os.environ["LOG_CFG"]
+            else:
+                os.environ["LOG_CFG"] = before

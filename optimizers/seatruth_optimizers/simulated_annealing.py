@@ -1,4 +1,4 @@
-"""Simulated annealing: SciPy's dual annealing, its temperature fitted to the scale of the cost."""
+"""Simulated annealing: SciPy's dual annealing, with the cost scaled to its temperature."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
 _TEMPERATURE = 5230.0
-"""SciPy's first temperature: it also sets the length of the first jumps, so the cost is scaled to it, not it to the
-cost."""
+"""SciPy's first temperature. It also sets the length of the first jumps, so the cost is scaled instead."""
 
 
 @dataclass(frozen=True)
 class SimulatedAnnealing(Optimizer):
     """scipy.optimize.dual_annealing: generalised annealing (Xiang and others 1997) with local searches between.
 
-    Annealing accepts a rise of the cost in proportion to the temperature, so it means something only against the scale
-    of the cost. The scale is the spread (interquartile range) of the cost over `probes` random starts; at the first
-    temperature a rise by `heat` times that spread is just acceptable.
+    Annealing accepts a rise of the cost in proportion to the temperature, so the cost needs a scale. The scale is the
+    interquartile range of the cost over `probes` random starts: at the first temperature, the largest rise that can
+    be accepted is `heat` times that range.
     """
 
     name: ClassVar[str] = "simulated_annealing"
@@ -31,8 +30,10 @@ class SimulatedAnnealing(Optimizer):
 
     heat: float = option(1.0, "first temperature in units of the spread of the cost", low=1e-9)
     probes: int = option(40, "random candidates that measure the spread of the cost", low=4)
-    visit: float = option(2.62, "tail of the jumps: the higher, the further", low=1.01, high=2.99)
-    accept: float = option(-5.0, "acceptance parameter: the lower, the choosier", low=-1e4, high=-5.0)
+    visit: float = option(2.62, "tail of the jumps: the higher, the longer the jumps", low=1.01, high=2.99)
+    accept: float = option(
+        -5.0, "acceptance parameter: the lower, the fewer rises of the cost are accepted", low=-1e4, high=-5.0
+    )
     local: bool = option(True, "local searches (L-BFGS-B) whenever the best has improved")
     iterations: int = option(1000, "steps of the annealing schedule, of 2 K jumps each", low=1)
 
@@ -40,16 +41,16 @@ class SimulatedAnnealing(Optimizer):
         from scipy.optimize import dual_annealing
 
         first = problem.population(rng, self.probes)
-        found = problem.values(first)
-        scale = _TEMPERATURE / (6.0 * self.heat * _spread(found))  # 1 - 6 rise / T > 0 is SciPy's limit for accept = -5
-        reference = float(found.min()) if np.isfinite(found).any() else 0.0
+        costs = problem.values(first)
+        scale = _TEMPERATURE / (6.0 * self.heat * _spread(costs))  # 1 - 6 rise / T > 0 is SciPy's limit for accept = -5
+        reference = float(costs.min()) if np.isfinite(costs).any() else 0.0
         low, high = problem.box
 
         def energy(z: Array) -> float:
             return (problem.value(z) - reference) * scale
 
         def slope(z: Array, *_: Any) -> Array:
-            # One call for all differences; forward, or backward where the upper bound is near.
+            # All differences in one call: forward ones, or backward ones near the upper bound.
             step = np.where(z + 1e-7 > high, -1e-7, 1e-7)
             values = problem.values(np.vstack([z, z + np.diag(step)]))
             with np.errstate(invalid="ignore"):
@@ -69,7 +70,7 @@ class SimulatedAnnealing(Optimizer):
                 maxfun=float(2**62),
                 rng=rng,
                 no_local_search=not self.local,
-                x0=first[found.argmin()],
+                x0=first[costs.argmin()],
             )
         return f"the annealing schedule of {self.iterations} steps is finished"
 

@@ -15,15 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seatruth.comparison import Comparison, compare
+    from seatruth.costs.options import FormulaOptions, RegressionOptions, TrajectoryOptions
     from seatruth.diagnosis import Diagnosis, diagnose
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
-    from seatruth.identification import Study, identify
+    from seatruth.identification import identify
     from seatruth.models import BlackBox, Model, Parameter, Prior, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise
+    from seatruth.progress import ProgressEvent
     from seatruth.report import write_report
     from seatruth.simulate import simulator
-    from seatruth.study import load_study
+    from seatruth.study import OutputSettings, Study, load_study
     from seatruth.trials import Channel, Trial, Trials, check_trials, read_trial
 
     __version__: str
@@ -36,14 +38,19 @@ __all__ = [
     "Comparison",
     "Diagnosis",
     "Estimate",
+    "FormulaOptions",
     "Model",
     "Optimizer",
+    "OutputSettings",
     "Parameter",
     "PluginError",
     "Prior",
+    "ProgressEvent",
+    "RegressionOptions",
     "SeatruthError",
     "SeatruthWarning",
     "Study",
+    "TrajectoryOptions",
     "Trial",
     "Trials",
     "__version__",
@@ -59,20 +66,22 @@ __all__ = [
     "write_report",
 ]
 
-_HOMES = {
+_MODULES = {
     "comparison": ("Comparison", "compare"),
+    "costs.options": ("FormulaOptions", "RegressionOptions", "TrajectoryOptions"),
+    "diagnosis": ("Diagnosis", "diagnose"),
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
-    "gap": ("Diagnosis", "diagnose"),
-    "identification": ("Study", "identify"),
+    "identification": ("identify",),
     "models": ("BlackBox", "Model", "Parameter", "Prior", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),
+    "progress": ("ProgressEvent",),
     "report": ("write_report",),
     "simulate": ("simulator",),
-    "study": ("load_study",),
+    "study": ("OutputSettings", "Study", "load_study"),
     "trials": ("Channel", "Trial", "Trials", "check_trials", "read_trial"),
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
@@ -81,8 +90,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         value: Any = version("seatruth")
-    elif name in _HOME:
-        value = getattr(importlib.import_module(f"seatruth.{_HOME[name]}"), name)
+    elif name in _MODULE_OF:
+        value = getattr(importlib.import_module(f"seatruth.{_MODULE_OF[name]}"), name)
     else:
         raise AttributeError(f"module 'seatruth' has no attribute {name!r}")
     globals()[name] = value

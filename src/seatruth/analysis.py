@@ -1,9 +1,9 @@
-"""From where a search ended to an Estimate: uncertainty, fit, traces, findings."""
+"""From the outcome of a search to an Estimate: uncertainty, fit, traces, findings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,21 +12,22 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Study, StudyCost
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
-from seatruth.statistics.autoregressive import autocorrelation, colour_of
+from seatruth.statistics.autoregressive import fit_autoregressive, lag_one_autocorrelation
+from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step, Trial
-from seatruth.uncertainty.covariance import Covariance, at_bound, covariance, pressed
-from seatruth.uncertainty.identifiability import identifiability, tied, trade_offs, verdict
+from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
+from seatruth.uncertainty.identifiability import correlated_pairs, identifiability, strongly_correlated, verdict
 from seatruth.uncertainty.prediction import prediction_intervals
 from seatruth.uncertainty.sensitivity import sensitivity
-from seatruth.uncertainty.structural_identifiability import degeneracies
+from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
@@ -44,15 +45,17 @@ _FIT_COLUMNS = (
 
 
 class Analysis:
-    """Everything about a fit that needs its cost. `run` fills it; `estimate` gives what there is."""
+    """Everything about a fit that needs its cost. `run` computes it; `estimate` returns what has been computed."""
 
-    def __init__(self, study: Study, cost: StudyCost, outcome: Outcome) -> None:
-        self.study, self.cost, self.outcome = study, cost, outcome
+    def __init__(
+        self, study: Study, cost: StudyCost, outcome: Outcome, settings: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        self.study, self.cost, self.outcome, self.settings = study, cost, outcome, dict(settings or {})
         self.x = outcome.x
         self.size = len(cost.parameters)
         self.stderr: Array = np.full(self.size, math.nan)
         self.at_bound = at_bound(self.x, cost.bounds)
-        self.found: Covariance | None = None
+        self.uncertainty: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
         self.sensitivity = pd.DataFrame()
         self.fit = pd.DataFrame(columns=list(_FIT_COLUMNS))
@@ -61,12 +64,13 @@ class Analysis:
         self.findings: list[Finding] = []
 
     def run(self) -> None:
-        """All parts, the most important first; parts that a diverged answer does not have stay empty."""
+        """Computes all parts, the most important first; a diverged answer leaves its parts empty."""
         self.findings = list(check_study(self.study))
+        self.findings += _replaced(self.settings)
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
         if not math.isfinite(self.outcome.value):
             return
-        if self.study.cost == "regression":
+        if self.study.cost.kind == "regression":
             self.findings.append(_EQUATION_ERROR)
         parts = {
             "Standard errors": self._uncertainty,
@@ -81,7 +85,7 @@ class Analysis:
                 self.findings.append(part_missing(title, problem))
 
     def estimate(self, interrupted: str = "") -> Estimate:
-        """The estimate, as far as it has come."""
+        """The estimate from the parts that have been computed."""
         outcome = self.outcome
         ended: dict[str, Any] = {"code": outcome.code, "reason": outcome.reason}
         if interrupted:
@@ -95,7 +99,7 @@ class Analysis:
         }
         names = [parameter.name for parameter in self.cost.parameters]
         table = self._table()
-        own = [name for name in names if name not in self.cost.nuisances]
+        shown = [name for name in names if name not in self.cost.nuisances]
         study = self.study
         return Estimate(
             study=study.name,
@@ -105,10 +109,10 @@ class Analysis:
             seed=outcome.seed,
             synthetic=study.synthetic,
             channels={channel.name: channel.unit for channel in study.model.outputs},
-            parameters=table.loc[own],
+            parameters=table.loc[shown],
             nuisances=table.loc[list(self.cost.nuisances)],
-            covariance=self._square(None if self.found is None else self.found.covariance, names),
-            correlation=self._square(None if self.found is None else self.found.correlation, names),
+            covariance=self._square(None if self.uncertainty is None else self.uncertainty.covariance, names),
+            correlation=self._square(None if self.uncertainty is None else self.uncertainty.correlation, names),
             identifiability=_plain(self.identifiability),
             sensitivity=self.sensitivity,
             fit=self.fit,
@@ -122,7 +126,14 @@ class Analysis:
                 for step in trial.steps
             ],
             findings=self.findings,
-            provenance=_plain({**provenance(), "study_hash": study.content_hash, **study.provenance}),
+            provenance=_plain(
+                {
+                    **provenance(),
+                    "study_hash": study.content_hash,
+                    "settings": self.settings,
+                    **study.provenance,
+                }
+            ),
         )
 
     def _uncertainty(self) -> None:
@@ -138,32 +149,34 @@ class Analysis:
             )
             return
         slope = jacobian.T @ residuals
-        held = pressed(self.x, self.cost.bounds, slope)
-        self.found = covariance(residuals, jacobian, self.cost.groups, held)
-        self.stderr = self.found.stderr
-        self._settled(residuals, jacobian, ~held)
-        rows = np.concatenate([group.rows for group in self.cost.groups if group.kind == "data"])
-        own = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
+        held = active_bounds(self.x, self.cost.bounds, slope)
+        self.uncertainty = covariance(residuals, jacobian, self.cost.residual_blocks, held)
+        self.stderr = self.uncertainty.stderr
+        self._check_minimum(residuals, jacobian, ~held)
+        rows = np.concatenate([group.rows for group in self.cost.residual_blocks if group.kind == "data"])
+        columns = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
         with np.errstate(invalid="ignore", divide="ignore"):
-            larger = self.found.stderr / self.found.crlb
+            larger = self.uncertainty.stderr / self.uncertainty.crlb
         larger = larger[np.isfinite(larger)]
         inflation = float(np.median(larger)) if larger.size else 1.0
-        # What initial states can take up does not count for the parameters.
+        # A change that free initial states can compensate says nothing about the parameters.
         data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
-        exact = degeneracies(self.cost, self.x)
-        steps = np.array([entry.pop("step")[own] for entry in exact]).reshape(len(exact), len(own))
-        self.identifiability = identifiability(data[:, own], [self.cost.parameters[k] for k in own], inflation, steps)
+        exact = unidentifiable_directions(self.cost, self.x)
+        steps = np.array([entry.pop("step")[columns] for entry in exact]).reshape(len(exact), len(columns))
+        self.identifiability = identifiability(
+            data[:, columns], [self.cost.parameters[k] for k in columns], inflation, steps
+        )
         self.identifiability["weak"] = [*exact, *self.identifiability["weak"]]
         known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
         self.identifiability["weak"] += [
             entry
-            for entry in trade_offs(self.found, self.cost.parameters)
+            for entry in correlated_pairs(self.uncertainty, self.cost.parameters)
             if frozenset(entry["combination"]) not in known
             and not set(entry["combination"]) <= set(self.cost.nuisances)
         ]
 
-    def _settled(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
-        """Says so where the search ended away from a minimum: errors are those of a minimum."""
+    def _check_minimum(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
+        """Adds a finding where the search ended short of a minimum: standard errors hold at a minimum only."""
         J = jacobian[:, free]
         step = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
         fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step) ** 2)))
@@ -205,7 +218,7 @@ class Analysis:
                     "held_out": held_out,
                 }
                 if isinstance(self.cost, FormulaCost):
-                    half = prediction_intervals(self.cost, self.x, [trial])[0].half
+                    half = prediction_intervals(self.cost, self.x, [trial])[0].half_width
                     part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
                     part |= {f"input {name}": values for name, values in trial.inputs.items()}
                 parts.append(pd.DataFrame(part))
@@ -218,7 +231,7 @@ class Analysis:
         valid = np.isfinite(measured)
         error, before = (measured - y)[valid], (measured - y_start)[valid]
         rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
-        finite, ordered = bool(np.isfinite(error).all()), self.study.cost != "formula"
+        finite, ordered = bool(np.isfinite(error).all()), self.study.cost.kind != "formula"
         return {
             "trial": trial.name,
             "channel": channel,
@@ -228,8 +241,8 @@ class Analysis:
             "ratio": rmse / noise if noise > 0 else math.nan,
             "bias": float(error.mean()) if finite else math.nan,
             "n": int(valid.sum()),
-            "n_eff": colour_of(error, ordered).effective(len(error)) if finite else math.nan,
-            "autocorrelation": autocorrelation(error) if finite and ordered else math.nan,
+            "n_eff": fit_autoregressive(error, ordered).effective_samples(len(error)) if finite else math.nan,
+            "autocorrelation": lag_one_autocorrelation(error) if finite and ordered else math.nan,
             "held_out": held_out,
         }
 
@@ -256,20 +269,20 @@ class Analysis:
             )
 
     def _table(self) -> pd.DataFrame:
-        found = self.found
-        half = np.full(self.size, math.nan) if found is None else found.half_width()
-        bound = np.full(self.size, math.nan) if found is None else found.crlb
-        unseen = np.zeros(self.size, dtype=bool) if found is None else found.unseen
-        related = np.zeros(self.size, dtype=bool) if found is None else tied(found)
+        uncertainty = self.uncertainty
+        half = np.full(self.size, math.nan) if uncertainty is None else uncertainty.half_width()
+        bound = np.full(self.size, math.nan) if uncertainty is None else uncertainty.crlb
+        unseen = np.zeros(self.size, dtype=bool) if uncertainty is None else uncertainty.unidentifiable
+        related = np.zeros(self.size, dtype=bool) if uncertainty is None else strongly_correlated(uncertainty)
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
             value, stderr = float(self.x[k]), float(self.stderr[k])
-            said = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
+            judgement = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
             rows.append(
                 (
                     *(value, parameter.unit, stderr, value - float(half[k]), value + float(half[k])),
                     *(float(bound[k]), parameter.value, parameter.min, parameter.max, *_prior(parameter)),
-                    *(bool(self.at_bound[k]), said if found is not None else "", parameter.source),
+                    *(bool(self.at_bound[k]), judgement if uncertainty is not None else "", parameter.source),
                     parameter.description,
                 )
             )
@@ -287,16 +300,32 @@ class Analysis:
 def check_study(study: Study) -> list[Finding]:
     """All findings about a study's trials, gravest first."""
     trials = [*study.trials, *study.holdout]
-    return check_tables(trials, study.model) if study.cost == "formula" else check_trials(trials, study.model)
+    return check_tables(trials, study.model) if study.cost.kind == "formula" else check_trials(trials, study.model)
+
+
+def _replaced(settings: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
+    """Says what a call or the command line replaced in a study."""
+    names = [name for name, entry in settings.items() if "replaces" in entry and entry.get("study_file")]
+    if not names:
+        return []
+    return [
+        Finding(
+            "note",
+            "settings-replaced",
+            f"This run does not use what the study file says of: {', '.join(names)}.",
+            "study",
+            "The provenance of the result holds both values.",
+        )
+    ]
 
 
 def part_missing(title: str, problem: SeatruthError) -> Finding:
-    """Says that a part of the estimate could not be made, and why."""
+    """A finding that a part of the estimate could not be computed, and why."""
     return Finding("warning", "part-missing", f"{title} could not be computed: {problem.message}", "model")
 
 
 def _without(jacobian: Array, columns: Sequence[int]) -> Array:
-    """The derivatives less what a change of some other columns can make up for."""
+    """The derivatives without the part that changes of some other columns can compensate."""
     if not columns:
         return jacobian
     others = jacobian[:, list(columns)]

@@ -11,9 +11,17 @@ from collections.abc import Iterable
 
 
 class SeatruthError(Exception):
-    """Something the user can put right: what was wrong, where, and what to do.
+    """Base of all errors of seatruth: what was wrong, where, and what to do.
 
-    `where` names the file, line, column or channel ("trial.csv, line 14, column 'u'"); `do` is the next step.
+    Args:
+        what: what was wrong.
+        where: file, line, column or channel, such as "trial.csv, line 14, column 'u'".
+        do: the next step, as a sentence.
+
+    Example:
+        >>> from seatruth import SeatruthError
+        >>> print(SeatruthError("it is empty", where="log.csv", do="Record again."))
+        log.csv: it is empty. Record again.
     """
 
     exit_code = 1
@@ -32,14 +40,33 @@ class SeatruthError(Exception):
         return (_rebuild, (type(self), self.what, self.where, self.do))
 
 
-class BadInput(SeatruthError):
-    """A file, a study, an option or an argument is wrong (exit code 2)."""
+class BadInput(SeatruthError, ValueError):
+    """A file, a study, an option or an argument is wrong (exit code 2). It is also a `ValueError`.
+
+    Example:
+        >>> from seatruth import BadInput, Budget
+        >>> try:
+        ...     Budget(evaluations=-1)
+        ... except ValueError as problem:
+        ...     print(problem)
+        budget: evaluations = -1 is no limit. Give a positive number.
+    """
 
     exit_code = 2
 
 
 class PluginError(SeatruthError):
-    """A plug-in (a model, an effect, an optimizer) raised or broke its contract."""
+    """A plug-in (a model, an effect, an optimizer) raised or broke its contract (exit code 1).
+
+    Example:
+        >>> from seatruth import BlackBox, Channel, PluginError, Trial
+        >>> box = BlackBox("box", lambda trial, p, first: {}, inputs=[], outputs=[Channel("y", "m")], parameters=[])
+        >>> try:
+        ...     box.run(Trial("run", [0.0, 1.0], {}, {}), {}, None)
+        ... except PluginError as problem:
+        ...     print(problem)
+        model 'box', trial 'run': its function returned no 'y'.
+    """
 
 
 class Interrupted(SeatruthError):
@@ -49,7 +76,13 @@ class Interrupted(SeatruthError):
 
 
 class SeatruthWarning(UserWarning):
-    """Something a user should know about a result that is still usable."""
+    """Something a user should know about a result that is still usable.
+
+    Example:
+        >>> import warnings
+        >>> from seatruth import SeatruthWarning
+        >>> warnings.simplefilter("error", SeatruthWarning)  # stop at the first one
+    """
 
 
 def _rebuild(kind: type[SeatruthError], what: str, where: str, do: str) -> SeatruthError:

@@ -7,8 +7,6 @@ import html
 import io
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.errors import BadInput
+from seatruth.storage.atomic import write_files
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
@@ -36,16 +35,40 @@ PARAMETER_COLUMNS = (
 
 @dataclass(eq=False)
 class Estimate:
-    """What `identify` found.
+    """The result of `identify`.
 
-    `parameters` and `nuisances` (index name): value, unit, stderr, lower and upper (95 %), crlb, start, min, max,
-    prior_mean, prior_sd, at_bound, verdict ("identified", "weak", "not identifiable", "at bound", "from prior"),
-    source, description. `covariance` and `correlation` are over both. `identifiability`: singular_values, condition,
-    weak (combination, ratio, sentence). `sensitivity`: parameters x outputs. `fit`, a row a trial and channel: rmse,
-    rmse_start, noise, ratio, bias, n, n_eff, autocorrelation, held_out. `cross_validation`: trial, channel, rmse
-    predicted when left out, rmse_fitted, noise; or None. `profile`: name -> (value, cost), or None. `traces`: trial,
-    t, channel, measured, fitted, start, held_out, and of a formula lower, upper (95 % prediction interval) and its
-    columns as "input NAME". `discretisation`: channel -> error, noise, ratio.
+    Attributes:
+        study, model: names.
+        optimizer, cost: what was used, with all options.
+        seed: the seed that was used.
+        synthetic: whether a simulator made any of the trials.
+        channels: unit of each output.
+        parameters: table with index name: value, unit, stderr, lower and upper (95 %), crlb, start, min, max,
+            prior_mean, prior_sd, at_bound, verdict ("identified", "weak", "not identifiable", "at bound", "from
+            prior"), source, description. Values are in `unit`.
+        nuisances: the same table of the free initial states.
+        covariance, correlation: tables (P, P) over parameters and nuisances.
+        identifiability: singular_values, condition, weak (combination, ratio, sentence).
+        sensitivity: table (parameters, outputs).
+        fit: one row per trial and channel: rmse, rmse_start, noise, ratio, bias, n, n_eff, autocorrelation, held_out.
+        history: evaluations, best, seconds.
+        outcome: code, reason, value, evaluations, diverged, clipped, wall_s.
+        discretisation: channel -> error, noise, ratio.
+        traces: trial, t (s), channel, measured, fitted, start, held_out; for a formula also lower and upper (95 %
+            prediction interval) and its columns as "input NAME".
+        cross_validation: trial, channel, rmse when left out, rmse_fitted, noise; or None.
+        profile: name -> table (value, cost); or None.
+        steps: (trial, preparation step) in their order.
+        findings: what a user should read.
+        provenance: versions, files and hashes, and `settings`: where every setting of the run came from.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Budget, Estimate, identify
+        >>> estimate = identify(seatruth.sample.load(), budget=Budget(evaluations=40))
+        >>> folder = estimate.save("result")
+        >>> Estimate.load(folder).values == estimate.values
+        True
     """
 
     study: str
@@ -81,11 +104,10 @@ class Estimate:
     def save(self, folder: str | Path) -> Path:
         """Writes the estimate into a folder: estimate.json and Parquet tables.
 
-        An estimate that stood there is replaced only once all files of this one are on the disk. OSError where they
-        cannot be written; nothing has changed then.
+        An estimate that stood there is replaced only once all files of this one are on the disk. Raises CannotWrite
+        (a BadInput; DiskFull where no space is left) where they cannot be written; nothing has changed then.
         """
         place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
         tables: dict[str, dict[str, Any]] = {}
         files: dict[str, bytes] = {}
         for name, frame in self._frames().items():
@@ -221,25 +243,3 @@ def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     frame = frame.set_index("index of the table")
     frame.index.name = layout["index"]["name"]
     return frame
-
-
-def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes all files, then puts all in their places."""
-    written: dict[Path, str] = {}
-    try:
-        for name, data in files.items():
-            try:
-                handle, written[folder / name] = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
-                with os.fdopen(handle, "wb") as stream:
-                    stream.write(data)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-            except OSError as problem:
-                raise OSError(problem.errno, problem.strerror, str(folder / name)) from None
-        for path, temporary in written.items():
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-    except BaseException:
-        for temporary in written.values():
-            Path(temporary).unlink(missing_ok=True)
-        raise

@@ -1,4 +1,4 @@
-"""Arithmetic written by a user (ties, constraints, formulas): parsed, never run as code.
+"""Arithmetic written by a user (expressions of parameters, constraints, formulas): parsed, never run as code.
 
     Expression("-0.5 * Y_v", names=["Y_v", "N_v"]).evaluate({"Y_v": 3.0})
     Relation("Y_v * N_r > 0", names=...).holds(values)

@@ -1,90 +1,133 @@
-"""Study + Optimizer -> Estimate."""
+"""Study -> Estimate."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import Analysis, part_missing
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Group, ParameterSpace, Study, StudyCost, cost_of
+from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
-from seatruth.optimizers.evaluator import Progress
-from seatruth.storage.checkpoint import Pieces, pieces_beside
+from seatruth.progress import Progress, ProgressEvent, silent
+from seatruth.storage.checkpoint import Checkpoint, jobs_file
+from seatruth.study.settings import RunSettings, run_settings
+from seatruth.study.study import Study
+from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
-from seatruth.uncertainty.cross_validation import by_rows, pooled
-
-__all__ = ["Estimate", "Group", "ParameterSpace", "Study", "StudyCost", "cost_of", "identify"]
+from seatruth.uncertainty.cross_validation import pool_parts, split_rows
 
 _INTERRUPTED = "stopped by the user"
 
 
 def identify(
     study: Study,
-    optimizer: str | Optimizer | Sequence[str | Optimizer] = "least_squares",
+    optimizer: str | Optimizer | Sequence[str | Optimizer] | None = None,
     *,
     budget: Budget | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
-    cross_validate: bool = False,
-    profile: Sequence[str] = (),
+    cross_validate: bool | None = None,
+    profile: Sequence[str] | None = None,
     threads: int | None = None,
     workers: int = 1,
 ) -> Estimate:
     """Identifies the free parameters of a study.
 
-    `optimizer` is a name, an Optimizer, or a list of them for a hybrid; `budget` and `seed` are the search's.
-    `checkpoint` names a file in which the search is kept (and beside it, with the ending .pieces, the profile and the
-    trials left out): the same call goes on where an interrupted one stopped and ends with the same estimate. Both
-    files stay, so that an estimate that could not be saved is soon made again; remove them when it is.
-    `profile` names free parameters whose likelihood is profiled; `cross_validate` leaves each trial out in turn.
-    `threads` are those of a simulation (all processors where None), `workers` how many profile points or left-out
-    trials run at once; neither changes the result.
+    What the study says is what runs. An argument that is not None replaces it; the estimate records in
+    `provenance["settings"]` where every setting came from, and a finding names what was replaced in a study file.
 
-    An interrupt (Ctrl-C) at any time gives the best so far with the outcome's code "interrupted"; what it had no time
-    for is missing. Raises BadInput for what cannot be started.
+    Args:
+        study: the model, its trials and the settings of the search.
+        optimizer: name, `Optimizer`, or a list of them for a hybrid.
+        budget: limits of the search.
+        seed: seed of everything random, 0 or more.
+        checkpoint: file that keeps the search (and beside it, with the ending .jobs, the profile and the trials left
+            out). The same call goes on where an interrupted one stopped and ends with the same estimate. Both files
+            stay, so that an estimate that could not be saved is soon made again; remove them afterwards.
+        progress: called with a `ProgressEvent` about ten times a second.
+        cross_validate: leave out each trial in turn, fit the others and predict it.
+        profile: names of the free parameters whose likelihood is profiled.
+        threads: threads of a simulation, None for all processors. They do not change the result.
+        workers: profile points or left-out trials that run at once. They do not change the result.
+
+    Returns:
+        The estimate. An interrupt (Ctrl-C) at any time returns the best so far with the outcome's code "interrupted";
+        parts that were not reached are empty.
+
+    Raises:
+        BadInput: the study cannot be started as asked.
+
+    Example:
+        >>> from seatruth import Budget, identify
+        >>> import seatruth.sample
+        >>> study = seatruth.sample.load("study.toml")
+        >>> estimate = identify(study, budget=Budget(evaluations=40))
+        >>> estimate.outcome["code"], estimate.seed
+        ('budget', 1)
+        >>> estimate.provenance["settings"]["seed"]["from"], estimate.provenance["settings"]["budget"]["from"]
+        ('study file', 'argument')
     """
-    free = [parameter.name for parameter in study.free]
-    if not free:
-        raise BadInput("no parameter varies", where=f"study {study.name!r}", do="Set `vary = true` for one or more.")
-    for name in profile:
-        if name not in free:
-            raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
-    if workers < 1:
-        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
-    if cross_validate and len(study.trials) < 2 and study.cost != "formula":
-        raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
+    settings = run_settings(study, optimizer, budget, seed, cross_validate, profile)
+    _check(study, settings, workers)
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
         cost = cost_of(study, threads=threads)
         if isinstance(cost, FormulaCost):
             cost.require_values()
-        outcome = minimise(cost, optimizer, budget=budget, seed=seed, checkpoint=checkpoint, progress=progress)
-        return _judged(study, cost, outcome, checkpoint, _speaker(progress), cross_validate, profile, threads, workers)
+        outcome = minimise(
+            cost,
+            settings.optimizer,
+            budget=settings.budget,
+            seed=settings.seed,
+            checkpoint=checkpoint,
+            progress=progress,
+        )
+        return _analysed(study, cost, outcome, settings, checkpoint, progress or silent, threads, workers)
 
 
-def _judged(
+def _check(study: Study, settings: RunSettings, workers: int) -> None:
+    """Refuses what cannot be started."""
+    free = [parameter.name for parameter in study.free]
+    if not free:
+        raise BadInput("no parameter varies", where=f"study {study.name!r}", do="Set `vary = true` for one or more.")
+    for name in settings.profile:
+        if name not in free:
+            raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
+    if workers < 1:
+        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    if settings.cross_validate and len(study.trials) < 2 and study.cost.kind != "formula":
+        raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
+
+
+def _analysed(
     study: Study,
     cost: StudyCost,
     outcome: Outcome,
+    settings: RunSettings,
     checkpoint: str | Path | None,
-    say: Callable[[str], None],
-    cross_validate: bool,
-    profile: Sequence[str],
+    progress: Progress,
     threads: int | None,
     workers: int,
 ) -> Estimate:
     """Everything after the search."""
-    say("Uncertainty")
-    analysis = Analysis(study, cost, outcome)
+    began = time.perf_counter() - outcome.wall_s
+
+    def show(event: ProgressEvent, /) -> None:
+        progress(dataclasses.replace(event, elapsed_s=time.perf_counter() - began))
+
+    show(ProgressEvent("Uncertainty", best=outcome.value))
+    analysis = Analysis(study, cost, outcome, settings.origin)
     try:
         analysis.run()
     except KeyboardInterrupt:
@@ -92,51 +135,65 @@ def _judged(
     usable = math.isfinite(outcome.value)
     if outcome.code == "interrupted" or not usable:
         return analysis.estimate()
-    place = None if checkpoint is None else pieces_beside(checkpoint)
-    pieces = Pieces(place, f"{study.content_hash} {outcome.x.tobytes().hex()}")
     estimate = analysis.estimate()
+    jobs = _finished_jobs(study, outcome, checkpoint, estimate)
     try:
-        if profile:
+        if settings.profile:
             try:
                 estimate.profile = profiles(
-                    study, profile, outcome.x, analysis.stderr, pieces=pieces, say=say, threads=threads, workers=workers
+                    study,
+                    settings.profile,
+                    outcome.x,
+                    analysis.stderr,
+                    checkpoint=jobs,
+                    progress=show,
+                    threads=threads,
+                    workers=workers,
                 )
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The profile", problem))
-        if cross_validate:
-            values = _values(cost, outcome)
+        if settings.cross_validate:
             try:
-                by_row = study.cost == "formula" and len(study.trials) == 1
-                parts = by_rows(study) if by_row else study
-                left = leave_one_out(parts, values, pieces=pieces, say=say, threads=threads, workers=workers)
+                by_row = study.cost.kind == "formula" and len(study.trials) == 1
+                parts = split_rows(study) if by_row else study
+                left = leave_one_out(
+                    parts, _values(cost, outcome), checkpoint=jobs, progress=show, threads=threads, workers=workers
+                )
                 if by_row:
-                    left = pooled(left, parts, study.trials[0].name)
-                estimate.cross_validation = _beside_fit(left, estimate.fit)
+                    left = pool_parts(left, parts, study.trials[0].name)
+                estimate.cross_validation = _with_fit(left, estimate.fit)
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The prediction of trials left out", problem))
     except KeyboardInterrupt:
         estimate.outcome |= {"code": "interrupted", "reason": f"{_INTERRUPTED} after the search had ended"}
+    finally:
+        jobs.close()
+    if jobs.write_error:
+        estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
+
+
+def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:
+    """The jobs that an earlier call has finished. A file that cannot be used costs the checkpoint, not the answer."""
+    work = f"{study.content_hash} {outcome.x.tobytes().hex()}"
+    if checkpoint is None:
+        return Checkpoint(None, work)
+    try:
+        return Checkpoint(jobs_file(checkpoint), work, drop_other_work=True)
+    except SeatruthError as problem:
+        estimate.findings.append(_checkpoint_finding(problem.message))
+        return Checkpoint(None, work)
+
+
+def _checkpoint_finding(message: str) -> Finding:
+    return Finding("warning", "checkpoint", message, "search")
 
 
 def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:
     return {parameter.name: float(value) for parameter, value in zip(cost.space.free, outcome.x)}
 
 
-def _beside_fit(left: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
-    """Errors of prediction beside those of the fit, and the noise."""
+def _with_fit(left: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
+    """Errors of prediction, with the errors of the fit and the noise in further columns."""
     fitted = fit.loc[~fit["held_out"].astype(bool), ["trial", "channel", "rmse", "noise"]]
-    own = fitted.rename(columns={"rmse": "rmse_fitted"})
-    return left.merge(own, on=["trial", "channel"], how="left")
-
-
-def _speaker(progress: Progress | None) -> Callable[[str], None]:
-    """Says which stage is under way, where the progress display can."""
-    show: Any = getattr(progress, "show", None)
-    if not callable(show):
-        return lambda text: None
-
-    def say(text: str) -> None:
-        show(text, now=False)
-
-    return say
+    return left.merge(fitted.rename(columns={"rmse": "rmse_fitted"}), on=["trial", "channel"], how="left")

@@ -1,10 +1,11 @@
-"""Where a result comes from: versions, commit, machine, time."""
+"""Provenance of a result: versions, commit, machine, time."""
 
 from __future__ import annotations
 
 import os
 import platform
 import subprocess
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,7 +15,15 @@ _PACKAGES = ("seatruth", "numpy", "scipy", "llvmlite", "pandas", "scikit-learn",
 
 
 def provenance() -> dict[str, Any]:
-    """Versions, the commit where the package runs from a checkout, the kind of machine, the time (UTC)."""
+    """What a result is stored with, as JSON values.
+
+    Returns:
+        versions (by package), commit, python (its version), machine (system, processor, processors), time_utc.
+
+    Example:
+        >>> sorted(provenance())
+        ['commit', 'machine', 'python', 'time_utc', 'versions']
+    """
     return {
         "versions": versions(),
         "commit": commit(),
@@ -29,17 +38,16 @@ def provenance() -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    found = {}
+    """Versions of seatruth and of the libraries that can change a number, by package."""
+    installed = {}
     for package in _PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
+        with suppress(PackageNotFoundError):
+            installed[package] = version(package)
+    return installed
 
 
 def commit() -> str:
-    """The checkout's commit, with "+" where files differ from it; empty outside a checkout."""
+    """The commit of the checkout that the package runs from, with "+" where files differ from it; "" outside one."""
     folder = Path(__file__).resolve().parent
     head = _git(folder, "rev-parse", "HEAD")
     # The package may be installed inside a checkout of something else.
@@ -50,9 +58,9 @@ def commit() -> str:
 
 def _git(folder: Path, *arguments: str) -> str:
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             ["git", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=5, check=False
         )
     except (OSError, subprocess.SubprocessError):
         return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
+    return process.stdout.strip() if process.returncode == 0 else ""

@@ -10,10 +10,9 @@ import numpy as np
 import pandas as pd
 
 from seatruth.comparison import Comparison, Noise, Problem
-from seatruth.costs import formula_study
-from seatruth.identification import Study
 from seatruth.models import Parameter
 from seatruth.optimizers import from_callable, make
+from seatruth.study import Study, formula_study
 
 TRUTH = {"a": 2.0, "b": -0.5}
 

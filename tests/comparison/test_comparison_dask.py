@@ -19,8 +19,10 @@ pytest.importorskip("distributed")
 from distributed import Client
 
 from seatruth import BadInput
-from seatruth.comparison import Standing, compare
+from seatruth.comparison import compare
+from seatruth.progress import ProgressEvent
 
+pytestmark = pytest.mark.slow
 HERE = Path(__file__).parent
 DASK = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
 WORKER = [sys.executable, "-m", "distributed.cli.dask_worker"]
@@ -54,7 +56,7 @@ def test_a_worker_killed_midway_costs_nothing(
         client.wait_for_workers(2, timeout=60)
         killed: list[int] = []
 
-        def progress(now: Standing) -> None:
+        def progress(now: ProgressEvent) -> None:
             if now.done >= 6 and not killed:
                 killed.append(now.done)
                 os.kill(workers[0].pid, signal.SIGKILL)

@@ -76,9 +76,9 @@ def test_a_file_is_read(folder: Path) -> None:
         ("share = 0.1", "share = 2.0", r"share = 2.0 is out of range"),
         ("levels = [0, 0.05]", "levels = []", "list of levels is empty"),
         ("levels = [0, 0.05]", "levels = [-0.1]", "0 or more"),
-        ("levels = [0, 0.05]", "levels = [0.05, 0.05]", "stands twice"),
+        ("levels = [0, 0.05]", "levels = [0.05, 0.05]", "is repeated"),
         ("budgets = [40, 80]", "budgets = []", "list of budgets is empty"),
-        ("budgets = [40, 80]", "budgets = [40, 40]", "'40' stands twice among its budgets"),
+        ("budgets = [40, 80]", "budgets = [40, 40]", "'40' is repeated among its budgets"),
         ("budgets = [40, 80]", "budgets = [0]", "greater than 0"),
         ("seeds = 2", "seeds = 0", "greater than 0"),
         ("seeds = 2", "sed = 2", r"unknown key 'sed'.*Did you mean 'seed"),
@@ -107,7 +107,7 @@ def test_empty_comparisons_are_refused() -> None:
     for key in ("problems", "solvers", "noise", "budgets"):
         with pytest.raises(BadInput, match=f"it has no {key}"):
             small(**{key: []})
-    with pytest.raises(BadInput, match="stands twice"):
+    with pytest.raises(BadInput, match="is repeated"):
         small(noise=[Noise(), Noise()])
     with pytest.raises(BadInput, match="0 workers"):
         compare(small(), "nowhere", workers=0)
@@ -143,6 +143,7 @@ def test_tables_are_whole_as_csv_and_latex(tmp_path: Path) -> None:
     assert "mean rank" in text
 
 
+@pytest.mark.slow
 def test_the_report_is_the_same_each_time_and_says_what_is_missing(tmp_path: Path) -> None:
     results = compare(small(), tmp_path)
     page = render_comparison(results)
@@ -175,7 +176,7 @@ def test_a_solver_that_fits_no_cost_is_named() -> None:
 def _black_box(kind: Any) -> Any:
     import known_glide
 
-    from seatruth.identification import Study
+    from seatruth.study import Study
 
     def run(trial: Any, parameters: Any, x0: Any) -> Any:
         return {"v": trial.t * parameters["a"], "s": trial.t}
@@ -185,6 +186,7 @@ def _black_box(kind: Any) -> Any:
     return Study("box", box, known_glide.sailed(1)[:1], noise=known_glide.NOISE)
 
 
+@pytest.mark.slow
 def test_the_document_is_the_schema_and_its_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (ROOT / "docs" / "compare.md").read_text()
     assert text.endswith(reference()), "write docs/compare.md again from seatruth.comparison.file.reference"

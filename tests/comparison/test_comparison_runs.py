@@ -18,18 +18,20 @@ import pytest
 from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers, stumble
 
 from seatruth import BadInput, SeatruthError
-from seatruth.comparison import Noise, Problem, Standing, compare, standing
-from seatruth.comparison.realisation import Bench, Setting
+from seatruth.comparison import Noise, Problem, compare, standing
+from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.comparison.runner import STORE
 from seatruth.comparison.store import Store
-from seatruth.comparison.worker import jobs_of, work
+from seatruth.comparison.worker import jobs_of, run_job
+from seatruth.errors import SeatruthWarning
 from seatruth.optimizers import from_callable, make
+from seatruth.progress import ProgressEvent
 
 HERE = Path(__file__).parent
 
 
 def test_runs_end_near_the_truth_and_count_evaluations(tmp_path: Path) -> None:
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(small(), tmp_path, progress=seen.append)
     assert results.left == 0
     assert len(results.runs) == 18
@@ -51,15 +53,15 @@ def test_the_number_of_workers_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_all_solvers_and_costs_see_the_same_record_and_start() -> None:
-    bench = Bench(glide(), Setting(seed=1, base_level=0.01))
+    problem = NoisyProblem(glide(), RealisationSettings(seed=1, base_level=0.01))
     noise = Noise("coloured", 0.02)
     a, b, c = (
-        bench.realised(cost, noise, seed) for cost, seed in (("trajectory", 4), ("regression", 4), ("trajectory", 5))
+        problem.realise(cost, noise, seed) for cost, seed in (("trajectory", 4), ("regression", 4), ("trajectory", 5))
     )
     for name in ("v", "s"):
         assert (a.trials[0].outputs[name] == b.trials[0].outputs[name]).all()
         assert (a.trials[0].outputs[name] != c.trials[0].outputs[name]).any()
-        assert a.trials[0].outputs[name][0] == bench.clean[0].outputs[name][0]  # the start is read from it
+        assert a.trials[0].outputs[name][0] == problem.clean_trials[0].outputs[name][0]  # the start is read from it
     assert [q.value for q in a.free] == [q.value for q in b.free]
     assert [q.value for q in a.free] != [q.value for q in c.free]
 
@@ -67,7 +69,7 @@ def test_all_solvers_and_costs_see_the_same_record_and_start() -> None:
 def test_a_changed_definition_makes_only_what_it_touches(tmp_path: Path) -> None:
     compare(small(), tmp_path)
     more = small(solvers={**solvers(), "guess": from_callable(guess, name="other")}, seeds=3)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(more, tmp_path, progress=seen.append)
     assert seen[0].left == 6  # the solver under its other name, nothing else
     assert results.left == 0
@@ -107,12 +109,13 @@ def test_a_failed_run_is_kept_with_its_reason_and_stops_no_other(tmp_path: Path)
     ranking = results.ranking("accuracy")
     assert ranking is not None
     assert ranking.order == ["local", "stumble"]
-    assert any("failed" in str(said) for said in results.sentences)
-    seen: list[Standing] = []
+    assert any("failed" in str(said) for said in results.conclusions)
+    seen: list[ProgressEvent] = []
     compare(comparison, tmp_path, retry_failed=True, progress=seen.append)
     assert seen[0].left == 6
 
 
+@pytest.mark.slow
 def test_workers_find_compiled_kernels_and_make_none(tmp_path: Path) -> None:
     code = """
 import sys, os
@@ -141,6 +144,7 @@ def die(problem: Any, rng: np.random.Generator) -> str:
     return ""
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_is_found_and_the_others_go_on(tmp_path: Path) -> None:
     comparison = small(solvers={"local": make("least_squares"), "die": from_callable(die)}, seeds=1, noise=[Noise()])
     results = compare(comparison, tmp_path, workers=2)
@@ -174,7 +178,7 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     process.wait()
     before = _rows(store)
     assert 4 <= before < len(slow().runs)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(slow(), tmp_path / "killed", workers=2, progress=seen.append)
     assert seen[0].done == before
     whole = compare(slow(), tmp_path / "whole", workers=1)
@@ -192,9 +196,10 @@ def _rows(store: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> None:
     comparison = small(seeds=12)
-    done = [work(job) for job in jobs_of(comparison, [*comparison.references, *comparison.runs])]
+    done = [run_job(job) for job in jobs_of(comparison, [*comparison.references, *comparison.runs])]
     hashes = {("line", "formula"): "x"}
     with Store(tmp_path / STORE) as store:
         pages = store._base.execute("PRAGMA page_count").fetchone()[0]
@@ -205,7 +210,7 @@ def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> No
                 store.add([one], hashes)
                 kept += 1
     assert 0 < kept < len(done)
-    seen: list[Standing] = []
+    seen: list[ProgressEvent] = []
     results = compare(comparison, tmp_path, progress=seen.append)
     assert seen[0].left == len(comparison.runs) - max(0, kept - len(comparison.references))
     pd.testing.assert_frame_equal(numbers(results).drop(columns="study_hash"), _reference_numbers(tmp_path, comparison))
@@ -215,6 +220,7 @@ def _reference_numbers(tmp_path: Path, comparison: Any) -> pd.DataFrame:
     return numbers(compare(comparison, tmp_path / "reference")).drop(columns="study_hash")
 
 
+@pytest.mark.slow
 def test_a_file_size_limit_in_the_middle_of_a_run_is_survived(tmp_path: Path) -> None:
     code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path)).replace("slow()", "small(seeds=30)")
     code = code.replace("import slow", "import small").replace("workers=2", "workers=1")
@@ -265,3 +271,40 @@ def test_the_store_opens_with_ordinary_tools_and_says_where_it_comes_from(tmp_pa
     assert len(runs) == 12
     assert runs["provenance"].str.contains("numpy").all()
     assert set(runs["parameter"]) == {"a", "b"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE runs SET value = value * (1 + 1e-15) WHERE key = :key",
+        "UPDATE runs SET level = 0.06 WHERE key = :key",
+        "UPDATE estimates SET value = value + 1e-12 WHERE key = :key AND parameter = 'a'",
+        "DELETE FROM estimates WHERE key = :key AND parameter = 'b'",
+        "UPDATE runs SET checksum = NULL WHERE key = :key",
+    ],
+)
+def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, change: str) -> None:
+    whole = numbers(compare(small(seeds=1), tmp_path))
+    key = str(whole.query("solver == 'local' and level == 0.05")["key"].iloc[0])
+    base = sqlite3.connect(tmp_path / STORE)
+    assert base.execute(change, {"key": key}).rowcount == 1
+    base.commit()
+    base.close()
+    with pytest.warns(SeatruthWarning, match="1 stored run is damaged"):
+        assert standing(small(seeds=1), tmp_path).left == 1
+    seen: list[ProgressEvent] = []
+    with pytest.warns(SeatruthWarning, match="makes them again"):
+        again = compare(small(seeds=1), tmp_path, progress=seen.append)
+    assert seen[0].left == 1
+    pd.testing.assert_frame_equal(numbers(again), whole, check_exact=True)
+    assert standing(small(seeds=1), tmp_path).left == 0  # without a second warning
+
+
+def test_a_store_that_cannot_be_read_is_said(tmp_path: Path) -> None:
+    compare(small(seeds=1), tmp_path)
+    path = tmp_path / STORE
+    content = bytearray(path.read_bytes())
+    content[4096:] = b"\xff" * (len(content) - 4096)  # all pages but the first
+    path.write_bytes(content)
+    with pytest.raises(BadInput, match=r"damaged|no store of seatruth"):
+        standing(small(seeds=1), tmp_path)

@@ -119,6 +119,6 @@ def dive(fin_deg: float = 5.0, seconds: float = 120.0, h: float = 0.5) -> Trial:
 def diving_parameters(free: tuple[str, ...] = VISCOUS, off: float = 1.0) -> tuple[Parameter, ...]:
     """The model's parameters with these free and unbounded, starting at `off` times the truth."""
     return tuple(
-        q.but(vary=True, min=-math.inf, max=math.inf, value=off * q.value) if q.name in free else q
+        q.replace(vary=True, min=-math.inf, max=math.inf, value=off * q.value) if q.name in free else q
         for q in DivingPlane().parameters
     )

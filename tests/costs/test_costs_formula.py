@@ -10,11 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from seatruth.costs import FormulaCost, Study, cost_of, formula_study
+from seatruth.costs import FormulaCost, cost_of
+from seatruth.costs.options import FormulaOptions
 from seatruth.errors import BadInput, PluginError
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, minimise
+from seatruth.study import Study, formula_study
 from seatruth.trials.trial import Trials
 
 EDA = "D = (a1*Fr**3 + a2*Fr**2 + a3*Fr) / (a4*delta + a5)"
@@ -55,12 +57,12 @@ def test_the_published_formulas_agree_with_each_other_in_size() -> None:
         {"V": [1.3 / 0.514444], "rad": [math.radians(25)], "delta": [25.0], "Fr": [0.3389], "weight_kg": 50.0}
     )
     one["D"] = 8.0
-    assert cost_of(eda.but(trials=formula_study(EDA, one, eda.parameters).trials)).predict(np.array(A))[0] == (
+    assert cost_of(eda.replace(trials=formula_study(EDA, one, eda.parameters).trials)).predict(np.array(A))[0] == (
         pytest.approx(7.0, abs=0.05)
     )
-    assert cost_of(lobas.but(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[0] == (
-        pytest.approx(7.8, abs=0.05)
-    )
+    assert cost_of(lobas.replace(trials=formula_study(LOBAS, one, lobas.parameters).trials)).predict(np.array(C))[
+        0
+    ] == (pytest.approx(7.8, abs=0.05))
 
 
 @pytest.mark.parametrize("solver", ["least_squares", "newton", "differential_swarm", "genetic"])
@@ -80,8 +82,8 @@ def test_solvers_find_the_same_predictions(solver: str) -> None:
 @pytest.mark.parametrize("noise", [0.3, "estimate"])
 def test_views_of_an_expression_agree(noise: Any) -> None:
     parameters = free("a1 a2 a3 a4 a5", A)
-    parameters[2] = parameters[2].but(prior=Prior(0.8, 0.01))
-    parameters[4] = parameters[4].but(vary=False, tie="a4 * 17 + 0.001")
+    parameters[2] = parameters[2].replace(prior=Prior(0.8, 0.01))
+    parameters[4] = parameters[4].replace(vary=False, expr="a4 * 17 + 0.001")
     study = formula_study(EDA, TABLE, parameters, noise=noise, constraints=["a3 > a2"])
     cost = cost_of(study)
     x = cost.start * 1.1
@@ -97,7 +99,7 @@ def test_views_of_an_expression_agree(noise: Any) -> None:
     values = cost.values(X)
     assert np.isinf(values[3])
     np.testing.assert_allclose(np.delete(values, 3), [cost.value_of(cost.residuals(row)) for row in np.delete(X, 3, 0)])
-    assert [group.kind for group in cost.groups] == ["data", "prior"]
+    assert [group.kind for group in cost.residual_blocks] == ["data", "prior"]
     with pytest.raises(BadInput, match="not enter the formula linearly"):
         cost.regression()
 
@@ -133,7 +135,7 @@ def test_weights_and_missing_rows() -> None:
     expected = np.linalg.lstsq(design, (table.D * table.w).to_numpy()[rows], rcond=None)[0]
     np.testing.assert_allclose(minimise(cost, "least_squares").x, expected, rtol=1e-6)
     assert len(cost.residuals(cost.start)) == 29
-    (group,) = cost.groups
+    (group,) = cost.residual_blocks
     assert 4 not in group.sample
     assert cost.predict(cost.start)[0].shape == (30, 1)
 
@@ -186,7 +188,7 @@ def test_what_cannot_be_a_formula_is_said() -> None:
     with pytest.raises(BadInput, match="weights below zero"):
         cost_of(formula_study("D = a * Fr + b", TABLE.assign(w=-1.0), parameters, weight="w"))
     with pytest.raises(BadInput, match="no trial to fit"):
-        Study("empty", study.model, Trials([]), cost="formula")
+        Study("empty", study.model, Trials([]), cost=FormulaOptions())
 
 
 def test_a_formula_without_a_value_costs_infinity() -> None:

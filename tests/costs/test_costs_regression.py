@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from known_runs import VISCOUS, Yaw, YawGain, dive, diving_parameters, yaw_trials
 
-from seatruth.costs import Study, cost_of
+from seatruth.costs import cost_of
 from seatruth.costs.finite_differences import differences
+from seatruth.costs.options import RegressionOptions, TrajectoryOptions, option_names
 from seatruth.costs.regression import RegressionCost
 from seatruth.errors import BadInput
 from seatruth.models.diving_plane import DivingPlane
 from seatruth.models.parameter import Prior
 from seatruth.optimizers import Budget, minimise
+from seatruth.study import Study
 from seatruth.trials.trial import Trials
 
 DIVE = dive()
@@ -24,12 +26,13 @@ DOMINANT = ("X_uu", "X_wq", "X_qq", "Z_0", "Z_w", "Z_q", "Z_ds", "M_w", "M_q", "
 
 
 def diving(**changes: Any) -> Study:
+    options = {name: changes.pop(name) for name in option_names(RegressionOptions) if name in changes}
     fields: dict[str, Any] = {
         "name": "dive",
         "model": DivingPlane(),
         "trials": Trials([DIVE]),
         "parameters": diving_parameters(off=0.5),
-        "cost": "regression",
+        "cost": RegressionOptions(**options),
         **changes,
     }
     return Study(**fields)
@@ -79,7 +82,7 @@ def test_other_solvers_reach_the_same_regression() -> None:
         assert newton[name] == pytest.approx(reference[name], abs=0.05)
     few = ("Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds")
     bounded = tuple(
-        q.but(min=min(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]), max=max(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]))
+        q.replace(min=min(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]), max=max(0.2 * TRUTH[q.name], 3 * TRUTH[q.name]))
         if q.name in few
         else q
         for q in diving_parameters(few, off=0.5)
@@ -94,7 +97,7 @@ def test_simulation_with_the_recovered_coefficients_follows_the_run() -> None:
     cost = cost_of(diving())
     x = minimise(cost, "ls_svm").x
     (y,) = cost.predict(x)
-    names = [channel.name for channel in cost.study.model.outputs]
+    names = [channel.name for channel in cost.problem.model.outputs]
     depth = y[:, names.index("z")] - DIVE.outputs["z"]
     pitch = np.degrees(y[:, names.index("theta")] - DIVE.outputs["theta"])
     assert np.abs(depth).max() < 0.1
@@ -105,7 +108,7 @@ def test_simulation_with_the_recovered_coefficients_follows_the_run() -> None:
 def test_trajectory_fit_recovers_what_the_regression_cannot() -> None:
     """The same run through output error: the run has no noise, so everything that it excites comes back exactly."""
     few = ("X_uu", "Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds", "M_qaq")
-    study = diving(cost="trajectory", parameters=diving_parameters(few, off=0.7))
+    study = diving(cost=TrajectoryOptions(), parameters=diving_parameters(few, off=0.7))
     found = errors_of(study, "least_squares")
     # The run was made with the fin at mid-step as the mean of the ends, as the engine does: agreement to rounding.
     assert max(abs(error) for error in found.values()) < 0.01
@@ -114,13 +117,13 @@ def test_trajectory_fit_recovers_what_the_regression_cannot() -> None:
 def test_a_swarm_recovers_them_from_anywhere_by_simulation() -> None:
     few = ("X_uu", "Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds")
     parameters = tuple(
-        q.but(min=min(0.2 * q.value, 3 * q.value), max=max(0.2 * q.value, 3 * q.value), value=1.7 * q.value)
+        q.replace(min=min(0.2 * q.value, 3 * q.value), max=max(0.2 * q.value, 3 * q.value), value=1.7 * q.value)
         if q.name in few
         else q
         for q in diving_parameters(few)
     )
     noise = {"u": 0.01, "w": 1e-3, "q": 1e-3, "theta": 1e-3, "z": 0.01, "x": 0.1}
-    study = diving(cost="trajectory", parameters=parameters, noise=noise)
+    study = diving(cost=TrajectoryOptions(), parameters=parameters, noise=noise)
     found = errors_of(study, "differential_swarm", budget=Budget(50_000), seed=4)
     assert max(abs(error) for error in found.values()) < 0.01
 
@@ -128,7 +131,11 @@ def test_a_swarm_recovers_them_from_anywhere_by_simulation() -> None:
 @pytest.mark.parametrize("form", ["euler", "central", "trapezoid"])
 def test_values_residuals_derivatives_and_regression_agree(form: str) -> None:
     parameters = tuple(
-        q.but(prior=Prior(-0.07, 0.004)) if q.name == "Z_ds" else q.but(tie="-0.5 * Z_ds") if q.name == "X_ww" else q
+        q.replace(prior=Prior(-0.07, 0.004))
+        if q.name == "Z_ds"
+        else q.replace(expr="-0.5 * Z_ds")
+        if q.name == "X_ww"
+        else q
         for q in diving_parameters(off=0.8)
     )
     cost = cost_of(diving(parameters=parameters, form=form))
@@ -146,7 +153,7 @@ def test_values_residuals_derivatives_and_regression_agree(form: str) -> None:
     blocks = cost.regression().blocks
     assert [block.name for block in blocks] == ["equation of u", "equation of w", "equation of q"]
     for block, state in zip(blocks, ("u_dot", "w_dot", "q_dot")):
-        rows = next(group.rows for group in cost.groups if group.channel == state)
+        rows = next(group.rows for group in cost.residual_blocks if group.channel == state)
         error = block.target - block.regressors @ x[block.columns]
         np.testing.assert_allclose(error, r[rows] * cost.sigma[state], rtol=1e-7, atol=1e-12)
 
@@ -196,14 +203,14 @@ def test_gaps_and_several_trials() -> None:
         )
         for trial in trials
     ]
-    cost = regression_of(Study("gain", gain, Trials(holes), cost="regression"))
+    cost = regression_of(Study("gain", gain, Trials(holes), cost=RegressionOptions()))
     assert cost.equations == ("r",)
     assert len(cost.residuals(cost.start)) < 3 * (239 - 5 * 7)
     np.testing.assert_allclose(minimise(cost, "ls_svm").x, [0.025, -0.125, -4.0], rtol=0.03)
 
 
 def test_nonlinear_equations_take_residuals() -> None:
-    cost = regression_of(Study("yaw", Yaw(), yaw_trials(noise=(0, 0)), cost="regression"))
+    cost = regression_of(Study("yaw", Yaw(), yaw_trials(noise=(0, 0)), cost=RegressionOptions()))
     assert cost.linear is None
     with pytest.raises(BadInput, match="'T' does not enter"):
         cost.regression()

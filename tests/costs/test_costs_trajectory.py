@@ -14,11 +14,13 @@ from hypothesis import strategies as st
 from known_runs import Yaw, YawGain, yaw_trials
 from scipy.optimize import least_squares
 
-from seatruth.costs import Study, TrajectoryCost, cost_of
+from seatruth.costs import TrajectoryCost, cost_of
+from seatruth.costs.options import TrajectoryOptions, option_names
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.optimizers import Budget, Problem, StaleCheckpoint, from_callable, minimise
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 NOISE = {"psi": 0.01, "r": 0.002}
@@ -40,11 +42,11 @@ def with_gaps(trials: Trials) -> Trials:
 def tied() -> tuple[Parameter, ...]:
     """The model's parameters with one tied to two free ones (and used by nothing), one tied into the equations."""
     return tuple(
-        q.but(tie="0.5 * K * T + 20 * K", vary=False, prior=Prior(5.0, 0.7))
+        q.replace(expr="0.5 * K * T + 20 * K", vary=False, prior=Prior(5.0, 0.7))
         if q.name == "c"
-        else q.but(tie="K / T")
+        else q.replace(expr="K / T")
         if q.name == "K_over_T"
-        else q.but(prior=Prior(0.25, 0.02))
+        else q.replace(prior=Prior(0.25, 0.02))
         if q.name == "K"
         else q
         for q in Yaw.parameters
@@ -52,7 +54,9 @@ def tied() -> tuple[Parameter, ...]:
 
 
 def study(**changes: Any) -> Study:
-    return Study(**{"name": "yaw", "model": Yaw(), "trials": TRIALS, "noise": NOISE, **changes})
+    options = {name: changes.pop(name) for name in option_names(TrajectoryOptions) if name in changes}
+    fields = {"name": "yaw", "model": Yaw(), "trials": TRIALS, "noise": NOISE, "cost": TrajectoryOptions(**options)}
+    return Study(**{**fields, **changes})
 
 
 STUDIES: dict[str, Callable[[], Study]] = {
@@ -111,21 +115,21 @@ def test_groups_hold_every_residual_once_and_say_where_it_is_from(name: str) -> 
     cost = cost_of(made)
     x = cost.start
     r = cost.residuals(x)
-    rows = np.concatenate([group.rows for group in cost.groups])
+    rows = np.concatenate([group.rows for group in cost.residual_blocks])
     assert sorted(rows) == list(range(len(r)))
     whole = cost.predict(x)
-    for group in cost.groups:
+    for group in cost.residual_blocks:
         if group.kind != "data":
             continue
         trial = made.trials[group.trial]
         np.testing.assert_array_equal(group.t, trial.t[group.sample])
         assert (np.diff(group.sample) > 0).all()
         assert np.isfinite(trial.outputs[group.channel][group.sample]).all()
-        if made.segments is None and made.criterion == "weighted":
+        if made.cost.segments is None and made.cost.criterion == "weighted":
             column = [channel.name for channel in made.model.outputs].index(group.channel)
             error = trial.outputs[group.channel] - whole[made.trials.names.index(group.trial)][:, column]
             np.testing.assert_allclose(r[group.rows] * cost.sigma[group.channel], error[group.sample], atol=1e-12)
-    priors = {group.channel for group in cost.groups if group.kind == "prior"}
+    priors = {group.channel for group in cost.residual_blocks if group.kind == "prior"}
     assert priors == {
         "plain": set(),
         "tied": {"K", "c"},
@@ -198,7 +202,7 @@ def test_a_start_that_no_output_feels_is_not_freed() -> None:
 
 def test_a_prior_on_the_start_counts_the_first_sample_once() -> None:
     cost = cost_of(STUDIES["prior"]())
-    psi = [group for group in cost.groups if group.kind == "data" and group.channel == "psi"]
+    psi = [group for group in cost.residual_blocks if group.kind == "data" and group.channel == "psi"]
     assert all(group.sample[0] == 1 for group in psi)
     tight = cost_of(study(initial="free", initial_sd={"psi": 1e-6, "r": 1e-6}))
     found = minimise(tight, "least_squares").x
@@ -213,7 +217,7 @@ def test_multiple_shooting_reaches_the_optimum_of_whole_runs() -> None:
     best, joined = minimise(whole, "least_squares"), minimise(pieces, "least_squares")
     np.testing.assert_allclose(joined.x[:3], best.x[:3], rtol=2e-4)
     assert joined.value == pytest.approx(best.value, abs=0.05)
-    gaps = [group for group in pieces.groups if group.kind == "continuity"]
+    gaps = [group for group in pieces.residual_blocks if group.kind == "continuity"]
     assert {group.channel for group in gaps} == {"psi", "r"}
     np.testing.assert_allclose(pieces.predict(joined.x)[1], whole.predict(best.x)[1], atol=1e-3)
 
@@ -249,7 +253,7 @@ def test_unknown_noise_every_solver_finds_the_same_likelihood(criterion: str) ->
 
 
 def test_estimated_noise_weighs_channels_rightly_from_a_far_start() -> None:
-    far = tuple(q.but(value=3 * q.value) if q.vary else q for q in Yaw.parameters)
+    far = tuple(q.replace(value=3 * q.value) if q.vary else q for q in Yaw.parameters)
     found = minimise(cost_of(study(noise={}, parameters=far)), "least_squares")
     near_by = minimise(cost_of(study(noise={})), "least_squares")
     np.testing.assert_allclose(found.x, near_by.x, rtol=1e-4)
@@ -326,7 +330,7 @@ def test_a_black_box_behind_the_same_interface() -> None:
     t = np.arange(80) * 0.5
     y = 0.05 + (0.01 - 0.05) * np.exp(-t / 6.0) + 1e-4 * np.asarray(rate)[:80]
     trial = Trial("step", t, {"delta": np.zeros(80)}, {"r": y})
-    cost = cost_of(Study("box", model, Trials([trial]), noise={"r": 1e-4}, initial="free"))
+    cost = cost_of(Study("box", model, Trials([trial]), noise={"r": 1e-4}, cost=TrajectoryOptions(initial="free")))
     assert cost.nuisances == ("step: r",)
     assert "regression" not in cost.gives
     outcome = minimise(cost, "least_squares")

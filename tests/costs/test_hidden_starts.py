@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatruth.costs import Study, TrajectoryCost
+from seatruth.costs import TrajectoryCost
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.effects import available, with_effects
 from seatruth.models import load_model
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 STEP, LENGTH = 0.5, 120
@@ -26,7 +28,7 @@ def trial(noise: float = 0.05, seed: int = 0) -> Trial:
 def cost_with(effect: str, tau: float, noise: float = 0.05) -> TrajectoryCost:
     model = with_effects(load_model("mmg"), [available()[effect]])
     parameters = tuple(
-        p.but(vary=p.name.startswith(effect), value=tau if p.name.startswith(effect) else p.value)
+        p.replace(vary=p.name.startswith(effect), value=tau if p.name.startswith(effect) else p.value)
         for p in model.parameters
     )
     sizes = {channel.name: 1.0 for channel in model.outputs}
@@ -37,7 +39,7 @@ def cost_with(effect: str, tau: float, noise: float = 0.05) -> TrajectoryCost:
             parameters=parameters,
             trials=Trials([trial(noise)]),
             noise=sizes,
-            initial="free",
+            cost=TrajectoryOptions(initial="free"),
         )
     )
 
@@ -69,7 +71,7 @@ def test_a_start_that_moves_moves_what_is_recorded_at_once(effect: str, channel:
     k = list(cost.names).index(f"steps: {channel}")
     moved = cost.start.copy()
     moved[k] += 0.01
-    row = next(group.rows[0] for group in cost.groups if group.channel == channel)
+    row = next(group.rows[0] for group in cost.residual_blocks if group.channel == channel)
     change = cost.residuals(cost.start)[row] - cost.residuals(moved)[row]
     assert abs(change) == pytest.approx(0.01, rel=1e-6)
 
@@ -78,9 +80,9 @@ def _simulated(cost: TrajectoryCost) -> np.ndarray:
     """Outputs (n, D) from the cost's own start: what was recorded less the residuals."""
     (one,) = cost.trials
     residuals = cost.residuals(cost.start)
-    names = [channel.name for channel in cost.study.model.outputs]
+    names = [channel.name for channel in cost.problem.model.outputs]
     found = np.empty((len(one), len(names)))
-    for group in cost.groups:
+    for group in cost.residual_blocks:
         if group.kind == "data":
             k = names.index(group.channel)
             found[group.sample, k] = np.asarray(one.outputs[group.channel])[group.sample] - residuals[group.rows]
@@ -101,12 +103,12 @@ def test_a_prediction_may_start_far_from_what_a_wrong_sensor_shows() -> None:
     """A steady run with a compass that is wrong by far more than the heading changes."""
     wrong = 0.25
     cost = cost_with("heading_bias", wrong, noise=1e-4)
-    cost = TrajectoryCost(cost.study.but(noise=dict.fromkeys(cost.study.noise, 1e-4)))
+    cost = TrajectoryCost(cost.problem.replace(noise=dict.fromkeys(cost.problem.noise, 1e-4)))
     (recorded,) = cost.trials
     straight = {**recorded.inputs, "delta": np.zeros(LENGTH)}
     calm = Trial("straight", recorded.t, straight, dict(recorded.outputs), synthetic=True)
     true = cost_with("heading_bias", 0.0, noise=1e-4).predict(np.array([0.0, *cost.start[1:]]), [calm])[0]
-    names = [channel.name for channel in cost.study.model.outputs]
+    names = [channel.name for channel in cost.problem.model.outputs]
     shown = {name: true[:, k] + (wrong if name == "psi" else 0.0) for k, name in enumerate(names)}
     run = Trial("straight", recorded.t, straight, shown, synthetic=True)
     found = cost.predict(cost.start, [run])[0]

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.costs.study import Study
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Prior
 from seatruth.simulate import simulator
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 SHIP = '''
@@ -85,7 +85,7 @@ def trials(
 def study(folder: Path, runs: Sequence[Trial], name: str = "small") -> Study:
     """The study of some trials with the plain model; its two coefficients have priors of 10 %."""
     model = load_model("ship.py:Nomoto", folder)
-    parameters = tuple(p.but(prior=Prior(p.value, 0.1 * p.value)) for p in model.parameters)
+    parameters = tuple(p.replace(prior=Prior(p.value, 0.1 * p.value)) for p in model.parameters)
     return Study(name=name, model=model, trials=Trials(list(runs)), parameters=parameters)
 
 

@@ -98,6 +98,7 @@ def test_channels_with_gaps(folder: Path, runs: list[Trial]) -> None:
     assert next(row["n"] for row in found.gap if row["channel"] == "psi") == len(runs[0]) - 30
 
 
+@pytest.mark.slow
 def test_the_same_data_twice(folder: Path, runs: list[Trial]) -> None:
     twice = [*runs, dataclasses.replace(runs[0], name="copy")]
     found = diagnosed(folder, twice)
@@ -164,6 +165,7 @@ def test_an_effect_that_makes_the_model_diverge_is_not_named(folder: Path, runs:
     assert "rudder_offset" in found.named
 
 
+@pytest.mark.slow
 def test_a_black_box_gets_the_effects_that_act_from_outside(folder: Path, runs: list[Trial]) -> None:
     def ship(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, np.ndarray]:
         assert first is not None
@@ -223,9 +225,10 @@ def test_a_trial_of_a_few_samples_is_refused(folder: Path, runs: list[Trial]) ->
         diagnose(small.study(folder, [cut, *runs[1:]]), small.EFFECTS, threads=1)
 
 
+@pytest.mark.slow
 def test_nothing_free(folder: Path, runs: list[Trial]) -> None:
     study = small.study(folder, runs)
-    fixed = study.but(parameters=tuple(p.but(vary=False, prior=None) for p in study.parameters))
+    fixed = study.replace(parameters=tuple(p.replace(vary=False, prior=None) for p in study.parameters))
     found = diagnose(fixed, small.EFFECTS, threads=1, left_out=False, suggest=False)
     assert "no-coefficients" in codes(found)
     write_report(found, folder / "fixed.html")

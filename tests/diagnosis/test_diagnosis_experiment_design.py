@@ -125,7 +125,7 @@ def test_the_distance_is_the_fall_of_the_misfit_that_refitting_a_rival_leaves(
         y = cost.predict(x)[0]
         runs.append(dataclasses.replace(trial, outputs={"r": y[:, 0], "psi": y[:, 1]}))
     for many, table in ((4, rivals.before), (5, after)):
-        study = problem.study.but(trials=Trials(runs[:many]))
+        study = problem.study.replace(trials=Trials(runs[:many]))
         clean = GapProblem(study, load_effects(small.EFFECTS), threads=1)
         clean.mean[clean.coefficients] = true.x[problem.coefficients]
         floor = dataclasses.replace(

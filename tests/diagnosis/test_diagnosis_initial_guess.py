@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.costs import Study
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.hypotheses import floor_of
 from seatruth.diagnosis.initial_guess import STRAYED, from_pieces
@@ -15,6 +15,7 @@ from seatruth.diagnosis.problem import GapProblem
 from seatruth.effects import load_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Prior
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
 SHIP = small.SHIP.replace("(p.K * i.delta - s.r) / p.T", "(p.K * i.delta + s.r - 4000.0 * s.r**3) / p.T").replace(
@@ -49,9 +50,14 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> GapProblem:
     model = load_model("ship.py:Unstable", folder)
     rng = np.random.default_rng(4)
     runs = [steered(rng, 0.3 * k) for k in range(3)]
-    parameters = tuple(p.but(prior=Prior(p.value, 0.2 * p.value)) for p in model.parameters)
+    parameters = tuple(p.replace(prior=Prior(p.value, 0.2 * p.value)) for p in model.parameters)
     study = Study(
-        name="unstable", model=model, trials=Trials(runs), parameters=parameters, noise=dict(NOISE), hold="zero"
+        name="unstable",
+        model=model,
+        trials=Trials(runs),
+        parameters=parameters,
+        noise=dict(NOISE),
+        cost=TrajectoryOptions(hold="zoh"),
     )
     return GapProblem(study, load_effects(small.EFFECTS), threads=1)
 

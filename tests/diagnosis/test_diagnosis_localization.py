@@ -50,6 +50,7 @@ def test_under_noise_alone_hardly_anything_stands_out_in_time(problem: GapProble
     assert np.mean(alarms) < 0.09  # 5 % and what 300 draws leave open
 
 
+@pytest.mark.slow
 def test_under_noise_alone_hardly_anything_stands_out_in_the_region(problem: GapProblem) -> None:
     rng = np.random.default_rng(2)
     alarms = [any(r["stands_out"] for r in in_region(problem, noise(problem, rng), k)) for k in range(60)]

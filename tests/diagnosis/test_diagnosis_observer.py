@@ -33,9 +33,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def problem_of(folder: Path, runs: list[Trial], values: dict[str, float], effects: tuple[str, ...] = ()) -> GapProblem:
     base = study(folder, runs)
-    held = tuple(p.but(value=values[p.name], prior=None, vary=False) for p in base.parameters)
+    held = tuple(p.replace(value=values[p.name], prior=None, vary=False) for p in base.parameters)
     names = effects or ("gyro_bias", "rudder_offset")
-    return GapProblem(base.but(parameters=held), load_effects(names, folder), threads=1)
+    return GapProblem(base.replace(parameters=held), load_effects(names, folder), threads=1)
 
 
 def rms(problem: GapProblem, channel: str, x: np.ndarray | None = None) -> float:
@@ -97,7 +97,7 @@ def test_a_run_strays_where_no_noise_can_be_so_large(folder: Path) -> None:
 
     assert astray(wrong, at(wrong))
     assert not astray(right, at(right))
-    stated = GapProblem(wrong.study.but(noise={"r": 0.01, "psi": 0.1}), list(wrong.effects.values()), threads=1)
+    stated = GapProblem(wrong.study.replace(noise={"r": 0.01, "psi": 0.1}), list(wrong.effects.values()), threads=1)
     assert not astray(stated, at(stated))
 
 

@@ -157,6 +157,13 @@ def test_a_wrong_effect_is_said() -> None:
     class OffItsPrior(NoHook):
         parameters = (Parameter("k", 1.0), Parameter("lever", 0.2, prior=Prior(0.1, 0.5)))
 
+    class Askew(NoHook):
+        direction = ("k", "lever")
+        true_inputs = staticmethod(lambda i, s, q, e: i)
+
+    with pytest.raises(PluginError, match="two of its magnitudes"):
+        Askew()
+
     with pytest.raises(PluginError, match="'lever' must stand at the mean of its prior"):
         OffItsPrior()
 
@@ -175,6 +182,25 @@ def test_the_form_of_an_effect_is_free_under_priors() -> None:
     assert extended.parameter("wind_yaw_slope").prior == priors["yaw_slope"]
     assert extended.parameter("wind_north").prior is None
     assert all(start["yaw_slope"] == 0.18 for start in wind.starts)
+
+
+def test_effects_with_a_direction_start_in_several() -> None:
+    """At the typical magnitude of the model; declared starts shrink on a small ship as its magnitudes do."""
+    model, known = load_model("mmg"), available()
+    for name in ("current", "wave_drift", "varying_current"):
+        effect = known[name]
+        north, east = effect.direction
+        starts = effect.starting_points(model)
+        towards = sorted(math.degrees(math.atan2(start[east], start[north])) % 360 for start in starts)
+        assert towards == pytest.approx([45.0 * k for k in range(8)], abs=1e-9)
+        for start in starts:
+            assert math.hypot(start[north], start[east]) == pytest.approx(effect.priors(model)[north].sd)
+            assert {key: start[key] for key in effect.shape_priors} == {
+                key: prior.mean for key, prior in effect.shape_priors.items()
+            }
+    wind = known["wind"].starting_points(model)
+    assert [math.hypot(start["north"], start["east"]) for start in wind] == pytest.approx([3.0 * math.sqrt(0.07)] * 8)
+    assert known["rudder_offset"].starting_points(model) == []
 
 
 def test_an_extended_model_shows_itself() -> None:

@@ -145,7 +145,7 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, A
     """Truth, estimate and standard errors of an effect's parameters (K,), and chi-square over its expectation.
 
     The effect alone is simulated at its typical magnitude, with noise; all other parameters are known. The fit starts
-    from the effect's own starts (its null where it has none), and from `near`. Its shape has the declared priors.
+    from the effect's starting points (its null where it has none), and from `near`. Its shape has the declared priors.
     """
     name = next(name for name in ("mmg", "diving_plane", "torpedo") if not effect.missing(load_model(name)))
     model, runs, first = trials(name)
@@ -179,7 +179,7 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, A
 
     low, high = (np.array([getattr(q, side) for q in effect.parameters]) for side in ("min", "max"))
     best = None
-    for values in (*(effect.starts or (dict(effect.null),)), *near):
+    for values in (*(effect.starting_points(model) or (dict(effect.null),)), *near):
         x0 = np.clip([values[q.name] for q in effect.parameters], low + 1e-6 * scale, high - 1e-6 * scale)
         found = least_squares(residuals, x0, slopes, bounds=(low, high), x_scale=scale)
         best = found if best is None or found.cost < best.cost else best
@@ -192,6 +192,7 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, A
 NEAR = {"wave_forces": ({"cosine": 0.01, "sine": 0.01, "frequency": 0.82, "towards": -0.1},)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(name for name, effect in available().items() if effect.dynamic))
 def test_is_recovered_when_it_alone_is_simulated(name: str) -> None:
     effect = available()[name]

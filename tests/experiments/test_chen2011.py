@@ -75,6 +75,7 @@ def test_without_noise_the_hybrid_finds_the_truth() -> None:
     assert max(abs(error) for error in row["error"].values()) < 0.5
 
 
+@pytest.mark.slow
 def test_maximum_likelihood_is_at_the_bound() -> None:
     fits = [runs.fit(0.03, k) for k in range(12)]
     size = runs.ratio([fit["error"] for fit in fits], system.bounds(system.benchmark(), 0.03))
@@ -155,6 +156,7 @@ def run(out: Path) -> Any:
     return results
 
 
+@pytest.mark.slow
 def test_quick_mode_meets_every_check_figure_and_resumes(
     quick: tuple[dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from seatruth import Study, Trial, Trials, identify, load_study
+from seatruth.costs.options import as_trajectory
 from seatruth.trials import check_trials
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,13 +67,12 @@ def test_studies_load_and_their_trials_have_no_errors(name: str) -> None:
 def test_a_quick_fit_predicts_a_run_left_out_better_than_the_published_coefficients() -> None:
     study: Study = load_study(FOLDER / "kvlcc2_hsva.toml")
     free = ("R_0", "Y_v", "Y_r", "N_v", "N_r", "rudder_offset_angle")
-    fixed = [p if p.name in free else p.but(vary=False, prior=None) for p in study.parameters]
-    quick = study.but(
+    fixed = [p if p.name in free else p.replace(vary=False, prior=None) for p in study.parameters]
+    quick = study.replace(
         trials=study.trials.only(["Z_10_05", "Z_20_05"]),
         holdout=Trials([]),
         parameters=tuple(fixed),
-        initial="fixed",
-        initial_sd={},
+        cost=as_trajectory(study.cost).replace(initial="fixed", initial_sd={}),
     )
     estimate = identify(quick, threads=2)
     published = {p.name: p.value for p in study.parameters}

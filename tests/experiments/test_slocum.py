@@ -136,6 +136,7 @@ def test_depth_alone_gives_the_published_drag_and_predicts_the_speed(casts: list
     assert math.sqrt(np.nanmean(errors**2)) < 0.015
 
 
+@pytest.mark.slow
 @real
 @pytest.mark.data
 def test_quick_mode(tmp_path: Path) -> None:

@@ -15,9 +15,10 @@ import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import standard_comparison  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 import standard_comparison_systems as systems  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
 
-from seatruth.comparison.realisation import Bench, Setting  # noqa: E402
+from seatruth.comparison.realisation import NoisyProblem, RealisationSettings  # noqa: E402
 
 
+@pytest.mark.slow
 def test_quick_mode_leaves_a_whole_result(tmp_path: Path) -> None:
     options = common.arguments("standard_comparison", "", ["--quick", "--out", str(tmp_path), "--workers", "1"])
     results = common.Results("standard_comparison", options)
@@ -37,8 +38,8 @@ def test_each_published_system_can_be_told_from_its_trial(name: str) -> None:
     problem = systems.SYNTHETIC[name]()
     assert problem.synthetic
     assert problem.truth is not None
-    bench = Bench(problem, Setting(0, 0.01))
-    assert all(width > 0 for width in bench.ranges.values())
-    assert len(bench.held_out) == 1
+    noisy = NoisyProblem(problem, RealisationSettings(0, 0.01))
+    assert all(width > 0 for width in noisy.ranges.values())
+    assert len(noisy.holdout) == 1
     free = [q for q in problem.study.free if q.min < problem.truth[q.name] < q.max]
     assert len(free) == len(problem.truth)

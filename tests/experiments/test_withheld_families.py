@@ -133,7 +133,7 @@ def test_a_current_is_the_same_in_both_codes() -> None:
         name="s", t=record.t, inputs={"delta_s": record.delta}, outputs={k: v[:] for k, v in record.clean.items()}
     )
     values = {**model.nominal(), **TORPEDO.measured, "current_along_along": 0.4}
-    engine = simulator(model, [again], (), values, "linear", None, 1)
+    engine = simulator(model, [again], (), values, "foh", None, 1)
     y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
     for k, channel in enumerate(model.outputs):
         assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name
@@ -163,6 +163,7 @@ def test_craft_with_thrusters_keep_their_course_turn_and_record_their_thrusters(
     assert steady.clean["u"][-1] == pytest.approx(family.speed, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NEW)
 def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path) -> None:
     """Slow errors of a sensor are left out: the first states of a trial take up much of them."""

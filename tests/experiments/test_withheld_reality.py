@@ -73,6 +73,7 @@ def test_turning_circle_is_the_published_one(
     assert np.hypot(y["u"][-1], y["v"][-1]) / family.speed == pytest.approx(kept, rel=0.05)
 
 
+@pytest.mark.slow
 def test_straight_runs_are_steady() -> None:
     """Published self-propulsion, service speed and terminal speed balance; Mariner's neutral rudder is not zero."""
     close = {
@@ -121,7 +122,7 @@ def test_the_library_runs_the_same_ship_alike(name: str) -> None:
     inputs = {key: every[key] for key in family.inputs}
     trial = LibraryTrial(name="s", t=record.t, inputs=inputs, outputs=dict(record.clean))
     handed = {**(family.coefficients if family.whole else {}), **family.measured}
-    engine = simulator(model, [trial], (), {**model.nominal(), **handed}, "linear", None, 1)
+    engine = simulator(model, [trial], (), {**model.nominal(), **handed}, "foh", None, 1)
     y = engine.outputs(np.zeros((1, 0)), engine.initial_states).y[0]
     for k, channel in enumerate(model.outputs):
         worst = np.abs(y[:, k] - record.clean[channel.name]).max()

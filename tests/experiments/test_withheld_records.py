@@ -313,6 +313,7 @@ def test_the_page_shows_failures_too(tmp_path: Path) -> None:
         assert words in page
 
 
+@pytest.mark.slow
 @real
 def test_score_of_the_quick_set_keeps_to_the_order_of_steps(quick: Path, tmp_path: Path) -> None:
     out = tmp_path / "set"

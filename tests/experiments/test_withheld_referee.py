@@ -49,6 +49,7 @@ def test_lambda_is_the_fall_of_chi_square_that_a_refit_shows() -> None:
     assert np.var(falls) == pytest.approx(2 + 4 * strength, rel=0.4)
 
 
+@pytest.mark.slow
 def test_a_case_is_what_its_plan_wants_and_its_public_part_names_no_cause(tmp_path: Path) -> None:
     plan = Plan("auv", "single", ("speed_bias",), 2, 11)
     case = draw(plan)

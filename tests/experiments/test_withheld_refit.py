@@ -46,6 +46,7 @@ def test_where_nothing_bends_both_lambdas_agree(causes: dict[str, dict[str, floa
     assert found.fit.left == pytest.approx(linear, rel=0.02)
 
 
+@pytest.mark.slow
 def test_of_a_large_drag_a_refit_takes_up_what_one_step_cannot() -> None:
     found, linear = _found({"drag": {"k": 0.6}})
     fit = found.fit
@@ -75,6 +76,7 @@ def test_of_a_large_drag_a_refit_takes_up_what_one_step_cannot() -> None:
     assert fit.left == pytest.approx(2 * solved.cost, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_rival_that_does_the_same_leaves_next_to_nothing() -> None:
     found, _ = _found({"drag": {"k": 0.6}})
     rivals = [AUV.mechanism(key) for key in ("tether", "thrust", "pitch_gyro_bias", "lag")]

@@ -78,6 +78,7 @@ def run(out: Path) -> Any:
     return results
 
 
+@pytest.mark.slow
 def test_quick_mode_meets_every_check_figure(quick: tuple[dict[str, Any], Path]) -> None:
     record, out = quick
     assert record["failures"] == []
@@ -87,6 +88,7 @@ def test_quick_mode_meets_every_check_figure(quick: tuple[dict[str, Any], Path])
     assert record["figures"]["check figures [V]"]["met"] is True
 
 
+@pytest.mark.slow
 def test_quick_mode_tables(quick: tuple[dict[str, Any], Path]) -> None:
     record, out = quick
     sense = pd.read_csv(out / "errors_in_per_cent.csv", index_col="coefficient").sensitivity
@@ -107,6 +109,7 @@ def test_quick_mode_tables(quick: tuple[dict[str, Any], Path]) -> None:
     assert noise.loc[0.03].loc[list(STRONG), "trajectory rms, %"].max() < 20
 
 
+@pytest.mark.slow
 def test_quick_mode_leaves_a_complete_result_and_resumes(
     quick: tuple[dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

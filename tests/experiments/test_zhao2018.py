@@ -106,6 +106,7 @@ def run(out: Path) -> Any:
     return results
 
 
+@pytest.mark.slow
 def test_quick_mode_meets_every_check_figure(quick: tuple[dict[str, Any], Path]) -> None:
     record, out = quick
     assert record["failures"] == []
@@ -114,6 +115,7 @@ def test_quick_mode_meets_every_check_figure(quick: tuple[dict[str, Any], Path])
     assert checks.met.all()
 
 
+@pytest.mark.slow
 def test_quick_mode_names_the_degenerate_channel_and_decides(quick: tuple[dict[str, Any], Path]) -> None:
     figures = quick[0]["figures"]
     degenerate = figures["forward channel, four free: called not identifiable"]
@@ -124,12 +126,14 @@ def test_quick_mode_names_the_degenerate_channel_and_decides(quick: tuple[dict[s
     assert all("needs identification" in said[c] for c in ("forward", "lateral", "longitudinal"))
 
 
+@pytest.mark.slow
 def test_quick_mode_damped_newton_comes_home_and_undamped_not_always(quick: tuple[dict[str, Any], Path]) -> None:
     starts = pd.read_csv(quick[1] / "starts.csv")
     assert starts[starts.way == "damped"].reached.all()
     assert not starts[(starts.way == "undamped") & (starts.channel == "lateral")].reached.all()
 
 
+@pytest.mark.slow
 def test_quick_mode_predicts_runs_that_were_not_fitted(quick: tuple[dict[str, Any], Path]) -> None:
     table = pd.read_csv(quick[1] / "validation.csv").set_index(["run", "values"])
     for name in runs.UNFITTED:
@@ -141,6 +145,7 @@ def test_quick_mode_predicts_runs_that_were_not_fitted(quick: tuple[dict[str, An
             assert after[key] < 1.3 * sensors.bound_noise((key,))[key], key
 
 
+@pytest.mark.slow
 def test_quick_mode_stays_near_the_bound(quick: tuple[dict[str, Any], Path]) -> None:
     table = pd.read_csv(quick[1] / "error_over_bound.csv")
     # one seed: the goal of 1.2 over 40 is the full version's to meet
@@ -148,6 +153,7 @@ def test_quick_mode_stays_near_the_bound(quick: tuple[dict[str, Any], Path]) -> 
     assert 0.4 < math.sqrt((table["all at once"] ** 2).mean()) < 1.7
 
 
+@pytest.mark.slow
 def test_quick_mode_leaves_a_complete_result_and_resumes(
     quick: tuple[dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

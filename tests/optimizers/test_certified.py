@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, make, minimise
 from seatruth.testing.problems import ResidualCost, at_bound, rosenbrock
@@ -112,7 +112,7 @@ def test_certified_values(known: Certified, start: int, optimizer: str) -> None:
     if (known.name, start, optimizer) == ("BoxBOD", 0, "newton"):
         # NIST's hardest start: short first steps are needed, or the search ends on the plateau at infinite b2.
         assert 2 * outcome.value == pytest.approx(9771.5)
-        outcome = minimise(known.cost(start), make("newton", tolerance=1e-14, first=100.0))
+        outcome = minimise(known.cost(start), make("newton", tolerance=1e-14, initial_damping=100.0))
     assert 2 * outcome.value == pytest.approx(known.rss, rel=2e-10)
     assert outcome.x == pytest.approx(np.array(known.b), rel=2e-7)
 
@@ -127,7 +127,7 @@ def test_undamped_newton_converges_quadratically_near_the_minimum() -> None:
 def test_damping_is_what_keeps_newton_from_diverging() -> None:
     undamped = minimise(THURBER.cost(0), make("newton", damping="none", iterations=60))
     assert undamped.code == "budget"
-    assert undamped.value > THURBER.rss
+    assert 2 * undamped.value > 1.1 * THURBER.rss  # a cost is half the sum of squares
     assert minimise(BOXBOD.cost(0), make("newton", damping="none")).code == "failed"
     assert minimise(THURBER.cost(0), "newton").value == pytest.approx(THURBER.rss / 2, rel=1e-9)
 

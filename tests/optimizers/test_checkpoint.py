@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array
+from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.optimizers import Budget, Problem, StaleCheckpoint, from_callable, make, minimise
-from seatruth.optimizers import journal as journal_module
+from seatruth.storage import lock as lock_module
 from seatruth.testing.problems import rosenbrock
 
 BUDGET = Budget(2000)
@@ -101,7 +101,7 @@ def test_a_flipped_bit_is_noticed(tmp_path: Path) -> None:
     assert whole.same_as(minimise(rosenbrock().cost, "differential_swarm", budget=BUDGET, seed=4, checkpoint=file))
 
 
-@pytest.mark.skipif(vars(journal_module)["fcntl"] is None, reason="no file locks on this system")
+@pytest.mark.skipif(vars(lock_module)["fcntl"] is None, reason="no file locks on this system")
 def test_two_runs_do_not_share_a_checkpoint(tmp_path: Path) -> None:
     file = tmp_path / "run.checkpoint"
 

@@ -11,11 +11,14 @@ import pytest
 from seatruth.optimizers import Chain, Optimizer, from_callable, make
 from seatruth.testing.optimizers import OptimizerConformance
 
+SLOW = pytest.mark.slow  # other variants of a solver that is tested with its usual ones
+VARIANTS = ("A_prime", "B_component", "B_scalar", "C", "D")
+
 
 class TestDifferentialSwarm(OptimizerConformance):
     tolerances: ClassVar = {"twelve_parameters": 1e-4}
 
-    @pytest.fixture(params=["A", "A_prime", "B_component", "B_scalar", "C", "D"])
+    @pytest.fixture(params=["A", *(pytest.param(name, marks=SLOW) for name in VARIANTS)])
     def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
         return make("differential_swarm", variant=request.param, particles=40)
 
@@ -33,6 +36,13 @@ class TestParticleSwarm(OptimizerConformance):
         return make("particle_swarm", boundary=request.param)
 
 
+class TestLocalBestSwarm(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("particle_swarm", topology="ring", neighbours=10)
+
+
+@SLOW
 class TestPeriodicSwarm(OptimizerConformance):
     """A particle that leaves at one end comes back at the other: poor at minima that lie at a bound."""
 
@@ -57,6 +67,7 @@ class TestSimulatedAnnealing(OptimizerConformance):
         return make("simulated_annealing")
 
 
+@SLOW
 class TestAnnealingAlone(OptimizerConformance):
     """Without local searches: comes near, no more."""
 
@@ -106,7 +117,7 @@ class TestDifferentialEvolution(OptimizerConformance):
 
 
 class TestCMAES(OptimizerConformance):
-    @pytest.fixture(params=[0, 2])
+    @pytest.fixture(params=[0, pytest.param(2, marks=SLOW)])
     def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
         return make("cma_es", restarts=request.param)
 

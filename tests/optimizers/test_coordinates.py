@@ -38,7 +38,7 @@ PARAMETERS = st.one_of(
 class TestCoordinates:
     @given(st.lists(PARAMETERS, min_size=1, max_size=4), st.integers(0, 2**31))
     def test_the_map_goes_there_and_back_inside_the_bounds(self, given_: list[Parameter], seed: int) -> None:
-        parameters = [p.but(name=f"p{k}") for k, p in enumerate(given_)]
+        parameters = [p.replace(name=f"p{k}") for k, p in enumerate(given_)]
         coordinates = Coordinates(parameters)
         rng = np.random.default_rng(seed)
         value = np.array([p.value for p in parameters])
@@ -97,7 +97,7 @@ class TestCoordinates:
         # The maximum of the likelihood is where it is in any coordinates: no Jacobian term may move it.
         known = half_diverges()
         moved = ellipsoid("log", 1, 1.0, low=0.01, high=10.0)
-        free = [p.but(scale="log") for p in moved.cost.parameters]
+        free = [p.replace(scale="log") for p in moved.cost.parameters]
         moved.cost.parameters = tuple(free)
         for name in ("least_squares", "newton", "nelder_mead", "cma_es"):
             assert minimise(moved.cost, name).x == pytest.approx([0.3], abs=1e-7)

@@ -143,6 +143,7 @@ def test_one_file_makes_an_optimizer(site: Path) -> None:
         make("hill_climber", bath=3)
 
 
+@pytest.mark.slow
 def test_the_one_file_passes_the_conformance_suite(site: Path) -> None:
     install(site, "climber", {"hill_climber": "climber:HillClimber"}, PLUGIN)
     (site / "test_climber.py").write_text(

@@ -221,3 +221,11 @@ def _correlation(names: list[str], rng: np.random.Generator) -> pd.DataFrame:
     covariance = factors @ factors.T + np.eye(len(names))
     sd = np.sqrt(np.diag(covariance))
     return pd.DataFrame(covariance / np.outer(sd, sd), index=names, columns=names)
+
+
+def brief(**changes: Any) -> Estimate:
+    """A made-up estimate whose page has few figures, for tests of its words; `changes` replaces attributes."""
+    made = estimate(parameters=2, trials=1, samples=40, **{"profile": None, "cross_validation": None, **changes})
+    made.traces = made.traces[made.traces["channel"] == "u"]
+    made.fit = made.fit[made.fit["channel"] == "u"]
+    return made

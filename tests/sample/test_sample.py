@@ -119,7 +119,7 @@ def test_the_study_reads_the_files() -> None:
 
 def test_the_fit_finds_the_coefficients_and_the_current() -> None:
     """Every parameter within three and a half standard errors, and nothing but noise left."""
-    from seatruth.costs.study import cost_of
+    from seatruth.costs import cost_of
     from seatruth.optimizers import Budget, minimise
     from seatruth.study import load_study
 

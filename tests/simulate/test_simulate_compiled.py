@@ -252,7 +252,7 @@ def test_first_state_is_of_the_first_valid_sample() -> None:
         ({"values": {"T": 1.0}}, "'k' has no value"),
         ({"values": {"T": 1.0, "k": math.nan, "unused": 1.0}}, "'k' is nan"),
         ({"free": ("k", "k")}, "twice"),
-        ({"hold": "zeroth"}, "Did you mean 'zero'"),
+        ({"hold": "zoha"}, "Did you mean 'zoh'"),
         ({"max_step": 0.0}, "longest step"),
         ({"max_step": 1e-9}, "steps"),
         ({"threads": 0}, "threads"),

@@ -56,6 +56,7 @@ def run(folder: Path, **environment: str) -> tuple[float, int]:
     return float(value), int(compiles)
 
 
+@pytest.mark.slow
 def test_kernels_survive_processes_and_are_never_stale(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(MODEL)
     (tmp_path / "forces.py").write_text("RATE = 0.5\ndef drag(x):\n    return -RATE * x\n")
@@ -98,6 +99,7 @@ def test_without_a_place_to_keep_them(tmp_path: Path, monkeypatch: pytest.Monkey
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_other_processors(tmp_path: Path) -> None:
     """Plainer machines, and those that the compiler does not know, give the same numbers up to rounding."""
     if platform.machine().lower() not in ("x86_64", "amd64"):

@@ -18,21 +18,21 @@ def test_hold_of_inputs() -> None:
     t = np.arange(0.0, 21.0)
     trial = record_of(t, lambda x: x)
     ends = {}
-    for hold in ("linear", "zero"):
+    for hold in ("foh", "zoh"):
         sim = simulator(Lag(), [trial], hold=hold, max_step=0.02)  # type: ignore[arg-type]
         ends[hold] = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).x_end[0, 0, 0]
-    assert ends["linear"] == pytest.approx(1.5 * (20.0 - 2.0 + 2.0 * math.exp(-10.0)), rel=1e-9)
+    assert ends["foh"] == pytest.approx(1.5 * (20.0 - 2.0 + 2.0 * math.exp(-10.0)), rel=1e-9)
     held = 0.0
     for k in range(20):
         held = float(exact_lag(1.0, 1.5, 2.0, held, push=float(k)))
-    assert ends["zero"] == pytest.approx(held, rel=1e-9)
+    assert ends["zoh"] == pytest.approx(held, rel=1e-9)
 
 
 def test_steps_end_where_inputs_change() -> None:
     """A step in the input at an odd sample costs no accuracy: the exact answer comes out at fourth order."""
     t = np.array([0.0, 0.3, 0.37, 1.0, 1.9, 2.0])
     trial = record_of(t, lambda x: (x >= 0.37).astype(float))
-    sim = simulator(Lag(), [trial], hold="zero", max_step=0.01)
+    sim = simulator(Lag(), [trial], hold="zoh", max_step=0.01)
     expected = exact_lag(2.0 - 0.37, 1.5, 2.0, 0.0)
     assert sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).x_end[0, 0, 0] == pytest.approx(expected, rel=1e-10)
 

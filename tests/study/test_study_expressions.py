@@ -1,4 +1,4 @@
-"""Ties and constraints: arithmetic over the parameters, nothing that could run."""
+"""Expressions and constraints: arithmetic over the parameters, nothing that could run."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ def test_misspelt_names_and_functions_get_the_nearest() -> None:
         expressions.arithmetic("sqr(T)", NAMES)
 
 
-def test_ties_that_go_in_circles_are_refused() -> None:
-    declared = [Parameter("a", 1.0, tie="2 * b"), Parameter("b", 1.0, tie="c"), Parameter("c", 1.0, tie="a + 1")]
+def test_expressions_that_go_in_circles_are_refused() -> None:
+    declared = [Parameter("a", 1.0, expr="2 * b"), Parameter("b", 1.0, expr="c"), Parameter("c", 1.0, expr="a + 1")]
     problems = Problems("study.toml")
     expressions.check(declared, [], problems)
-    with pytest.raises(BadInput, match="lead back"):
+    with pytest.raises(BadInput, match="leads back"):
         problems.stop()
     problems = Problems("study.toml")
-    expressions.check([Parameter("a", 1.0, tie="2 * b"), Parameter("b", 1.0)], ["a > b"], problems)
+    expressions.check([Parameter("a", 1.0, expr="2 * b"), Parameter("b", 1.0)], ["a > b"], problems)
     problems.stop()
 
 

@@ -10,10 +10,11 @@ import pytest
 from seatruth import identify
 from seatruth.analysis import check_study
 from seatruth.costs import cost_of
+from seatruth.costs.options import FormulaOptions
 from seatruth.errors import BadInput
 from seatruth.models.formula import Formula
 from seatruth.optimizers import minimise
-from seatruth.study import load_study, read_plan
+from seatruth.study import load_study
 
 STUDY = """
 [study]
@@ -26,7 +27,7 @@ file = "turns.csv"
 [parameters]
 a = { value = 1.0, min = 0.0, vary = true }
 b = { value = 1.0, vary = true }
-c = { tie = "2 * half" }
+c = { expr = "2 * half" }
 half = 5.0
 
 [channels]
@@ -49,17 +50,16 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_formula_is_read_and_fitted(folder: Path) -> None:
-    plan = read_plan(folder / "study.toml")
-    study = plan.study
+    study = load_study(folder / "study.toml")
     assert isinstance(study.model, Formula)
-    assert study.cost == "formula"
+    assert study.cost == FormulaOptions()
     assert study.synthetic
     assert [parameter.name for parameter in study.free] == ["a", "b"]
     assert [channel.unit for channel in study.model.inputs] == ["1", "deg"]
     # in the units of the file: degrees stay degrees
     assert 10 < study.trials[0].inputs["delta"].min() < study.trials[0].inputs["delta"].max() < 35
     cost = cost_of(study)
-    for solver in (plan.optimizer, "ls_svm"):
+    for solver in (study.optimizer, "ls_svm"):
         np.testing.assert_allclose(minimise(cost, solver).x, [300, 20], rtol=0.02)
     assert study.provenance["file_sha256"].keys() == {"turns.csv"}
 
@@ -73,14 +73,14 @@ def test_a_formula_is_read_and_fitted(folder: Path) -> None:
         ("a * Fr", "a^2 * Fr", "more than arithmetic"),
         ("b = {", "bb = {", "no parameter 'bb'.*Did you mean 'b'"),
         ('"2 * half"', '"2 * c"', "no parameter 'half'"),
-        ("half = 5.0", "half = { tie = 'c' }", "lead back"),
+        ("half = 5.0", "half = { expr = 'c' }", "leads back"),
         ("turns.csv", "turn.csv", "Did you mean 'turns.csv'"),
         ("vary = true }", "vary = false }", "no parameter varies"),
         ("D = 0.01", "E = 0.01", "unknown channel 'E'"),
         ("delta = { column", "beta = { column", "no column 'beta'"),
         ("[noise]", "[[trials]]\nfile = 'x.csv'\n[noise]", "formula study has no \\[trials\\]"),
         ("[noise]", "[cost]\nkind = 'trajectory'\n[noise]", "a formula has no trajectory cost"),
-        ("[noise]", "[cost]\nhold = 'zero'\n[noise]", "no option of a formula cost"),
+        ("[noise]", "[cost]\nhold = 'zoh'\n[noise]", "no option of a formula cost"),
         ("[noise]", "[model]\nuse = 'mmg'\n[noise]", "both a model and a formula"),
     ],
 )

@@ -167,7 +167,7 @@ def test_parameters_take_what_the_file_says_and_keep_the_rest() -> None:
     assert found["N_v"].prior is not None
     assert found["N_v"].start == (0.0, 1.0)
     assert not found["Y_r"].vary
-    assert not merged('Y_v = { tie = "-2 * N_v" }')["Y_v"].vary
+    assert not merged('Y_v = { expr = "-2 * N_v" }')["Y_v"].vary
     assert not merged("Y_v = { vary = false }", ["Y_*"])["Y_v"].vary
 
 
@@ -179,7 +179,7 @@ def test_parameters_take_what_the_file_says_and_keep_the_rest() -> None:
         ("Y_v = { min = 1.0, max = 0.5 }", [], ["bounds", "empty"]),
         ("Y_v = { start = [-5.0, 0.0] }", [], ["start region"]),
         ('Y_v = { scale = "log", max = 1.0 }', [], ["one side of zero"]),
-        ('Y_v = { vary = true, tie = "N_v" }', [], ["tied and cannot vary"]),
+        ('Y_v = { vary = true, expr = "N_v" }', [], ["set by an expression and cannot vary"]),
         ("Y_v = { unit = 'm' }", [], ["unit of a model's parameter"]),
         ("", ["Z_*"], ["no parameter 'Z_*'"]),
     ],

@@ -144,7 +144,7 @@ def test_resampling_makes_up_no_samples_in_gaps() -> None:
 def test_resampling_of_held_and_irregular_inputs() -> None:
     t = np.array([0.0, 0.13, 0.2, 0.31, 0.4, 0.55, 0.6])
     steps = np.arange(7.0)
-    found = prepare.resample(Trial("run", t, {"n": steps}, {"u": t}), rate=20.0, inputs="zero", max_gap=0.2)
+    found = prepare.resample(Trial("run", t, {"n": steps}, {"u": t}), rate=20.0, inputs="zoh", max_gap=0.2)
     assert set(found.inputs["n"]) <= set(steps)
     np.testing.assert_allclose(found.inputs["n"][[0, 2, 3, 4, 6]], [0, 0, 1, 2, 2])
     np.testing.assert_allclose(found.outputs["u"], found.t)

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 
 from seatruth import identify
-from seatruth.costs import cost_of, formula_study
+from seatruth.costs import cost_of
 from seatruth.costs.formula import FormulaCost
 from seatruth.errors import BadInput
 from seatruth.models import Parameter
-from seatruth.uncertainty import degeneracies, folds, left_out_errors, prediction_intervals, prefer
+from seatruth.study import formula_study
+from seatruth.uncertainty import (
+    compare_models,
+    held_out_errors,
+    prediction_intervals,
+    repeated_folds,
+    unidentifiable_directions,
+)
 
 
 def free(name: str, value: float, low: float = -10.0, high: float = 10.0) -> Parameter:
@@ -27,7 +34,7 @@ def table(rng: np.random.Generator, n: int = 30, noise: float = 0.1) -> dict[str
 def named(text: str, *parameters: Parameter) -> list[tuple[str, dict[str, float]]]:
     study = formula_study(text, table(np.random.default_rng(0)), parameters)
     cost = cost_of(study)
-    return [(entry["kind"], entry["combination"]) for entry in degeneracies(cost, cost.start)]
+    return [(entry["kind"], entry["combination"]) for entry in unidentifiable_directions(cost, cost.start)]
 
 
 def test_a_ratio_shares_a_scale() -> None:
@@ -95,10 +102,11 @@ def test_prediction_intervals_are_those_of_linear_regression() -> None:
     residual = study.trials[0].outputs["y"] - np.c_[u, np.ones(12)] @ x
     s2 = residual @ residual / 10
     spread = s2 * (1 / 12 + (u - u.mean()) ** 2 / ((u - u.mean()) ** 2).sum())
-    np.testing.assert_allclose(found.mean, 2.2281388 * np.sqrt(spread), rtol=1e-6)
-    np.testing.assert_allclose(found.half, 2.2281388 * np.sqrt(spread + s2), rtol=1e-6)
+    np.testing.assert_allclose(found.mean_half_width, 2.2281388 * np.sqrt(spread), rtol=1e-6)
+    np.testing.assert_allclose(found.half_width, 2.2281388 * np.sqrt(spread + s2), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_prediction_intervals_cover_new_measurements_of_a_degenerate_formula() -> None:
     inside = []
     for seed in range(60):
@@ -112,7 +120,7 @@ def test_prediction_intervals_cover_new_measurements_of_a_degenerate_formula() -
         cost.reweight(x)
         later = formula_study("y = (a*u + b) / (c*v + d)", new, study.parameters).trials[0]
         (found,) = prediction_intervals(cost, x, [later])
-        inside.append(np.abs(new["y"] - found.value) <= found.half)
+        inside.append(np.abs(new["y"] - found.value) <= found.half_width)
     assert 0.92 < np.mean(inside) < 0.98
 
 
@@ -124,8 +132,8 @@ def test_what_the_rows_do_not_fix_has_no_interval() -> None:
     assert isinstance(cost, FormulaCost)
     elsewhere = formula_study("y = a*u + b", {"u": [1.0, 2.0], "y": [1.0, 2.0]}, study.parameters).trials[0]
     (found,) = prediction_intervals(cost, cost.start, [elsewhere])
-    assert np.isfinite(found.half[0])
-    assert np.isinf(found.half[1])
+    assert np.isfinite(found.half_width[0])
+    assert np.isinf(found.half_width[1])
 
 
 def test_the_better_formula_is_preferred_and_equals_are_not() -> None:
@@ -134,26 +142,26 @@ def test_the_better_formula_is_preferred_and_equals_are_not() -> None:
     right = formula_study("y = (a*u + b) / (c*v + 1)", rows, [free(name, 1, 0) for name in "abc"])
     wrong = formula_study("y = a*u + b", rows, [free("a", 1), free("b", 1)])
     scores: dict[str, list[float]] = {"right": [], "wrong": []}
-    for parts in folds(40, 5, 3, rng):
+    for parts in repeated_folds(40, 5, 3, rng):
         for name, study in (("right", right), ("wrong", wrong)):
-            errors = left_out_errors(study, parts)
+            errors = held_out_errors(study, parts)
             scores[name] += [float(np.mean(errors[part] ** 2)) for part in parts]
-    found = prefer(np.array(scores["right"]), np.array(scores["wrong"]), tested=0.25)
+    found = compare_models(np.array(scores["right"]), np.array(scores["wrong"]), test_train_ratio=0.25)
     assert found.high < 0
     assert found.p < 0.01
     assert found.first_better == 1.0
-    same = prefer(np.array([1.0, 2.0, 3.0]), np.array([2.0, 1.0, 3.0]))
+    same = compare_models(np.array([1.0, 2.0, 3.0]), np.array([2.0, 1.0, 3.0]))
     assert same.low < 0 < same.high
     assert same.p == pytest.approx(1.0)
 
 
 def test_folds_are_partitions_and_impossible_ones_are_refused() -> None:
-    for parts in folds(11, 4, 3, np.random.default_rng(0)):
+    for parts in repeated_folds(11, 4, 3, np.random.default_rng(0)):
         assert sorted(np.concatenate(parts).tolist()) == list(range(11))
-    with pytest.raises(BadInput, match="cannot be cut"):
-        folds(3, 4, 1, np.random.default_rng(0))
+    with pytest.raises(BadInput, match="cannot be split"):
+        repeated_folds(3, 4, 1, np.random.default_rng(0))
     with pytest.raises(BadInput, match="two scores or more"):
-        prefer(np.array([1.0]), np.array([2.0]))
+        compare_models(np.array([1.0]), np.array([2.0]))
 
 
 def test_a_table_of_conditions_or_of_rows_is_left_out_in_turn() -> None:

@@ -8,14 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth.costs.study_cost import Group
-from seatruth.identification import Study, cost_of
+from seatruth.costs import cost_of
+from seatruth.costs.study_cost import ResidualBlock
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
-from seatruth.storage.checkpoint import Pieces
+from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
-from seatruth.uncertainty import covariance, excitation, identifiability, sensitivity, tied, trade_offs, verdict
+from seatruth.uncertainty import (
+    correlated_pairs,
+    covariance,
+    identifiability,
+    prior_identifiability,
+    sensitivity,
+    strongly_correlated,
+    verdict,
+)
 
 
 def three() -> list[Parameter]:
@@ -67,10 +75,10 @@ def test_estimates_that_move_together_are_named() -> None:
     rng = np.random.default_rng(2)
     u, v, w = 100.0 * rng.normal(size=(3, 500))
     jacobian = np.column_stack([u, u + 0.1 * v, w])
-    groups = [Group("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(500), np.arange(500) * 1.0, np.arange(500))]
     found = covariance(rng.normal(size=500), jacobian, groups)
-    assert tied(found).tolist() == [True, True, False]
-    (pair,) = trade_offs(found, three())
+    assert strongly_correlated(found).tolist() == [True, True, False]
+    (pair,) = correlated_pairs(found, three())
     assert pair["combination"] == {"a": 1.0, "b": 1.0}
     assert "correlated by -0.99" in pair["sentence"]
 
@@ -80,11 +88,11 @@ def test_estimates_that_move_together_are_named() -> None:
     [
         (0.01, {}, "identified"),
         (0.8, {}, "weak"),
-        (0.01, {"tied": True}, "identified"),
-        (0.2, {"tied": True}, "weak"),
+        (0.01, {"correlated": True}, "identified"),
+        (0.2, {"correlated": True}, "weak"),
         (5.0, {}, "not identifiable"),
         (math.inf, {}, "not identifiable"),
-        (0.01, {"unseen": True}, "not identifiable"),
+        (0.01, {"unidentifiable": True}, "not identifiable"),
         (0.01, {"at_bound": True}, "at bound"),
         (0.095, {"prior": Prior(1.0, 0.1)}, "from prior"),
         (0.02, {"prior": Prior(1.0, 0.1)}, "identified"),
@@ -92,7 +100,7 @@ def test_estimates_that_move_together_are_named() -> None:
 )
 def test_verdicts(stderr: float, changes: dict[str, Any], said: str) -> None:
     parameter = Parameter("a", 1.0, "1", -1.0, 3.0, vary=True, prior=changes.pop("prior", None))
-    flags = {"at_bound": False, "unseen": False, "tied": False, **changes}
+    flags = {"at_bound": False, "unidentifiable": False, "correlated": False, **changes}
     assert verdict(parameter, 1.0, stderr, **flags) == said
 
 
@@ -104,16 +112,14 @@ def diving() -> Study:
     model = load_model("diving_plane")
     zigzag = PitchZigzag(math.radians(5.0), math.radians(5.0))
     trial = run_manoeuvre(model, zigzag, dt=0.5, first_state={"z": 100.0}, rudder_rate=math.radians(2.5), limit=120.0)
-    return Study(
-        "zigzag", model, Trials([trial]), cost="trajectory", noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3)
-    )
+    return Study("zigzag", model, Trials([trial]), noise=dict.fromkeys(("u", "w", "q", "theta"), 1e-3))
 
 
 def test_sensitivities_are_the_published_kind(diving: Study) -> None:
     """The order that the reference plant's zigzag gives: planes and damping first, quadratic pitch terms last."""
     names = ["Z_ds", "Z_q", "M_ds", "Z_w", "M_q", "Z_aw", "M_aw", "M_qaq", "M_waw"]
-    free = tuple(p.but(vary=p.name in names) for p in diving.model.parameters)
-    cost = cost_of(diving.but(parameters=free), threads=1)
+    free = tuple(p.replace(vary=p.name in names) for p in diving.model.parameters)
+    cost = cost_of(diving.replace(parameters=free), threads=1)
     found = sensitivity(cost, cost.start)
     order = found[["w", "q", "theta"]].max(axis=1)
     assert list(order.index) == [p.name for p in cost.parameters]
@@ -133,29 +139,10 @@ def test_a_preview_says_what_trials_can_move() -> None:
         y = simulator(model, [bare]).outputs(np.zeros((1, 0)), start).y[0]
         outputs = {c.name: y[:, k] for k, c in enumerate(model.outputs)}
         trial = Trial(name, t, inputs, outputs, synthetic=True)
-        free = tuple(p.but(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
+        free = tuple(p.replace(vary=p.name in ("Y_v", "N_r", "R_0")) for p in model.parameters)
         noise = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
         study = Study(name, model, Trials([trial]), parameters=free, noise=noise)
-        verdicts[name] = excitation(study, threads=1)
+        verdicts[name] = prior_identifiability(study, threads=1)
     assert verdicts["straight"].loc["R_0", "verdict"] == "identified"
     assert set(verdicts["straight"].loc[["Y_v", "N_r"], "verdict"]) == {"not identifiable"}
     assert set(verdicts["turning"]["verdict"]) == {"identified"}
-
-
-def test_pieces_survive_and_belong_to_their_work(tmp_path: Any) -> None:
-    path = tmp_path / "run.pieces"
-    pieces = Pieces(path, "work 1")
-    pieces.add("a", 1.5)
-    pieces.add("b", {"x": math.inf, "y": 0.1})
-    with path.open("a") as stream:
-        stream.write('{"name": "c", "val')  # torn by a kill
-    again = Pieces(path, "work 1")
-    assert again["a"] == 1.5
-    assert again["b"] == {"x": math.inf, "y": 0.1}
-    assert "c" not in again
-    assert "a" not in Pieces(path, "work 2")
-    assert not path.exists()
-    full = Pieces(tmp_path / "run.pieces" / "below" / "file", "work")
-    (tmp_path / "run.pieces").write_text("")
-    full.add("a", 1)
-    assert "a" in full

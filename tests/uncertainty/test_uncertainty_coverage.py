@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from seatruth.costs.study_cost import Group
-from seatruth.uncertainty import autocorrelation, colour_of, covariance
+from seatruth.costs.study_cost import ResidualBlock
+from seatruth.uncertainty import covariance
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,9 @@ def coverage(rho: float, n: int, cross: float, runs: int = 150, channels: int = 
                 first = len(blocks) * n
                 blocks.append(np.column_stack([*waves, np.ones(n)]))
                 noise.append(errors[:, channel])
-                groups.append(Group("data", f"run {trial}", f"y{channel}", first + np.arange(n), t, np.arange(n)))
+                groups.append(
+                    ResidualBlock("data", f"run {trial}", f"y{channel}", first + np.arange(n), t, np.arange(n))
+                )
         jacobian, y = np.concatenate(blocks), np.concatenate(noise)
         x = np.linalg.lstsq(jacobian, y, rcond=None)[0]  # the truth is zero
         found = covariance(y - jacobian @ x, jacobian, groups)
@@ -57,7 +59,7 @@ def test_white_noise_of_the_stated_size_reaches_the_bound() -> None:
     rng = np.random.default_rng(1)
     n = 4000
     jacobian = rng.normal(size=(n, 3))
-    groups = [Group("data", "run", "y", np.arange(n), np.arange(n) * 0.1, np.arange(n))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(n), np.arange(n) * 0.1, np.arange(n))]
     found = covariance(rng.normal(size=n), jacobian, groups)
     assert found.stderr == pytest.approx(found.crlb, rel=0.06)
     assert covariance(np.zeros(n), jacobian, groups, white=True).stderr == pytest.approx(found.crlb, rel=1e-9)
@@ -67,7 +69,7 @@ def test_noise_larger_than_stated_widens_the_errors() -> None:
     rng = np.random.default_rng(1)
     n = 2000
     jacobian = rng.normal(size=(n, 2))
-    groups = [Group("data", "run", "y", np.arange(n), np.arange(n) * 0.1, np.arange(n))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(n), np.arange(n) * 0.1, np.arange(n))]
     found = covariance(3.0 * rng.normal(size=n), jacobian, groups)
     assert found.stderr == pytest.approx(3.0 * found.crlb, rel=0.1)
 
@@ -79,8 +81,8 @@ def test_a_prior_counts_once() -> None:
     jacobian = np.concatenate([np.full((n, 1), 1.0 / np.sqrt(n)), np.ones((1, 1))])
     none = np.zeros(0)
     groups = [
-        Group("data", "run", "y", np.arange(n), np.arange(n) * 1.0, np.arange(n)),
-        Group("prior", "", "k", np.array([n]), none, none.astype(int)),
+        ResidualBlock("data", "run", "y", np.arange(n), np.arange(n) * 1.0, np.arange(n)),
+        ResidualBlock("prior", "", "k", np.array([n]), none, none.astype(int)),
     ]
     residuals = np.concatenate([rng.normal(size=n), [0.0]])
     assert covariance(residuals, jacobian, groups).stderr[0] == pytest.approx(np.sqrt(0.5), rel=0.06)
@@ -92,9 +94,9 @@ def test_what_the_data_do_not_see_has_an_infinite_error() -> None:
     rng = np.random.default_rng(3)
     a, b = rng.normal(size=(2, 300))
     jacobian = np.column_stack([a, b, np.zeros(300), a + b, rng.normal(size=300)])
-    groups = [Group("data", "run", "y", np.arange(300), np.arange(300) * 1.0, np.arange(300))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(300), np.arange(300) * 1.0, np.arange(300))]
     found = covariance(rng.normal(size=300), jacobian, groups)
-    assert found.unseen.tolist() == [True, True, True, True, False]
+    assert found.unidentifiable.tolist() == [True, True, True, True, False]
     assert np.isinf(found.stderr[:4]).all()
     assert np.isfinite(found.stderr[4])
 
@@ -102,30 +104,9 @@ def test_what_the_data_do_not_see_has_an_infinite_error() -> None:
 def test_a_parameter_at_its_bound_is_held() -> None:
     rng = np.random.default_rng(4)
     jacobian = rng.normal(size=(200, 3))
-    groups = [Group("data", "run", "y", np.arange(200), np.arange(200) * 1.0, np.arange(200))]
+    groups = [ResidualBlock("data", "run", "y", np.arange(200), np.arange(200) * 1.0, np.arange(200))]
     residuals = rng.normal(size=200)
     found = covariance(residuals, jacobian, groups, np.array([False, True, False]))
     assert np.isnan(found.stderr[1])
     alone = covariance(residuals, jacobian[:, [0, 2]], groups)
     assert found.stderr[[0, 2]] == pytest.approx(alone.stderr)
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.7, 0.95])
-def test_effective_samples_of_a_known_process(rho: float) -> None:
-    series = coloured(np.random.default_rng(5), rho, 20_000, 1)[:, 0]
-    expected = 20_000 * (1.0 - rho) / (1.0 + rho)
-    assert colour_of(series).effective(20_000) == pytest.approx(expected, rel=0.15)
-    assert autocorrelation(series) == pytest.approx(rho, abs=0.03)
-
-
-def test_oscillating_residuals_are_never_worth_more_than_their_number() -> None:
-    series = coloured(np.random.default_rng(6), -0.8, 2_000, 1)[:, 0]
-    assert colour_of(series).effective(2_000) == 2_000
-
-
-def test_short_and_constant_series() -> None:
-    assert colour_of(np.zeros(50)).effective(50) == 50
-    assert colour_of(np.ones(3)).effective(3) == 3
-    assert colour_of(np.zeros(0)).effective(0) == 0
-    assert 1.0 <= colour_of(np.ones(200)).effective(200) <= 2.0
-    assert np.isnan(autocorrelation(np.zeros(9)))

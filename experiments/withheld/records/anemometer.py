@@ -102,6 +102,6 @@ def in_measured_wind(study: Study, data: Path) -> Study:
     told = {p.name: p for p in study.parameters}
     lever = WIND.priors(study.model)["lever"]
     parameters = tuple(
-        p.but(vary=True, prior=lever) if p.name == "wind_lever" else told.get(p.name, p) for p in model.parameters
+        p.replace(vary=True, prior=lever) if p.name == "wind_lever" else told.get(p.name, p) for p in model.parameters
     )
-    return study.but(model=model, trials=Trials([blown(t) for t in study.trials]), parameters=parameters)
+    return study.replace(model=model, trials=Trials([blown(t) for t in study.trials]), parameters=parameters)

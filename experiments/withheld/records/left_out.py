@@ -32,10 +32,10 @@ def in_estimated_wind(study: Study) -> Study:
     # At no wind its derivative by the lever vanishes: the search begins beside it.
     start = {WIND.named("north"): 0.1, WIND.named("east"): 0.1, WIND.named("lever"): 0.0}
     parameters = tuple(
-        p.but(value=start[p.name], vary=True, prior=priors[p.name]) if p.name in priors else told.get(p.name, p)
+        p.replace(value=start[p.name], vary=True, prior=priors[p.name]) if p.name in priors else told.get(p.name, p)
         for p in model.parameters
     )
-    return study.but(model=model, parameters=parameters)
+    return study.replace(model=model, parameters=parameters)
 
 
 def studies(file: Path, source: str, data: Path) -> dict[str, Study]:
@@ -52,12 +52,12 @@ def left_out(file: Path, source: str, data: Path, threads: int | None = None) ->
         row: dict[str, Any] = {"run": run, "errors": {}}
         for variant, study in found.items():
             others = Trials([trial for trial in study.trials if trial.name != run])
-            values, wind = _fitted(study.but(trials=others), threads)
+            values, wind = _fitted(study.replace(trials=others), threads)
             row["errors"][variant] = _errors(study, values, run, threads)
             if wind is not None:
                 row["wind_of_others"] = wind
         _, row["wind_of_itself"] = _fitted(
-            found[VARIANTS[1]].but(trials=Trials([found[VARIANTS[1]].trials[run]])), threads
+            found[VARIANTS[1]].replace(trials=Trials([found[VARIANTS[1]].trials[run]])), threads
         )
         rows.append(row)
     return rows

@@ -13,6 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from seatruth import Study, Trials, identify, load_study
+from seatruth.costs.options import as_trajectory
 from withheld.records.plan import BASINS, SOURCES
 
 FOLDER = Path(__file__).resolve().parents[2] / "real_ships"
@@ -43,7 +44,12 @@ def to_fit(file: Path, source: str, data: Path) -> Study:
     steps = [float(np.median(np.diff(trials[0].t))) for trials in (list(own.trials), list(runs))]
     factor = math.sqrt(steps[0] / steps[1])
     noise = {name: factor * float(sd) for name, sd in own.noise.items() if not isinstance(sd, str)}
-    return study.but(trials=runs, noise=noise, segments=own.segments, initial="fixed")
+    windows = as_trajectory(own.cost).segments
+    return study.replace(
+        trials=runs,
+        noise=noise,
+        cost=as_trajectory(study.cost).replace(segments=windows, initial="fixed", initial_sd={}),
+    )
 
 
 def fitted_elsewhere(source: str, data: Path, threads: int | None = None) -> dict[str, dict[str, float]]:
@@ -54,7 +60,7 @@ def fitted_elsewhere(source: str, data: Path, threads: int | None = None) -> dic
     """
     other: Study = script("__main__.py").load(SOURCES[BASINS[source]].study, data)
     runs = [run for own in ("fitted", "left out") for run in script("__main__.py").sets(other)[own]]
-    estimate = identify(other.but(trials=Trials(runs), holdout=Trials([])), seed=SEED, threads=threads)
+    estimate = identify(other.replace(trials=Trials(runs), holdout=Trials([])), seed=SEED, threads=threads)
     table = estimate.parameters
     return {
         str(name): {"mean": float(table.loc[name, "value"]), "sd": float(table.loc[name, "stderr"])}

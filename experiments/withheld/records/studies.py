@@ -57,7 +57,7 @@ def study_text(name: str, source: Source, told: Mapping[str, Any]) -> str:
             f'conditions = {{ manoeuvre = "{manoeuvre}" }}',
         ]  # fmt: skip
     lines += ["", "[[prepare]]", 'step = "resample"', f"rate = {RATE}", f"max_gap = {BRIDGED}"]
-    lines += ["", "[cost]", 'kind = "trajectory"', f'hold = "{"zero" if pond else "linear"}"', 'initial = "free"']
+    lines += ["", "[cost]", 'kind = "trajectory"', f'hold = "{"zoh" if pond else "foh"}"', 'initial = "free"']
     lines += ["", "[optimizer]", 'use = "least_squares"']
     return "\n".join(lines) + "\n"
 

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
-from seatruth.study import read_plan
+from seatruth.study import Study, load_study
 from seatruth.trials.finding import Finding
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from seatruth.identification import Study
 
 _STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
 
@@ -29,19 +27,19 @@ def check(
     """Say what is wrong with a study and its data."""
     from seatruth.analysis import check_study
 
-    plan = read_plan(study)
-    trials = [*plan.study.trials, *plan.study.holdout]
-    if plan.study.cost == "formula":
+    loaded = load_study(study)
+    trials = [*loaded.trials, *loaded.holdout]
+    if loaded.cost.kind == "formula":
         console().print(table(["table", "rows"], [[t.name, str(len(t))] for t in trials], numbers=("rows",)))
     else:
         rows = [[trial.name, str(len(trial)), f"{trial.duration:.1f}", _steps(trial.steps)] for trial in trials]
         console().print(table(["trial", "samples", "seconds", "steps"], rows, numbers=("samples", "seconds")))
-    findings = check_study(plan.study)
+    findings = check_study(loaded)
     _show(findings)
     errors = sum(finding.severity == "error" for finding in findings)
     moved = None
     if preview and not errors:
-        moved = _preview(plan.study)
+        moved = _preview(loaded)
     elif preview:
         say("\nThe preview of what the trials can move is left out until the errors are put right.")
     data = {
@@ -72,9 +70,9 @@ def _show(findings: Sequence[Finding]) -> None:
 
 def _preview(study: Study) -> pd.DataFrame:
     """Which parameters the trials can move, from the model's sensitivities at the start values."""
-    from seatruth.uncertainty import excitation
+    from seatruth.uncertainty import prior_identifiability
 
-    frame = excitation(study)
+    frame = prior_identifiability(study)
     say("\nWhat the trials can move, at the start values and the stated noise:")
     rows = [
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()

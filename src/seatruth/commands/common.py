@@ -8,7 +8,6 @@ import json
 import math
 import os
 import sys
-import tempfile
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +22,7 @@ from rich.table import Table
 from rich.text import Text
 
 from seatruth.errors import SeatruthError
+from seatruth.storage.atomic import CannotWrite, write_file
 
 DEBUG = "SEATRUTH_DEBUG"
 """Set this environment variable to see the traceback of an unexpected error."""
@@ -126,24 +126,6 @@ def plain(value: Any) -> Any:
     return str(value)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a file whole or not at all: what stood there survives a full disk. A device or pipe is written to."""
-    if path.exists() and not path.is_file():
-        with path.open("w", encoding="utf-8") as stream:
-            stream.write(text)
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
 def write_json(
     session: Session, exit_code: int, data: Mapping[str, Any] | None, error: Mapping[str, str] | None
 ) -> None:
@@ -158,7 +140,7 @@ def write_json(
         "result": plain(data) if data is not None else None,
         "error": dict(error) if error is not None else None,
     }
-    write_text(session.json_file, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    write_file(session.json_file, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
@@ -215,6 +197,6 @@ def fail(session: Session, problem: BaseException) -> int:
     error_console().print(Text(f"seatruth: {error['message']}"), soft_wrap=not sys.stderr.isatty())
     try:
         write_json(session, code, None, error)
-    except OSError as second:
-        error_console().print(Text(f"seatruth: the JSON file could not be written: {second.strerror}"))
+    except CannotWrite as second:
+        error_console().print(Text(f"seatruth: the JSON file could not be written: {second.what}"))
     return code

@@ -12,7 +12,7 @@ from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 
 if TYPE_CHECKING:
-    from seatruth.comparison import Comparison, Results, Standing
+    from seatruth.comparison import Comparison, Results
 
 
 def compare(
@@ -44,10 +44,6 @@ def compare(
         return Result(summary(results, folder))
     error_console().print(f"{len(made.runs)} runs: {_size(made)}") if not quiet else None
     with _cluster(scheduler), ProgressLine(quiet=quiet) as line:
-
-        def progress(now: Standing) -> None:
-            line.show(str(now), now=False)
-
         results = run(
             made,
             folder,
@@ -55,7 +51,7 @@ def compare(
             backend="dask" if scheduler else "loky",
             fresh=fresh,
             retry_failed=retry_failed,
-            progress=progress,
+            progress=line,
         )
         line.show("Writing the report", now=False)
         report = write(results, folder)
@@ -84,7 +80,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
             if made is not None:
                 rankings[f"{by}, {cost}"] = {
                     "blocks": made.blocks,
-                    "block_is": made.block_is,
+                    "block_kind": made.block_kind,
                     "p_friedman": made.p_friedman,
                     "ranks": made.table,
                     "pairs": made.pairs,
@@ -95,7 +91,7 @@ def summary(results: Results, folder: Path) -> dict[str, Any]:
         "runs": len(results.runs),
         "failed": len(results.failures),
         "left": results.left,
-        "sentences": [{"about": said.about, "text": said.text} for said in results.sentences],
+        "conclusions": [{"about": said.about, "text": said.text} for said in results.conclusions],
         "rankings": rankings,
         "overall": results.overall,
         "success": results.success,
@@ -123,7 +119,7 @@ def show(results: Results) -> None:
         say(f"Mean ranks, {cost} cost (1 is best)")
         console().print(table(["solver", *found], rows, numbers=list(found)))
         say("")
-    for said in results.sentences:
+    for said in results.conclusions:
         say(f"{'! ' if said.grave else '- '}{said.text}", style="yellow" if said.grave else "")
     say("")
 

@@ -10,7 +10,7 @@ import typer
 
 from seatruth.commands import diagnose, identify
 from seatruth.commands.common import JsonFile, Result, say
-from seatruth.study import read_plan
+from seatruth.study import load_study
 
 
 def demo(
@@ -23,12 +23,12 @@ def demo(
 ) -> Result:
     """Run the whole job on trials that come with it."""
     with as_file(files("seatruth") / "sample") as folder:
-        plan = read_plan(folder / "study.toml").but(folder=out)
-        say(f"Identifying {plan.study.name}: {len(plan.study.trials)} synthetic trials that come with seatruth.\n")
-        identified = identify.run(plan, threads=threads, fresh=True, quiet=quiet)
+        study = load_study(folder / "study.toml")
+        say(f"Identifying {study.name}: {len(study.trials)} synthetic trials that come with seatruth.\n")
+        identified = identify.run(study, out, threads=threads, fresh=True, quiet=quiet)
         if identified.exit_code:
             return identified
-        say("\nThe same trials, and a model that knows of no current: what is the gap, and what causes it?\n")
-        plan = read_plan(folder / "diagnose.toml").but(folder=out / "diagnosis")
-        diagnosed = diagnose.run(plan, threads=threads, suggest=False, quiet=quiet)
+        say("\nThe same trials, and a model without a current: what is the gap, and what causes it?\n")
+        study = load_study(folder / "diagnose.toml")
+        diagnosed = diagnose.run(study, out / "diagnosis", threads=threads, suggest=False, quiet=quiet)
     return Result({**identified.data, "diagnosis": diagnosed.data}, diagnosed.exit_code)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 import math
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +14,8 @@ from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, 
 from seatruth.commands.identify import names
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput, nearest
-from seatruth.study import Plan, read_plan
+from seatruth.storage.atomic import CannotWrite, write_file
+from seatruth.study import Study, load_study
 
 if TYPE_CHECKING:
     from seatruth.diagnosis import Diagnosis
@@ -52,12 +52,12 @@ def diagnose(
     json_file: JsonFile = None,
 ) -> Result:
     """Say where model and trials disagree, which effect causes it and how far the gap shrinks."""
-    plan = read_plan(study)
     folder = out if out is not None else study.parent / f"{study.stem}-diagnosis"
-    plan = plan.but(folder=folder, seed=seed)
     return run(
-        plan,
+        load_study(study),
+        folder,
         names(effects),
+        seed=seed,
         threads=threads,
         left_out=not no_left_out,
         suggest=not no_next_trial,
@@ -66,50 +66,51 @@ def diagnose(
 
 
 def run(
-    plan: Plan,
+    study: Study,
+    folder: Path,
     effects: list[str] | None = None,
     *,
+    seed: int | None = None,
     threads: int | None = None,
     left_out: bool = True,
     suggest: bool = True,
     quiet: bool = False,
 ) -> Result:
-    """Diagnoses, saves, reports and shows one plan. `effects` are names, patterns and files; all installed if empty."""
+    """Diagnoses, saves, reports and shows a study. `effects` are names, patterns and files; all installed if empty."""
     from seatruth.diagnosis import diagnose as diagnose_study
     from seatruth.report import write_report
 
     try:
-        plan.folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
         what = "a file stands where the results' folder should be"
         do = "Name another folder with --out, or move the file."
-        raise BadInput(what, where=str(plan.folder), do=do) from None
-    place = plan.source.parent if plan.source is not None else Path.cwd()
+        raise BadInput(what, where=str(folder), do=do) from None
+    place = study.source.parent if study.source is not None else Path.cwd()
     chosen, specs = _effects(effects or [], place)
-    began = time.monotonic()
     with ProgressLine(quiet=quiet) as progress:
         diagnosis = diagnose_study(
-            plan.study,
+            study,
             chosen,
-            seed=plan.seed,
+            seed=seed,
             threads=threads,
-            progress=lambda text: progress.show(f"{text}, {time.monotonic() - began:.0f} s", now=False),
+            progress=progress,
             left_out=left_out,
             suggest=suggest,
         )
         progress.show("Writing the result", now=False)
         try:
-            diagnosis.save(plan.folder)
-            report = plan.folder / REPORT
+            diagnosis.save(folder)
+            report = folder / REPORT
             write_report(diagnosis, report)
-            written = _augmented(diagnosis, plan, specs)
-        except OSError:
+            written = _augmented(diagnosis, study, folder, specs)
+        except CannotWrite:
             # What was found is on the screen at least.
             progress.__exit__(None, None, None)
             show(diagnosis)
             raise
     show(diagnosis)
-    lines = [f"Result: {plan.folder}", f"Report: {report}"]
+    lines = [f"Result: {folder}", f"Report: {report}"]
     if written is not None:
         lines.append(f"The model with what was found, to simulate and identify with: {written}")
     for line in lines:
@@ -117,7 +118,7 @@ def run(
     code = str(diagnosis.outcome["code"])
     if code == "interrupted":
         say("Interrupted: this is what was found so far.", style="yellow")
-    data = {**diagnosis.content(), "folder": plan.folder, "report": report, "augmented_study": written}
+    data = {**diagnosis.content(), "folder": folder, "report": report, "augmented_study": written}
     return Result(data, 130 if code == "interrupted" else 0)
 
 
@@ -144,21 +145,21 @@ def _effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict
     return list(found.values()), specs
 
 
-def _augmented(diagnosis: Diagnosis, plan: Plan, specs: Mapping[str, str]) -> Path | None:
+def _augmented(diagnosis: Diagnosis, study: Study, folder: Path, specs: Mapping[str, str]) -> Path | None:
     """Writes the study file with the named effects and the identified values; None where the study has no file."""
     from seatruth.study.augment import augmented
 
-    if plan.source is None:
+    if study.source is None:
         return None
-    free = {p.name for p in plan.study.parameters if p.vary}
+    free = {p.name for p in study.parameters if p.vary}
     priors = diagnosis.priors
     values = {
         name: value for name, value in diagnosis.augmented["parameters"].items() if name in free or name in priors
     }
     called = {name: specs.get(name, name) for name in diagnosis.augmented["effects"]}
-    text = augmented(plan.source, plan.folder, f"{diagnosis.study} augmented", called, values, priors)
-    path = plan.folder / AUGMENTED
-    path.write_text(text, encoding="utf-8")
+    text = augmented(study.source, folder, f"{diagnosis.study} augmented", called, values, priors)
+    path = folder / AUGMENTED
+    write_file(path, text)
     return path
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,10 +15,13 @@ from rich.text import Text
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
-from seatruth.study import Plan, read_plan
+from seatruth.storage.atomic import CannotWrite
+from seatruth.study import Study, load_study
+from seatruth.study.load import profile_names
 
 if TYPE_CHECKING:
-    from seatruth.identification import Estimate
+    from seatruth.estimate import Estimate
+    from seatruth.optimizers import Budget
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
@@ -48,43 +52,67 @@ def identify(
     json_file: JsonFile = None,
 ) -> Result:
     """Identify a study's parameters; writes the result and a report."""
-    plan = read_plan(study).but(folder=out, seed=seed, evaluations=evaluations, profile=names(profile))
-    plan = replace(plan, cross_validate=plan.cross_validate or cross_validate)
-    return run(plan, threads=threads, workers=workers, fresh=fresh, quiet=quiet)
+    loaded = load_study(study)
+    patterns = names(profile)
+    return run(
+        loaded,
+        out,
+        seed=seed,
+        budget=None if evaluations is None else dataclasses.replace(loaded.budget, evaluations=evaluations),
+        cross_validate=cross_validate or None,
+        profile=profile_names(patterns, loaded) if patterns else None,
+        threads=threads,
+        workers=workers,
+        fresh=fresh,
+        quiet=quiet,
+    )
 
 
 def run(
-    plan: Plan, *, threads: int | None = None, workers: int = 1, fresh: bool = False, quiet: bool = False
+    study: Study,
+    folder: Path | None = None,
+    *,
+    seed: int | None = None,
+    budget: Budget | None = None,
+    cross_validate: bool | None = None,
+    profile: Sequence[str] | None = None,
+    threads: int | None = None,
+    workers: int = 1,
+    fresh: bool = False,
+    quiet: bool = False,
 ) -> Result:
-    """Identifies, shows, saves and reports one plan; goes on with an interrupted run of the same plan."""
+    """Identifies, shows, saves and reports a study; goes on with an interrupted run of the same study.
+
+    What is None is what the study says.
+    """
     from seatruth.identification import identify as identify_study
     from seatruth.optimizers import StaleCheckpoint
-    from seatruth.storage.checkpoint import pieces_beside
+    from seatruth.storage.checkpoint import jobs_file
 
-    checkpoint = plan.folder / CHECKPOINT
+    folder = folder if folder is not None else study.output.folder or Path(f"{study.name}-result")
+    checkpoint = folder / CHECKPOINT
     try:
-        plan.folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
         what = "a file stands where the results' folder should be"
-        raise BadInput(what, where=str(plan.folder), do=_ELSEWHERE) from None
-    kept = (checkpoint, pieces_beside(checkpoint))
+        raise BadInput(what, where=str(folder), do=_ELSEWHERE) from None
+    kept = (checkpoint, jobs_file(checkpoint))
     if fresh:
         for path in kept:
             path.unlink(missing_ok=True)
     resumed = checkpoint.exists()
     if resumed and not quiet:
-        error_console().print(Text(f"Going on with the interrupted run in {plan.folder} (--fresh starts again)."))
-    with ProgressLine(plan.budget.evaluations, quiet=quiet) as progress:
+        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
+    with ProgressLine(quiet=quiet) as progress:
         try:
             estimate = identify_study(
-                plan.study,
-                plan.optimizer,
-                budget=plan.budget,
-                seed=plan.seed,
+                study,
+                budget=budget,
+                seed=seed,
                 checkpoint=checkpoint,
                 progress=progress,
-                cross_validate=plan.cross_validate,
-                profile=plan.profile,
+                cross_validate=cross_validate,
+                profile=profile,
                 threads=threads,
                 workers=workers,
             )
@@ -93,9 +121,9 @@ def run(
             raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
         progress.show("Writing the result", now=False)
         try:
-            estimate.save(plan.folder)
-            report = _report(estimate, plan)
-        except OSError:
+            estimate.save(folder)
+            report = _report(estimate, study, folder)
+        except CannotWrite:
             # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
             progress.__exit__(None, None, None)
             show(estimate)
@@ -105,21 +133,21 @@ def run(
         for path in kept:
             path.unlink(missing_ok=True)
     show(estimate)
-    where = [f"Result: {plan.folder}"] + ([f"Report: {report}"] if report else [])
+    where = [f"Result: {folder}"] + ([f"Report: {report}"] if report else [])
     for line in where:
         say(line, whole=True)
     if code == "interrupted":
         say("Interrupted: this is the best so far. Run the same command again to go on.", style="yellow")
-    data = {**summary(estimate), "folder": str(plan.folder), "report": str(report) if report else None}
+    data = {**summary(estimate), "folder": str(folder), "report": str(report) if report else None}
     return Result(data, {"interrupted": 130, "failed": 1}.get(code, 0))
 
 
-def _report(estimate: Estimate, plan: Plan) -> Path | None:
-    if not plan.report:
+def _report(estimate: Estimate, study: Study, folder: Path) -> Path | None:
+    if not study.output.report:
         return None
     from seatruth.report import write_report
 
-    path = plan.folder / "report.html"
+    path = folder / "report.html"
     write_report(estimate, path)
     return path
 

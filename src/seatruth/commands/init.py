@@ -8,9 +8,10 @@ from typing import Annotated
 
 import typer
 
-from seatruth.commands.common import JsonFile, Result, say, write_text
+from seatruth.commands.common import JsonFile, Result, say
 from seatruth.errors import BadInput
 from seatruth.models import load_model
+from seatruth.storage.atomic import write_file
 from seatruth.study.template import template
 from seatruth.trials import read_columns
 
@@ -33,7 +34,7 @@ def init(
     frame = read_columns(log)
     folder = target.parent
     text, notes = template(_relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
-    write_text(target, text)
+    write_file(target, text)
     say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}", whole=True)
     for note in notes:
         say(f"To do: {note}", style="yellow")

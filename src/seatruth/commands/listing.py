@@ -11,11 +11,11 @@ import typer
 
 from seatruth import models
 from seatruth.commands.common import JsonFile, Result, console, say, table
-from seatruth.costs.registry import KINDS
+from seatruth.costs.options import OPTIONS, option_names
 from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
-from seatruth.study.schema import COST_KEYS, CostTable
+from seatruth.study.schema import CostTable
 
 
 class What(StrEnum):
@@ -54,7 +54,15 @@ def _details(entry: Mapping[str, Any]) -> None:
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
     if entry.get("about"):
         say(entry["about"])
-    for part in ("equation", "acts on", "source", "kinds", "never told from", "confused with", "told apart by"):
+    for part in (
+        "equation",
+        "acts on",
+        "source",
+        "kinds",
+        "never distinguished from",
+        "confused with",
+        "distinguished by",
+    ):
         if part in entry and entry[part] and "acts on" in entry:
             say(f"{part}: {_cell(entry[part])}")
     for part in ("parameters", "options", "sets"):
@@ -100,6 +108,8 @@ def _optimizers() -> tuple[list[dict[str, Any]], Sequence[str]]:
 
 
 def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.costs.registry import KINDS  # loads the engine, which no other list needs
+
     fields = CostTable.model_fields
     entries = [
         {
@@ -111,7 +121,7 @@ def _costs() -> tuple[list[dict[str, Any]], Sequence[str]]:
                     "is": kind(fields[key].annotation).replace("`", ""),
                     "means": fields[key].description or "",
                 }
-                for key in COST_KEYS[kind_of_cost.name]
+                for key in option_names(OPTIONS[kind_of_cost.name])
             ],
         }
         for kind_of_cost in KINDS.values()
@@ -168,9 +178,9 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
             "equation": effect.equation,
             "source": effect.source,
             "kinds": list(effect.kinds),
-            "never told from": list(effect.equivalent),
+            "never distinguished from": list(effect.equivalent),
             "confused with": list(effect.confused_with),
-            "told apart by": effect.distinguished_by,
+            "distinguished by": effect.distinguished_by,
             "black boxes": effect.suits_black_box,
             "parameters": [
                 {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from types import TracebackType
@@ -11,22 +10,23 @@ from rich.live import Live
 from rich.text import Text
 
 from seatruth.commands.common import error_console
+from seatruth.progress import ProgressEvent
 
 _LOG_EVERY_S = 5.0
+"""Shortest time between two lines of a log, s (chosen here [S])."""
 
 
 class ProgressLine:
-    """Called by the driver with (evaluations, best cost, seconds, code); shows what it is told.
+    """Shows the progress events of a run, on one line of a terminal or now and then as a line of a log.
 
-    `limit` is the budget in evaluations, if there is one. With `quiet` nothing is shown.
+    Args:
+        quiet: show nothing.
     """
 
-    def __init__(self, limit: int | None = None, *, quiet: bool = False) -> None:
-        self._limit = limit
+    def __init__(self, *, quiet: bool = False) -> None:
         self._quiet = quiet
         self._live: Live | None = None
         self._logged = time.monotonic()
-        self.stage = ""
 
     def __enter__(self) -> ProgressLine:
         if not self._quiet and sys.stderr.isatty():
@@ -41,11 +41,11 @@ class ProgressLine:
             self._live.stop()
             self._live = None
 
-    def __call__(self, evaluations: int, best: float, seconds: float, code: str) -> None:
-        self.show(self._text(evaluations, best, seconds), now=False)
+    def __call__(self, event: ProgressEvent, /) -> None:
+        self.show(str(event), now=False)
 
     def show(self, text: str, *, now: bool = True) -> None:
-        """Shows a line; in a log only if it is `now` or some seconds after the last one."""
+        """Shows a line. In a log it is written if it is `now` or if the last line is some seconds old."""
         if self._quiet:
             return
         if self._live is not None:
@@ -54,9 +54,3 @@ class ProgressLine:
         if now or time.monotonic() - self._logged >= _LOG_EVERY_S:
             self._logged = time.monotonic()
             error_console().print(Text(text))
-
-    def _text(self, evaluations: int, best: float, seconds: float) -> str:
-        of = f" of {self._limit}" if self._limit else ""
-        cost = f"{best:.6g}" if math.isfinite(best) else "none yet"
-        head = f"{self.stage}: " if self.stage else ""
-        return f"{head}{evaluations}{of} evaluations, best cost {cost}, {seconds:.1f} s"

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
-from seatruth.study import read_plan
+from seatruth.study import load_study
 
 
 def simulate(
@@ -19,19 +19,16 @@ def simulate(
     json_file: JsonFile = None,
 ) -> Result:
     """Simulate the model against the trials, without a fit."""
-    from seatruth.simulate import simulator
-
-    plan = read_plan(study)
-    model, trials = plan.study.model, [*plan.study.trials, *plan.study.holdout]
-    values = {parameter.name: parameter.value for parameter in plan.study.parameters}
-    sim = simulator(model, trials, free=(), values=values, threads=threads)
-    answer = sim.outputs(np.zeros((1, 0)), sim.initial_states)
+    loaded = load_study(study)
+    runs = loaded.simulate(threads=threads)
     rows = []
-    for number, (trial, samples) in enumerate(zip(trials, sim.rows, strict=True)):
-        difference = sim.measured[samples] - answer.y[0][samples]
-        for column, channel in enumerate(model.outputs):
-            valid = difference[:, column][np.isfinite(difference[:, column])]
-            diverged = bool(answer.diverged[0, number])
+    for trial in (*loaded.trials, *loaded.holdout):
+        run = runs[trial.name]
+        diverged = not np.isfinite(run.to_numpy()).all()
+        for channel in loaded.model.outputs:
+            measured = trial.outputs.get(channel.name, np.full(len(trial), np.nan))
+            difference = measured - run[channel.name].to_numpy()
+            valid = difference[np.isfinite(difference)]
             rmse = float(np.sqrt(np.mean(valid**2))) if valid.size and not diverged else float("nan")
             rows.append(
                 {

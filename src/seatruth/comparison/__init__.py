@@ -11,12 +11,13 @@ comparison = Comparison(
     budgets=[500, 5000],
 )
 results = compare(comparison, "zigzags-result", workers=4)
-results.overall, results.ranking("accuracy"), results.sentences
+results.overall, results.ranking("accuracy"), results.conclusions
 """
 
 from seatruth.comparison.noise import KINDS, Noise
+from seatruth.comparison.problem import Problem, Run
 from seatruth.comparison.results import Results
-from seatruth.comparison.runner import Standing, compare, standing
-from seatruth.comparison.spec import Comparison, Problem, Run
+from seatruth.comparison.runner import compare, standing
+from seatruth.comparison.spec import Comparison
 
-__all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "Standing", "compare", "standing"]
+__all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "compare", "standing"]

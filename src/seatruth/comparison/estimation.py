@@ -1,7 +1,6 @@
-"""Measures of estimation: how near the parameters come to the truth, and whether their intervals know it.
+"""Measures of estimation: errors of the parameters, and the coverage of their intervals.
 
-Errors can be told only where the truth is known; elsewhere these columns are empty and the prediction of trials held
-out is what there is.
+They need the truth. Where it is not known these columns are empty, and the prediction of trials held out remains.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ _COLUMNS = (
 
 
 def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
-    """By place, solver, budget and parameter, over the seeds.
+    """By condition, solver, budget and parameter, over the seeds.
 
     `bias` and `bias_se` (its own standard error), `rmse`, `rmse_percent` of the truth, `crlb` (root mean square of the
     Cramer-Rao bounds of the realisations), `efficiency` = rmse / crlb, `coverage` of the 95 % intervals, over the
@@ -28,15 +27,15 @@ def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
     """
     if not len(estimates):
         return pd.DataFrame()
-    truth, noisy = estimates["truth"], estimates["level"] > 0  # intervals speak of noise
-    sized = np.isfinite(estimates["lower"]) & np.isfinite(estimates["upper"]) & np.isfinite(truth) & noisy
-    held = sized & (estimates["lower"] <= truth) & (truth <= estimates["upper"])
+    truth, noisy = estimates["truth"], estimates["level"] > 0  # without noise there is no interval
+    with_interval = np.isfinite(estimates["lower"]) & np.isfinite(estimates["upper"]) & np.isfinite(truth) & noisy
+    held = with_interval & (estimates["lower"] <= truth) & (truth <= estimates["upper"])
     error = estimates["value"] - truth
     parts = estimates[[*_BY, "parameter", "value", "truth", "unit"]].assign(
-        error=error, square=error**2, bound=estimates["crlb"] ** 2, sized=sized, held=held
+        error=error, square=error**2, bound=estimates["crlb"] ** 2, with_interval=with_interval, held=held
     )
     groups = parts.groupby([*_BY, "parameter"], sort=False, observed=True)
-    found = groups.agg(
+    summary = groups.agg(
         unit=("unit", "first"),
         truth=("truth", "first"),
         mean=("value", "mean"),
@@ -45,24 +44,24 @@ def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
         bias=("error", "mean"),
         square=("square", "mean"),
         bound=("bound", "mean"),
-        intervals=("sized", "sum"),
+        intervals=("with_interval", "sum"),
         held=("held", "sum"),
     ).reset_index()
     wanted = runs.groupby(_BY, sort=False).size().rename("asked").reset_index()
-    found = found.merge(wanted, on=_BY)
-    found["missing"] = found["asked"] - found["runs"]
-    known = found["truth"].notna()
-    found["bias_se"] = (found["spread"] / np.sqrt(found["runs"])).where(known)
-    found["rmse"], found["crlb"] = np.sqrt(found["square"]), np.sqrt(found["bound"])
-    size = found["truth"].abs()
-    found["rmse_percent"] = (100.0 * found["rmse"] / size.where(size > 0)).where(known)
-    found["efficiency"] = found["rmse"] / found["crlb"].where(found["crlb"] > 0)
-    found["coverage"] = found["held"] / found["intervals"].where(found["intervals"] > 0)
-    return found[[*_BY, "parameter", *_COLUMNS]]
+    summary = summary.merge(wanted, on=_BY)
+    summary["missing"] = summary["asked"] - summary["runs"]
+    known = summary["truth"].notna()
+    summary["bias_se"] = (summary["spread"] / np.sqrt(summary["runs"])).where(known)
+    summary["rmse"], summary["crlb"] = np.sqrt(summary["square"]), np.sqrt(summary["bound"])
+    size = summary["truth"].abs()
+    summary["rmse_percent"] = (100.0 * summary["rmse"] / size.where(size > 0)).where(known)
+    summary["efficiency"] = summary["rmse"] / summary["crlb"].where(summary["crlb"] > 0)
+    summary["coverage"] = summary["held"] / summary["intervals"].where(summary["intervals"] > 0)
+    return summary[[*_BY, "parameter", *_COLUMNS]]
 
 
 def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
-    """By place, solver and budget, over seeds and parameters; `table` is that of `by_parameter`.
+    """By condition, solver and budget, over seeds and parameters; `table` is that of `by_parameter`.
 
     `error_percent`: median over the parameters of their rms errors in per cent of the truth; `efficiency`: median of
     their rms errors over the bounds; `coverage` of all intervals; `held_out`: median error of prediction, a part of
@@ -70,16 +69,16 @@ def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """
     parts = dict(list(table.groupby(_BY, sort=False))) if len(table) else {}
     rows = []
-    for place, group in runs.groupby(_BY, sort=False):
-        own = parts.get(place, table.iloc[:0])
+    for key, group in runs.groupby(_BY, sort=False):
+        parameters = parts.get(key, table.iloc[:0])
         done = group["status"] == "done"
-        row: dict[str, Any] = dict(zip(_BY, place))
+        row: dict[str, Any] = dict(zip(_BY, key))
         row |= {"runs": len(group), "failed": int((~done).sum())}
         row["excess"] = float(group["excess"].median())
         for name, source in (("error_percent", "rmse_percent"), ("efficiency", "efficiency")):
-            values = own[source].dropna() if len(own) else pd.Series(dtype=float)
+            values = parameters[source].dropna() if len(parameters) else pd.Series(dtype=float)
             row[name] = float(values.median()) if len(values) else math.nan
-        covered = own.dropna(subset=["coverage"]) if len(own) else own
+        covered = parameters.dropna(subset=["coverage"]) if len(parameters) else parameters
         total = int(covered["intervals"].sum()) if len(covered) else 0
         row["coverage"] = float((covered["coverage"] * covered["intervals"]).sum() / total) if total else math.nan
         row["intervals"] = total

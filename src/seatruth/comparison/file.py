@@ -12,9 +12,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
 
 from seatruth.comparison.noise import KINDS, Noise
-from seatruth.comparison.spec import TARGETS, Comparison, Problem, definition
+from seatruth.comparison.problem import Problem
+from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
 from seatruth.optimizers import Optimizer
-from seatruth.study import Plan, parsed, read_plan, read_text
+from seatruth.study import Study, load_study, parsed, read_text
 from seatruth.study import solver as solvers
 from seatruth.study.reference import rows
 from seatruth.study.schema import OpenTable, OptimizerTable, Table
@@ -122,7 +123,7 @@ def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
         add_schema_errors(problems, error, table=ComparisonFile)
         problems.stop()
         raise
-    found = _problems(file, source, problems)
+    problem_list = _problems(file, source, problems)
     optimizers = _solvers(file, problems)
     noise = _noise(file, problems)
     for key, entries in (("problems", file.problems), ("solvers", file.solvers)):
@@ -133,10 +134,10 @@ def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
         problems.add(("comparison", "budgets"), "the list of budgets is empty", "Give one or more.")
     problems.stop()
     name = table.name or source.stem
-    made: Comparison | None = None
+    comparison: Comparison | None = None
     with problems.at():
-        made = Comparison(
-            problems=found,
+        comparison = Comparison(
+            problems=problem_list,
             solvers=optimizers,
             noise=noise,
             seeds=table.seeds,
@@ -147,12 +148,12 @@ def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
             seed=table.seed,
             targets=table.targets,
             success=table.success,
-            made_of={**file.model_dump(mode="json"), "studies": {p.name: p.study.content_hash for p in found}},
+            made_of={**file.model_dump(mode="json"), "studies": {p.name: p.study.content_hash for p in problem_list}},
         )
-        _check_used(made, problems)
+        _check_used(comparison, problems)
     problems.stop()
-    assert made is not None  # otherwise there was a problem
-    return made, source.parent / (file.output.folder or f"{source.stem}-result")
+    assert comparison is not None  # otherwise there was a problem
+    return comparison, source.parent / (file.output.folder or f"{source.stem}-result")
 
 
 def reference() -> str:
@@ -175,27 +176,27 @@ def reference() -> str:
 
 
 def _problems(file: ComparisonFile, source: Path, problems: Problems) -> list[Problem]:
-    found = []
+    problem_list = []
     for k, entry in enumerate(file.problems):
-        plan: Plan | None = None
+        study: Study | None = None
         with problems.at("problems", k, "study"):
-            plan = read_plan(source.parent / entry.study)
-        if plan is None:
+            study = load_study(source.parent / entry.study)
+        if study is None:
             continue
-        values = {parameter.name: parameter.value for parameter in plan.study.free}
+        values = {parameter.name: parameter.value for parameter in study.free}
         truth = values if entry.truth == "study" else entry.truth
         with problems.at("problems", k):
-            name = entry.name or plan.study.name
-            found.append(Problem(name, plan.study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
-    names = [problem.name for problem in found]
+            name = entry.name or study.name
+            problem_list.append(Problem(name, study, truth, entry.start, tuple(entry.costs), tuple(entry.budgets)))
+    names = [problem.name for problem in problem_list]
     for k, name in enumerate(names):
         if name in names[:k]:
             problems.add(("problems", k), f"a second problem is called {name!r}", "Give it a `name` of its own.")
-    return found
+    return problem_list
 
 
 def _solvers(file: ComparisonFile, problems: Problems) -> dict[str, Optimizer]:
-    found: dict[str, Optimizer] = {}
+    solvers_by_label: dict[str, Optimizer] = {}
     for k, entry in enumerate(file.solvers):
         if (entry.use is None) == (not entry.stages):
             problems.add(("solvers", k), "a solver needs either `use` or `stages`", "Give one of the two.")
@@ -211,29 +212,29 @@ def _solvers(file: ComparisonFile, problems: Problems) -> dict[str, Optimizer]:
         if made is None:
             continue
         label = entry.name or " + ".join(table.use for table in tables)
-        if label in found:
+        if label in solvers_by_label:
             problems.add(("solvers", k), f"a second solver is called {label!r}", "Give it a `name` of its own.")
-        elif any(definition(made) == definition(other) for other in found.values()):
+        elif any(solver_definition(made) == solver_definition(other) for other in solvers_by_label.values()):
             problems.add(("solvers", k), f"{label!r} is the same as a solver above", "Remove it or change an option.")
-        found[label] = made
-    return found
+        solvers_by_label[label] = made
+    return solvers_by_label
 
 
 def _noise(file: ComparisonFile, problems: Problems) -> list[Noise]:
-    found: list[Noise] = []
+    noise: list[Noise] = []
     for k, entry in enumerate(file.noise):
         if not entry.levels:
             problems.add(("noise", k, "levels"), "the list of levels is empty", "Give one or more, as [0, 0.01].")
         for level in entry.levels:
             with problems.at("noise", k):
-                found.append(Noise(entry.kind, level, entry.options))
-    return found or [Noise()]
+                noise.append(Noise(entry.kind, level, entry.options))
+    return noise or [Noise()]
 
 
-def _check_used(made: Comparison, problems: Problems) -> None:
+def _check_used(comparison: Comparison, problems: Problems) -> None:
     """Every solver must fit something."""
-    used = {label for labels in made.fitting.values() for label in labels}
-    for k, (label, solver) in enumerate(made.solver.items()):
+    used = {label for labels in comparison.fitting.values() for label in labels}
+    for k, (label, solver) in enumerate(comparison.solver.items()):
         if label in used:
             continue
         needs = ", ".join(sorted(solver.needs))

@@ -1,7 +1,7 @@
 """Kinds of noise, and their realisations on a trial.
 
-A realisation depends on the random stream that it is given and on nothing else: every solver and every cost that is
-compared on it sees the same numbers.
+A realisation depends on its random stream alone, so every solver and every cost that is compared on it sees the same
+numbers.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from seatruth.trials.trial import Step, Trial
 
 
 @dataclass(frozen=True)
-class Setting:
-    """One option of a kind of noise."""
+class NoiseOption:
+    """One option of a kind of noise, with its default and its range."""
 
     default: float
     low: float
@@ -30,7 +30,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Kind:
+class NoiseKind:
     """One kind of noise: its options, and how a channel's error (n,) of standard deviation `sd` is drawn.
 
     `draw(t, sd, options, rng)` gives what is added to the channel; NaN takes a sample away.
@@ -39,7 +39,7 @@ class Kind:
     name: str
     title: str
     draw: Callable[[Array, float, Mapping[str, float], np.random.Generator], Array]
-    options: Mapping[str, Setting] = field(default_factory=dict)
+    options: Mapping[str, NoiseOption] = field(default_factory=dict)
     inputs: bool = False
     """Whether the inputs are noisy too."""
 
@@ -53,11 +53,11 @@ def _coloured(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
     step = float(np.median(np.diff(t))) if t.size > 1 else 1.0
     keep = np.exp(-np.diff(t, prepend=t[0] - step) / (options["samples"] * step))
     white = rng.standard_normal(t.size)
-    found = np.empty(t.size)
-    found[0] = white[0]
+    noise = np.empty(t.size)
+    noise[0] = white[0]
     for k in range(1, t.size):
-        found[k] = keep[k] * found[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * white[k]
-    return np.asarray(sd * found)
+        noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * white[k]
+    return np.asarray(sd * noise)
 
 
 def _outliers(t: Array, sd: float, options: Mapping[str, float], rng: np.random.Generator) -> Array:
@@ -69,7 +69,7 @@ def _outliers(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
 
 def _dropouts(t: Array, sd: float, options: Mapping[str, float], rng: np.random.Generator) -> Array:
     """White noise, and stretches of the given mean length without samples, together about the given share."""
-    found = sd * rng.standard_normal(t.size)
+    noise = sd * rng.standard_normal(t.size)
     length = options["length"]
     chance = min(1.0, options["share"] / (1.0 - options["share"]) / length)
     begin, stay = rng.random(t.size), rng.random(t.size)
@@ -77,39 +77,39 @@ def _dropouts(t: Array, sd: float, options: Mapping[str, float], rng: np.random.
     for k in range(1, t.size):
         lost = bool(stay[k] > 1.0 / length) if lost else bool(begin[k] < chance)
         if lost:
-            found[k] = math.nan
-    return np.asarray(found)
+            noise[k] = math.nan
+    return np.asarray(noise)
 
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, NoiseKind] = {
     kind.name: kind
     for kind in (
-        Kind("white", "independent, normal", _white),
-        Kind(
+        NoiseKind("white", "independent, normal", _white),
+        NoiseKind(
             "coloured",
             "AR(1): normal, and correlated in time",
             _coloured,
-            {"samples": Setting(10.0, 0.1, 1e6, "time constant of the correlation, in samples")},
+            {"samples": NoiseOption(10.0, 0.1, 1e6, "time constant of the correlation, in samples")},
         ),
-        Kind(
+        NoiseKind(
             "outliers",
             "white, with a share of samples that are far off",
             _outliers,
             {
-                "share": Setting(0.02, 0.0, 1.0, "share of the samples that are far off"),
-                "size": Setting(10.0, 1.0, 1e6, "how many times as large these are"),
+                "share": NoiseOption(0.02, 0.0, 1.0, "share of the samples that are far off"),
+                "size": NoiseOption(10.0, 1.0, 1e6, "how many times as large these are"),
             },
         ),
-        Kind(
+        NoiseKind(
             "dropouts",
             "white, with stretches without samples",
             _dropouts,
             {
-                "share": Setting(0.2, 0.0, 0.9, "share of the samples that are lost"),
-                "length": Setting(10.0, 1.0, 1e6, "mean length of a stretch, in samples"),
+                "share": NoiseOption(0.2, 0.0, 0.9, "share of the samples that are lost"),
+                "length": NoiseOption(10.0, 1.0, 1e6, "mean length of a stretch, in samples"),
             },
         ),
-        Kind("input", "white on the outputs and on the inputs", _white, inputs=True),
+        NoiseKind("input", "white on the outputs and on the inputs", _white, inputs=True),
     )
 }
 
@@ -118,7 +118,7 @@ KINDS: dict[str, Kind] = {
 class Noise:
     """One kind of noise at one level: a part of each channel's range (largest less smallest value of the clean data).
 
-    `options` are those of the kind; what is not given is the kind's default. The first sample of every trial stays
+    `options` are those of the kind; its defaults are used for the others. The first sample of every trial stays
     clean where the study reads its initial state from it.
     """
 
@@ -153,8 +153,8 @@ class Noise:
     @property
     def label(self) -> str:
         """The kind with the options that are not its defaults: "outliers (share 0.05)"."""
-        own = KINDS[self.kind].options
-        changed = [f"{name} {value:g}" for name, value in self.options.items() if value != own[name].default]
+        options = KINDS[self.kind].options
+        changed = [f"{name} {value:g}" for name, value in self.options.items() if value != options[name].default]
         return f"{self.kind} ({', '.join(changed)})" if changed else self.kind
 
     def describe(self) -> dict[str, Any]:

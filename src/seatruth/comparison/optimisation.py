@@ -1,8 +1,7 @@
-"""Measures of optimisation: how surely and how soon a solver comes near the best known fit.
+"""Measures of optimisation: how often and how soon a solver comes near the best known fit.
 
-Nearness is the excess over the best known fit in units of chi-square: twice the difference of the costs. An answer
-with an excess of 1 is one standard error away from the best fit, along its worst direction; an absolute number means
-nothing under noise.
+Nearness is the excess over the best known fit in units of chi-square: twice the difference of the costs. An excess of 1
+is one standard error away from the best fit in some direction; an absolute cost means nothing under noise.
 """
 
 from __future__ import annotations
@@ -17,9 +16,10 @@ import pandas as pd
 from seatruth.arrays import Array
 
 Histories = Mapping[str, tuple[Any, Any, Any]]
-PLACE = ["problem", "cost", "noise", "level"]
-_FLOOR = 0.01
-"""Excesses below it are all the same in figures: nobody can tell them apart."""
+CONDITION = ["problem", "cost", "noise", "level"]
+"""Columns of a condition: runs of one condition and one seed are paired."""
+NEGLIGIBLE_EXCESS = 0.01
+"""Excesses below it count as equal: a tenth of a standard error. Chosen here [S]."""
 
 
 def records(frame: pd.DataFrame) -> Iterator[Any]:
@@ -29,15 +29,15 @@ def records(frame: pd.DataFrame) -> Iterator[Any]:
 
 def evaluations_to(run: Any, histories: Histories, target: float) -> float:
     """Evaluations until the excess is at most the target; inf where it never is."""
-    return _first(run, histories, target, 0)
+    return _first_at(run, histories, target, 0)
 
 
 def seconds_to(run: Any, histories: Histories, target: float) -> float:
     """Seconds of search until the excess is at most the target; inf where it never is."""
-    return _first(run, histories, target, 2)
+    return _first_at(run, histories, target, 2)
 
 
-def _first(run: Any, histories: Histories, target: float, column: int) -> float:
+def _first_at(run: Any, histories: Histories, target: float, column: int) -> float:
     history = histories[run.key]
     if run.status != "done" or not len(history[1]):
         return math.inf
@@ -46,11 +46,12 @@ def _first(run: Any, histories: Histories, target: float, column: int) -> float:
 
 
 def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
-    """By place, solver, budget and target: runs, success rate, expected running time in evaluations and in seconds.
+    """By condition, solver, budget and target: runs, success_rate, and expected running time in evaluations (ert) and
+    seconds (ert_s).
 
-    Expected running time: the evaluations of all runs, of the successful ones up to the target, over the number of
-    successes (Hansen and others 2010): what it costs on average if the solver is started again until it succeeds. A
-    failed run costs its whole budget. Infinite without any success.
+    The expected running time is the evaluations of all runs (of the successful ones up to the target) over the number
+    of successes (Hansen and others 2010): the mean cost if the solver is started again until it succeeds. A failed run
+    costs its whole budget. Infinite without any success.
     """
     if not len(runs):
         return pd.DataFrame()
@@ -65,16 +66,16 @@ def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) 
         reached = np.isfinite(when)
         columns = {"reached": reached, "spent": np.where(reached, when, used)}
         columns["seconds"] = np.where(reached, clock, whole)
-        parts.append(runs[[*PLACE, "solver", "budget"]].assign(target=target, **columns))
-    groups = pd.concat(parts).groupby([*PLACE, "solver", "budget", "target"], sort=False)
-    found = groups.agg(
+        parts.append(runs[[*CONDITION, "solver", "budget"]].assign(target=target, **columns))
+    groups = pd.concat(parts).groupby([*CONDITION, "solver", "budget", "target"], sort=False)
+    table = groups.agg(
         runs=("reached", "size"), reached=("reached", "sum"), spent=("spent", "sum"), seconds=("seconds", "sum")
     ).reset_index()
-    successes = found["reached"].where(found["reached"] > 0)
-    found["success_rate"] = found["reached"] / found["runs"]
-    found["ert"] = (found["spent"] / successes).fillna(math.inf)
-    found["ert_s"] = (found["seconds"] / successes).fillna(math.inf)
-    return found.drop(columns=["reached", "spent", "seconds"])
+    successes = table["reached"].where(table["reached"] > 0)
+    table["success_rate"] = table["reached"] / table["runs"]
+    table["ert"] = (table["spent"] / successes).fillna(math.inf)
+    table["ert_s"] = (table["seconds"] / successes).fillna(math.inf)
+    return table.drop(columns=["reached", "spent", "seconds"])
 
 
 def ecdf(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
@@ -93,7 +94,7 @@ def ecdf(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> 
 
 
 def profiles(runs: pd.DataFrame, histories: Histories, target: float) -> pd.DataFrame:
-    """Dolan and More's profiles (2002): share of realisations that a solver solves within a factor of the fastest.
+    """Performance profiles (Dolan and More 2002): share of realisations solved within a factor of the fastest solver.
 
     Realisations that no solver solves count in the share's denominator.
     """
@@ -104,8 +105,8 @@ def profiles(runs: pd.DataFrame, histories: Histories, target: float) -> pd.Data
     for (cost, solver), group in table.groupby(["cost", "solver"], sort=False):
         with np.errstate(invalid="ignore"):
             ratio = (group["when"] / group["fastest"]).to_numpy(dtype=float)
-        found = np.sort(ratio[np.isfinite(ratio)])
-        points, counts = np.unique(found, return_counts=True)
+        factors = np.sort(ratio[np.isfinite(ratio)])
+        points, counts = np.unique(factors, return_counts=True)
         share = np.cumsum(counts) / len(ratio)
         rows += [{"cost": cost, "solver": solver, "factor": x, "share": y} for x, y in zip(points, share)]
     return pd.DataFrame(rows, columns=["cost", "solver", "factor", "share"])
@@ -124,13 +125,14 @@ def against_time(runs: pd.DataFrame, histories: Histories, points: int = 40) -> 
         low = max(1e-5, min(float(end[0]) for end in ends))
         high = max(max(float(end[-1]) for end in ends), 2.0 * low)
         grid = np.geomspace(low, high, points)
-        for solver, own in group.groupby("solver", sort=False):
-            curves = np.array([_at(run, histories, grid) for run in records(own)])
+        for solver, runs_of_solver in group.groupby("solver", sort=False):
+            curves = np.array([_at(run, histories, grid) for run in records(runs_of_solver)])
             with np.errstate(invalid="ignore"):
                 middle = np.median(curves, axis=0)
-            last = float(np.median([histories[key][2][-1] if len(histories[key][2]) else low for key in own["key"]]))
+            last_times = [histories[key][2] for key in runs_of_solver["key"]]
+            last = float(np.median([times[-1] if len(times) else low for times in last_times]))
             rows += [
-                {"problem": problem, "cost": cost, "solver": solver, "seconds": x, "excess": max(y, _FLOOR)}
+                {"problem": problem, "cost": cost, "solver": solver, "seconds": x, "excess": max(y, NEGLIGIBLE_EXCESS)}
                 for x, y in zip(grid, middle)
                 if math.isfinite(y) and x <= last * 1.05
             ]

@@ -12,23 +12,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from seatruth.comparison import estimation, optimisation, ranks, text
+from seatruth.comparison import estimation, optimisation, ranks
+from seatruth.comparison.optimisation import CONDITION
 from seatruth.comparison.spec import Comparison
+from seatruth.comparison.text import Conclusion, conclusions
 
 if TYPE_CHECKING:
     from seatruth.comparison.store import Store
-
-PLACE = ["problem", "cost", "noise", "level"]
-"""What a realisation is drawn for: runs of one place and one seed are paired."""
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
     """All runs of a comparison that are in its store.
 
-    `runs` has one row a search (problem, cost, solver, noise, level, seed, budget, status, value, evaluations, ...)
-    with `excess`, twice the cost above the best known fit of its realisation. `estimates` has one row a run and
-    parameter, with truth and Cramer-Rao bound. `histories` gives [evaluations, best values, seconds] by run.
+    Attributes:
+        comparison: What was compared.
+        runs: One row a search (problem, cost, solver, noise, level, seed, budget, status, value, evaluations, ...) with
+            `excess`, twice the cost above the best known fit of its realisation.
+        estimates: One row a run and parameter, with truth and Cramer-Rao bound.
+        fits: One row an instance: the fit that its runs are measured against.
+        histories: By run three arrays: evaluations, best values, seconds.
+        sources: Versions, commit and machine of each program that made runs.
+        left: Runs that are not done yet.
     """
 
     comparison: Comparison
@@ -38,11 +43,10 @@ class Results:
     histories: Mapping[str, tuple[Any, Any, Any]]
     sources: tuple[Mapping[str, Any], ...]
     left: int
-    """Runs that are not done yet."""
 
     @classmethod
     def of(cls, comparison: Comparison, store: Store) -> Results:
-        """The runs of this comparison; rows of other definitions in the same store are left aside."""
+        """The runs of this comparison in a store; rows of other definitions are ignored."""
         labels = {run.key: run for run in comparison.runs}
         references = {run.key: run for run in comparison.references}
         runs, fits = store.frame("runs"), store.frame("fits")
@@ -51,7 +55,7 @@ class Results:
             solver=[labels[key].solver for key in runs["key"]], noise=[labels[key].noise.label for key in runs["key"]]
         )
         fits = fits.assign(noise=[references[key].noise.label for key in fits["key"]])
-        histories = {key: _history(text) for key, text in zip(runs["key"], runs["history"])}
+        histories = {key: _history(stored) for key, stored in zip(runs["key"], runs["history"])}
         best = _best(runs, fits)
         value = pd.to_numeric(runs["value"], errors="coerce")
         runs = runs.assign(best=runs["instance"].map(best).astype(float), value=value)
@@ -63,9 +67,9 @@ class Results:
         estimates = _with_truth(store, runs, fits)
         used = set(runs["source"]) | set(fits["source"])
         sources = store.frame("sources")
-        texts = [json.loads(text) for text in sources.loc[sources["id"].isin(used), "provenance"]]
+        used_sources = [json.loads(stored) for stored in sources.loc[sources["id"].isin(used), "provenance"]]
         left = len(comparison.runs) - len(runs)
-        return cls(comparison, runs, estimates, fits.reset_index(drop=True), histories, tuple(texts), left)
+        return cls(comparison, runs, estimates, fits.reset_index(drop=True), histories, tuple(used_sources), left)
 
     @cached_property
     def final(self) -> pd.DataFrame:
@@ -93,7 +97,7 @@ class Results:
 
     @cached_property
     def success(self) -> pd.DataFrame:
-        """Success rate and expected running time by place, solver, budget and target."""
+        """Success rate and expected running time by condition, solver, budget and target."""
         return optimisation.success(self.runs, self.histories, self.targets)
 
     @cached_property
@@ -113,7 +117,7 @@ class Results:
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
-        """Bias, error, bound and coverage by place, solver, budget and parameter."""
+        """Bias, error, bound and coverage by condition, solver, budget and parameter."""
         return estimation.by_parameter(self.runs, self.estimates)
 
     @cached_property
@@ -127,13 +131,14 @@ class Results:
         return ranks.scores(self.final, self.estimates, self.histories, self.comparison.success)
 
     def ranking(self, by: str = "accuracy", **where: Any) -> ranks.Ranking | None:
-        """Solvers ranked by "fit", "effort" or "accuracy" over all places, or over some: cost="trajectory", level=0.01.
+        """Solvers ranked by "fit", "effort" or "accuracy" over all conditions, or those with given values:
+        cost="trajectory", level=0.01.
 
         None where fewer than two solvers ran on the same realisations.
         """
         key = (by, tuple(sorted(where.items())))
         if key not in self._rankings:
-            self._rankings[key] = ranks.ranking(self.scores, by, where, self.solvers)
+            self._rankings[key] = ranks.rank_solvers(self.scores, by, where, self.solvers)
         return self._rankings[key]
 
     @cached_property
@@ -143,16 +148,16 @@ class Results:
     def ranking_across_costs(self) -> ranks.Ranking | None:
         """Ranking by accuracy with each solver on each cost as a rival of all others: what estimates best."""
         frame = ranks.across_costs(self.scores)
-        return ranks.ranking(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])))
+        return ranks.rank_solvers(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])))
 
     @cached_property
-    def sentences(self) -> list[text.Verdict]:
-        """What came out, in plain text."""
-        return text.verdicts(self)
+    def conclusions(self) -> list[Conclusion]:
+        """The results in sentences, the most important first."""
+        return conclusions(self)
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """All tables by name."""
-        found = {
+        tables = {
             "runs": self.runs.drop(columns=["source"]),
             "success": self.success,
             "accuracy": self.accuracy,
@@ -163,24 +168,24 @@ class Results:
         }
         for by in ranks.SCORES:
             for cost in dict.fromkeys(self.runs["cost"]):
-                made = self.ranking(by, cost=cost)
-                if made is not None:
-                    found[f"ranking by {by}, {cost}"] = made.table
-                    found[f"tests by {by}, {cost}"] = made.pairs
-        return {name: frame for name, frame in found.items() if len(frame)}
+                ranking = self.ranking(by, cost=cost)
+                if ranking is not None:
+                    tables[f"ranking by {by}, {cost}"] = ranking.table
+                    tables[f"tests by {by}, {cost}"] = ranking.pairs
+        return {name: frame for name, frame in tables.items() if len(frame)}
 
     def _repr_html_(self) -> str:
         import html
 
-        items = "".join(f"<li>{html.escape(said.text)}</li>" for said in self.sentences)
+        items = "".join(f"<li>{html.escape(conclusion.text)}</li>" for conclusion in self.conclusions)
         head = f"<b>{html.escape(self.comparison.name)}</b>: {len(self.runs)} runs, {self.left} left"
         return f"<p>{head}</p><ul>{items}</ul>"
 
 
-def _history(text: str) -> tuple[Any, Any, Any]:
+def _history(stored: str) -> tuple[Any, Any, Any]:
     """Evaluations, best values and seconds as arrays."""
-    found = json.loads(text) if text else []
-    lists = found if len(found) == 3 else [[], [], []]
+    columns = json.loads(stored) if stored else []
+    lists = columns if len(columns) == 3 else [[], [], []]
     return np.array(lists[0], dtype=float), np.array(lists[1], dtype=float), np.array(lists[2], dtype=float)
 
 
@@ -192,12 +197,12 @@ def _best(runs: pd.DataFrame, fits: pd.DataFrame) -> dict[str, float]:
 
 
 def _with_truth(store: Store, runs: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
-    """Estimates of these runs with place, truth and bound."""
+    """Estimates of these runs with condition, truth and bound."""
     estimates, known = store.frame("estimates"), store.frame("fit_parameters")
     estimates = estimates[estimates["key"].isin(set(runs["key"]))]
     known = known.merge(fits[["key", "instance"]], on="key").drop(columns=["key", "value"])
-    place = runs[["key", "instance", *PLACE, "solver", "seed", "budget"]]
-    merged = estimates.merge(place, on="key").merge(known, on=["instance", "parameter"], how="left")
+    condition = runs[["key", "instance", *CONDITION, "solver", "seed", "budget"]]
+    merged = estimates.merge(condition, on="key").merge(known, on=["instance", "parameter"], how="left")
     for name in ("value", "stderr", "lower", "upper", "truth", "crlb"):
         merged[name] = pd.to_numeric(merged[name], errors="coerce").astype(float)
     return merged

@@ -5,42 +5,25 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import joblib
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
+from seatruth.comparison.problem import Run
 from seatruth.comparison.results import Results
-from seatruth.comparison.spec import Comparison, Run
+from seatruth.comparison.spec import Comparison
 from seatruth.comparison.store import Store
-from seatruth.comparison.worker import Done, Job, jobs_of, work
+from seatruth.comparison.worker import Job, RunResult, jobs_of, run_job
 from seatruth.errors import BadInput, Interrupted, SeatruthError
+from seatruth.progress import Progress, ProgressEvent, silent
 
 STORE = "comparison.sqlite"
 _WRITE_S = 0.2
-"""Longest time that a finished run waits to be written together with others."""
+"""Longest time in s that a finished run waits to be stored together with others. Chosen here [S]."""
 Backend = Literal["loky", "dask"]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How far a comparison is: runs done, failed and left, and seconds to go (None while that is not known)."""
-
-    done: int
-    failed: int
-    left: int
-    seconds_left: float | None
-
-    def __str__(self) -> str:
-        failed = f", {self.failed} failed" if self.failed else ""
-        text = f"{self.done} runs done{failed}, {self.left} left"
-        if self.seconds_left is None or not self.left:
-            return text
-        minutes, seconds = divmod(round(self.seconds_left), 60)
-        return f"{text}, about {f'{minutes} min ' if minutes else ''}{seconds} s to go"
 
 
 def compare(
@@ -51,16 +34,38 @@ def compare(
     backend: Backend = "loky",
     fresh: bool = False,
     retry_failed: bool = False,
-    progress: Callable[[Standing], None] | None = None,
+    progress: Progress | None = None,
 ) -> Results:
-    """Runs what is missing of a comparison and gives all its results.
+    """Makes the runs of a comparison that are missing in its store, and returns all its results.
 
-    `folder` gets the store, `comparison.sqlite`; runs that are in it are not made again (with `fresh` they are; with
-    `retry_failed` those that failed are). `workers` processes run at once and do not change the results; `backend`
-    "dask" takes the workers of the dask client of this process instead. `progress` is called with a Standing.
+    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on.
 
-    Whatever ends it, even `kill -9` or a full disk, costs the runs under way only: the same call goes on. Raises
-    BadInput where another program writes to the store or a program of another version made it, Interrupted on Ctrl-C.
+    Args:
+        comparison: what is compared.
+        folder: gets the store, `comparison.sqlite`; runs that are in it are not made again.
+        workers: processes that run at once; they do not change the results.
+        backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
+        fresh: make all runs anew.
+        retry_failed: make those runs anew that failed.
+        progress: called with a `ProgressEvent` after every group of runs.
+
+    Returns:
+        The results of all runs in the store that belong to the comparison.
+
+    Raises:
+        BadInput: another program writes to the store, or one of another version made it.
+        Interrupted: the user stopped it; finished runs are kept.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison, compare
+        >>> from seatruth.comparison import Noise, Problem
+        >>> study = seatruth.sample.load()
+        >>> problems = [Problem("sample", study.replace(trials=study.trials[:1]), start="study")]
+        >>> comparison = Comparison(problems, ["cma_es"], [Noise("white", 0.01)], seeds=1, budgets=[30])
+        >>> results = compare(comparison, "comparison-result")
+        >>> results.runs["evaluations"].tolist()
+        [30]
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
@@ -79,11 +84,11 @@ def compare(
         known = store.known((run.key for run in wanted), failed=not retry_failed)
         missing = _ordered([run for run in wanted if run.key not in known])
         store.describe(comparison.name, dict(comparison.made_of))
-        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress)
+        clock = _Clock(comparison, store, [run for run in missing if run.solver], workers, progress or silent)
         try:
-            for done in _in_groups(_results(jobs_of(comparison, missing), workers, backend)):
-                store.add(done, hashes)
-                clock.tick(done)
+            for results in _in_groups(_results(jobs_of(comparison, missing), workers, backend)):
+                store.add(results, hashes)
+                clock.tick(results)
         except KeyboardInterrupt:
             raise Interrupted(
                 "interrupted; finished runs are kept", do="Run the same command again to go on."
@@ -92,24 +97,24 @@ def compare(
 
 
 def standing(comparison: Comparison, folder: str | Path) -> Results:
-    """The results so far, also while another program goes on with it."""
+    """The results so far. Another program may be running the comparison meanwhile."""
     with Store(Path(folder) / STORE, write=False) as store:
         return Results.of(comparison, store)
 
 
 def _ordered(runs: Sequence[Run]) -> list[Run]:
-    """Seed by seed, and within a seed the runs of an instance together, its reference first."""
+    """The runs seed by seed, and within a seed the runs of an instance together, its reference first."""
     places: dict[str, int] = {}
     for run in runs:
         places.setdefault(run.instance, len(places))
     return sorted(runs, key=lambda run: (run.seed, places[run.instance], run.budget))
 
 
-def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[Done]:
-    """What becomes of the jobs, in any order.
+def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[RunResult]:
+    """The results of the jobs, in any order.
 
-    A run that ends its process (memory, a fault in compiled code) takes the other processes with it. The runs that
-    were under way then are run one at a time, each in a process of its own, so that the one that did it is known.
+    A run that ends its process (memory, a fault in compiled code) ends the other processes too. The runs that were
+    being made are then made one at a time, each in a new process, so that the faulty one is known.
     """
     if backend == "dask":
         _check_dask()
@@ -130,14 +135,14 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[Done]:
             if not isinstance(problem, BrokenProcessPool):
                 raise
             for key in [key for key in begun if key in left]:
-                yield _alone(left.pop(key))
+                yield _run_in_own_process(left.pop(key))
 
 
-def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[Done]:
+def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[RunResult]:
     def handed_out() -> Iterator[Any]:
         for job in jobs:
             begun.append(job.run.key)
-            yield joblib.delayed(work)(job)
+            yield joblib.delayed(run_job)(job)
 
     options: dict[str, Any] = {"backend": backend}
     if backend == "loky":
@@ -146,22 +151,22 @@ def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str])
         yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="3*n_jobs")(handed_out())
 
 
-def _alone(job: Job) -> Done:
-    """One job in a process of its own: if that ends, it was this job's doing."""
+def _run_in_own_process(job: Job) -> RunResult:
+    """One job in a new process: if that process ends, this job ended it."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     with ProcessPoolExecutor(max_workers=1) as pool:
         try:
-            done: Done = pool.submit(work, job).result()
-            return done
+            result: RunResult = pool.submit(run_job, job).result()
+            return result
         except BrokenProcessPool as problem:
             cause = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
-            return Done(job.run, f"it ended its process: {cause}")
+            return RunResult(job.run, f"it ended its process: {cause}")
 
 
-def _in_groups(results: Iterator[Done]) -> Iterator[list[Done]]:
-    """Results as they come, those of a moment together: one transaction of the disk then serves them all."""
-    group: list[Done] = []
+def _in_groups(results: Iterator[RunResult]) -> Iterator[list[RunResult]]:
+    """Results as they come, those of a moment together, so that one transaction of the disk stores them all."""
+    group: list[RunResult] = []
     since = time.monotonic()
     with contextlib.closing(results):  # type: ignore[type-var]
         for done in results:
@@ -174,7 +179,7 @@ def _in_groups(results: Iterator[Done]) -> Iterator[list[Done]]:
 
 
 class _Clock:
-    """Counts runs and says how long the rest will take: the mean time of the same solver on the same problem."""
+    """Counts runs and predicts the remaining time from the mean time of each solver on each problem."""
 
     def __init__(
         self,
@@ -182,31 +187,38 @@ class _Clock:
         store: Store,
         missing: Sequence[Run],
         workers: int,
-        progress: Callable[[Standing], None] | None,
+        progress: Progress,
     ) -> None:
         self._progress, self._workers = progress, workers
         self._left = {run.key: _kind(run) for run in missing}
-        self._count = len(comparison.runs) - len(missing)
-        keys = {run.key for run in comparison.runs}
+        self._total, self._begun = len(comparison.runs), time.monotonic()
+        keys = {run.key for run in comparison.runs} - set(self._left)
         self._failed = len(store.known(keys)) - len(store.known(keys, failed=False))
-        self._count -= self._failed
         self._times: dict[Any, list[float]] = defaultdict(list)
         self._show()
 
-    def tick(self, done: Sequence[Done]) -> None:
-        for one in done:
-            if not one.run.solver:
+    def tick(self, results: Sequence[RunResult]) -> None:
+        for result in results:
+            if not result.run.solver:
                 continue
-            self._left.pop(one.run.key, None)
-            self._failed += bool(one.error)
-            self._count += not one.error
-            spent = one.numbers.get("search_s", 0.0) + one.numbers.get("scoring_s", 0.0)
-            self._times[_kind(one.run)].append(spent)
+            self._left.pop(result.run.key, None)
+            self._failed += bool(result.error)
+            spent = result.numbers.get("search_s", 0.0) + result.numbers.get("scoring_s", 0.0)
+            self._times[_kind(result.run)].append(spent)
         self._show()
 
     def _show(self) -> None:
-        if self._progress is not None:
-            self._progress(Standing(self._count, self._failed, len(self._left), self._seconds()))
+        self._progress(
+            ProgressEvent(
+                "Comparison",
+                done=self._total - len(self._left),
+                total=self._total,
+                unit="runs",
+                elapsed_s=time.monotonic() - self._begun,
+                remaining_s=self._seconds(),
+                message=f"{self._failed} failed" if self._failed else "",
+            )
+        )
 
     def _seconds(self) -> float | None:
         if not self._times:

@@ -3,7 +3,8 @@
 Tables: `runs` (one row a search), `estimates` (its parameters), `fits` (what the runs of an instance are measured
 against), `fit_parameters` (true values and bounds), `sources` (versions, commit, machine), `about`. A run is written
 in one transaction, so whatever ends the program leaves whole runs only. Rows are found by the hash of their run's
-definition: a changed definition makes new rows, and old ones stay.
+definition: a changed definition makes new rows, and old ones stay. Each run and fit carries a checksum of its row and
+its parameters: one that does not fit (a changed digit) is left out with a warning and made again.
 """
 
 from __future__ import annotations
@@ -11,29 +12,31 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+from urllib.parse import quote
 
 import pandas as pd
 
-from seatruth.comparison.worker import Done
-from seatruth.errors import BadInput, SeatruthError
+from seatruth.comparison.worker import RunResult
+from seatruth.errors import BadInput, SeatruthError, SeatruthWarning
 from seatruth.provenance import provenance
+from seatruth.storage.checksum import checksum
+from seatruth.storage.lock import lock_file
+from seatruth.storage.values import to_text
 
-try:
-    import fcntl
-except ImportError:  # not on Windows: two comparisons on one store are then not noticed
-    fcntl = None  # type: ignore[assignment]
-
-VERSION = 1
+VERSION = 2
 _APPLICATION = 0x5EA7C0DE & 0x7FFFFFFF
 """Marks the file as a store of seatruth (SQLite's application_id)."""
-_RUN = ("instance", "problem", "cost", "solver", "noise", "noise_options", "level", "seed", "budget")
-_FOUND = ("code", "reason", "value", "evaluations", "diverged", "search_s", "scoring_s", "open_loop", "held_out")
+_PARAMETERS = {"runs": "estimates", "fits": "fit_parameters"}
+"""Of each table with one row a search, the table with its parameters."""
+_NUMBERS = ("code", "reason", "value", "evaluations", "diverged", "search_s", "scoring_s", "open_loop", "held_out")
 _SCHEMA = """
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT);
 CREATE TABLE sources (id INTEGER PRIMARY KEY, provenance TEXT UNIQUE);
@@ -41,20 +44,31 @@ CREATE TABLE runs (
   key TEXT PRIMARY KEY, instance TEXT, problem TEXT, cost TEXT, solver TEXT, noise TEXT, noise_options TEXT, level REAL,
   seed INTEGER, budget INTEGER, status TEXT, error TEXT, code TEXT, reason TEXT, value REAL, evaluations INTEGER,
   diverged INTEGER, search_s REAL, scoring_s REAL, open_loop REAL, held_out REAL, history TEXT, study_hash TEXT,
-  source INTEGER REFERENCES sources(id), finished_utc TEXT);
+  source INTEGER REFERENCES sources(id), finished_utc TEXT, checksum TEXT);
 CREATE TABLE estimates (
   key TEXT, parameter TEXT, value REAL, stderr REAL, lower REAL, upper REAL, PRIMARY KEY (key, parameter));
 CREATE TABLE fits (
   key TEXT PRIMARY KEY, instance TEXT, problem TEXT, cost TEXT, noise TEXT, noise_options TEXT, level REAL,
   seed INTEGER, status TEXT, error TEXT, value REAL, value_at_truth REAL, n_data INTEGER, dimension INTEGER,
-  study_hash TEXT, source INTEGER REFERENCES sources(id), finished_utc TEXT);
+  study_hash TEXT, source INTEGER REFERENCES sources(id), finished_utc TEXT, checksum TEXT);
 CREATE TABLE fit_parameters (
   key TEXT, parameter TEXT, unit TEXT, value REAL, truth REAL, crlb REAL, PRIMARY KEY (key, parameter));
 """
 
 
 class Store:
-    """The file of a comparison. Open it in a `with`; only one program writes at a time, any may read."""
+    """The file of a comparison. Open it in a `with`; only one program writes at a time, any may read.
+
+    Args:
+        path: The file.
+        write: Whether runs will be added; the file is made if it is missing.
+
+    Raises:
+        BadInput: The file is missing, another program's, of another version, damaged, or being written to.
+
+    Warns:
+        SeatruthWarning: Stored runs are damaged.
+    """
 
     def __init__(self, path: Path, *, write: bool = True) -> None:
         self.path = path
@@ -90,7 +104,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Lets go of the file."""
+        """Releases the file."""
         with suppress(sqlite3.Error):
             self._base.close()
         if self._lock is not None:
@@ -98,20 +112,23 @@ class Store:
             self._lock = None
 
     def known(self, keys: Iterable[str], *, failed: bool = True) -> set[str]:
-        """Those of these runs and fits that are done (or failed, unless these are to be run again)."""
-        wanted = set(keys)
-        found: set[str] = set()
-        for table in ("runs", "fits"):
+        """Those of these runs and fits that are done, or have failed if `failed`; damaged ones are not."""
+        wanted = set(keys) - self._damaged
+        known: set[str] = set()
+        for table in _PARAMETERS:
             rows = self._base.execute(f"SELECT key FROM {table}" + ("" if failed else " WHERE status = 'done'"))
-            found |= {key for (key,) in rows if key in wanted}
-        return found
+            known |= {key for (key,) in rows if key in wanted}
+        return known
 
-    def add(self, done: Sequence[Done], hashes: Mapping[tuple[str, str], str]) -> None:
-        """Writes runs, all or none. Raises SeatruthError where the disk is full; what was written before stays."""
+    def add(self, results: Sequence[RunResult], hashes: Mapping[tuple[str, str], str]) -> None:
+        """Writes runs, all or none. `hashes` are the studies' by problem and cost.
+
+        Raises SeatruthError where the disk is full; what was written before stays.
+        """
         try:
             with self._base:
-                for one in done:
-                    self._add(one, hashes[one.run.problem, one.run.cost])
+                for result in results:
+                    self._add(result, hashes[result.run.problem, result.run.cost])
         except sqlite3.Error as problem:
             raise SeatruthError(
                 f"the result of a run cannot be written ({problem})",
@@ -120,38 +137,51 @@ class Store:
             ) from None
 
     def clear(self, keys: Iterable[str]) -> None:
-        """Forgets these runs and fits."""
+        """Deletes these runs and fits."""
         with self._base:
             for key in keys:
-                for table in ("runs", "estimates", "fits", "fit_parameters"):
-                    self._base.execute(f"DELETE FROM {table} WHERE key = ?", (key,))
+                for table, parameters in _PARAMETERS.items():
+                    self._delete(table, parameters, key)
 
     def frame(self, table: str) -> pd.DataFrame:
-        """A whole table."""
-        return pd.read_sql_query(f"SELECT * FROM {table}", self._base)
+        """A whole table without its damaged rows."""
+        damaged = self._damaged
+        try:
+            frame = pd.read_sql_query(f"SELECT * FROM {table}", self._base).drop(columns="checksum", errors="ignore")
+        except pd.errors.DatabaseError as problem:
+            raise self._unreadable(problem) from None
+        if "key" in frame and damaged:
+            frame = frame[~frame["key"].isin(damaged)].reset_index(drop=True)
+        return frame
 
     def describe(self, name: str, content: Mapping[str, Any]) -> None:
-        """Notes what the latest comparison was."""
+        """Notes the name and the definition of the latest comparison."""
         with self._base:
             for key, value in {"comparison": name, "definition": json.dumps(content, default=str)}.items():
                 self._base.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
 
-    def _add(self, done: Done, study_hash: str) -> None:
-        run, numbers = done.run, done.numbers
-        status = "failed" if done.error else "done"
+    def _add(self, result: RunResult, study_hash: str) -> None:
+        run, numbers = result.run, result.numbers
+        status = "failed" if result.error else "done"
         common: dict[str, Any] = {name: getattr(run, name) for name in ("key", "instance", "problem", "cost", "seed")}
         common |= {"noise": run.noise.kind, "noise_options": json.dumps(dict(run.noise.options), sort_keys=True)}
-        common |= {"level": run.noise.level, "status": status, "error": done.error, "study_hash": study_hash}
+        common |= {"level": run.noise.level, "status": status, "error": result.error, "study_hash": study_hash}
         common |= {"source": self._provenance(), "finished_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")}
+        table = "runs" if run.solver else "fits"
+        self._delete(table, _PARAMETERS[table], run.key)
         if run.solver:
-            row = common | {"solver": run.solver, "budget": run.budget, "history": json.dumps(done.history)}
-            row |= {name: _cell(numbers.get(name)) for name in _FOUND}
+            row = common | {"solver": run.solver, "budget": run.budget, "history": json.dumps(result.history)}
+            row |= {name: _cell(numbers.get(name)) for name in _NUMBERS}
             self._insert("runs", row)
-            self._parameters("estimates", run.key, done.estimates, ("value", "stderr", "lower", "upper"))
-            return
-        names = ("value", "value_at_truth", "n_data", "dimension")
-        self._insert("fits", common | {name: _cell(numbers.get(name)) for name in names})
-        self._parameters("fit_parameters", run.key, done.estimates, ("unit", "value", "truth", "crlb"))
+            self._parameters("estimates", run.key, result.estimates, ("value", "stderr", "lower", "upper"))
+        else:
+            names = ("value", "value_at_truth", "n_data", "dimension")
+            self._insert("fits", common | {name: _cell(numbers.get(name)) for name in names})
+            self._parameters("fit_parameters", run.key, result.estimates, ("unit", "value", "truth", "crlb"))
+        # Of the row as SQLite gives it back, which is what is compared later.
+        (digits,) = self._checksums(table, run.key).values()
+        self._base.execute(f"UPDATE {table} SET checksum = ? WHERE key = ?", (digits, run.key))
+        self._damaged.discard(run.key)
 
     def _parameters(self, table: str, key: str, frame: pd.DataFrame, names: Sequence[str]) -> None:
         for parameter, row in frame.iterrows():
@@ -162,32 +192,65 @@ class Store:
         marks = ", ".join("?" * len(row))
         self._base.execute(f"INSERT OR REPLACE INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values()))
 
+    def _delete(self, table: str, parameters: str, key: str) -> None:
+        for name in (table, parameters):
+            self._base.execute(f"DELETE FROM {name} WHERE key = ?", (key,))
+
+    @cached_property
+    def _damaged(self) -> set[str]:
+        """Keys of runs and fits whose checksum does not fit. The warning comes once, when the store is first read."""
+        damaged: set[str] = set()
+        try:
+            for table in _PARAMETERS:
+                stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
+                damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
+        except sqlite3.DatabaseError as problem:
+            raise self._unreadable(problem) from None
+        if damaged:
+            warnings.warn(
+                f"{self.path}: {len(damaged)} stored run{'s are' if len(damaged) > 1 else ' is'} damaged and left out. "
+                "The next run of the comparison makes them again.",
+                SeatruthWarning,
+                stacklevel=2,
+            )
+        return damaged
+
+    def _unreadable(self, problem: Exception) -> BadInput:
+        return BadInput(
+            f"the store is damaged ({problem})",
+            where=str(self.path),
+            do="Run the comparison into a new folder (--out), or restore the file from a copy.",
+        )
+
+    def _checksums(self, table: str, key: str | None = None) -> dict[str, str]:
+        """Checksums of the rows of a table with their parameters, computed anew; of one key or of all."""
+        where, values = ("", ()) if key is None else (" WHERE key = ?", (key,))
+        parameters: dict[str, list[Any]] = {}
+        for row in self._base.execute(f"SELECT * FROM {_PARAMETERS[table]}{where} ORDER BY key, parameter", values):
+            parameters.setdefault(row[0], []).append(row[1:])
+        rows = self._base.execute(f"SELECT * FROM {table}{where}", values)  # the checksum is the last column
+        return {row[0]: checksum(to_text([row[:-1], parameters.get(row[0], [])]), table) for row in rows}
+
     def _provenance(self) -> int:
         if self._source is None:
             content = provenance()
             content.pop("time_utc")
             text = json.dumps(content, sort_keys=True)
             self._base.execute("INSERT OR IGNORE INTO sources (provenance) VALUES (?)", (text,))
-            found = self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()
-            self._source = int(found[0])
+            row = self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()
+            self._source = int(row[0])
         return self._source
 
     def _take(self) -> None:
-        """Locks the store for this program. The lock goes with the process, however it ends."""
-        if fcntl is None:
-            return
+        """Locks the store for this program. The lock ends with the process, however it ends."""
         self._lock = open(self.path.with_name(f".{self.path.name}.lock"), "a")  # noqa: SIM115 - closed by close()
-        try:
-            fcntl.flock(self._lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_file(self._lock):
             self._lock.close()
             raise BadInput(
                 "another comparison is writing to this store",
                 where=str(self.path),
                 do="Wait for it, or choose another folder with --out. (--ranking shows how it stands.)",
-            ) from None
-        except OSError:
-            return  # a file system without locks: go on as on systems that have none
+            )
 
     def _open(self, write: bool) -> None:
         try:
@@ -237,6 +300,4 @@ def _cell(value: Any) -> Any:
 
 
 def _quoted(path: Path) -> str:
-    from urllib.parse import quote
-
     return quote(str(path.absolute()))

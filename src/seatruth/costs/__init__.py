@@ -1,7 +1,7 @@
-"""Costs: one interface between every problem and every optimizer, and the kinds that are made from a study.
+"""Costs: one interface between every problem and every optimizer, and the three kinds of cost.
 
-    from seatruth.costs import Study, cost_of
-    cost = cost_of(Study("zigzags", model, trials, noise={"r": 0.001}))
+    from seatruth.costs import cost_of
+    cost = cost_of(study)
     cost.values(X), cost.residuals(x), cost.jacobian(x)
 
 `seatruth.costs.base` is the interface alone.
@@ -14,28 +14,27 @@ from typing import TYPE_CHECKING, Any
 from seatruth.costs.base import Ability, Block, Cost, Regression
 
 if TYPE_CHECKING:
-    from seatruth.costs.formula import FormulaCost, formula_study
+    from seatruth.costs.formula import FormulaCost
+    from seatruth.costs.options import CostOptions, FormulaOptions, RegressionOptions, TrajectoryOptions
     from seatruth.costs.parameter_space import ParameterSpace
-    from seatruth.costs.registry import KINDS, CostKind
+    from seatruth.costs.problem import EstimationProblem
+    from seatruth.costs.registry import KINDS, CostKind, cost_of
     from seatruth.costs.regression import RegressionCost
-    from seatruth.costs.study import Study, cost_of
-    from seatruth.costs.study_cost import Group, StudyCost
+    from seatruth.costs.study_cost import ResidualBlock, StudyCost
     from seatruth.costs.trajectory import TrajectoryCost
 
 # Loaded when first used: optimizers need the interface only, and the engine behind the others takes time to import.
-_PLACES = {
-    "Group": "fitted",
-    "StudyCost": "fitted",
-    "FormulaCost": "formula",
-    "formula_study": "formula",
-    "RegressionCost": "regression",
-    "KINDS": "registry",
-    "CostKind": "registry",
-    "ParameterSpace": "space",
-    "Study": "study",
-    "cost_of": "study",
-    "TrajectoryCost": "trajectory",
+_MODULES = {
+    "formula": ("FormulaCost",),
+    "options": ("CostOptions", "FormulaOptions", "RegressionOptions", "TrajectoryOptions"),
+    "parameter_space": ("ParameterSpace",),
+    "problem": ("EstimationProblem",),
+    "registry": ("KINDS", "CostKind", "cost_of"),
+    "regression": ("RegressionCost",),
+    "study_cost": ("ResidualBlock", "StudyCost"),
+    "trajectory": ("TrajectoryCost",),
 }
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "KINDS",
@@ -43,22 +42,25 @@ __all__ = [
     "Block",
     "Cost",
     "CostKind",
+    "CostOptions",
+    "EstimationProblem",
     "FormulaCost",
-    "Group",
+    "FormulaOptions",
     "ParameterSpace",
     "Regression",
     "RegressionCost",
-    "Study",
+    "RegressionOptions",
+    "ResidualBlock",
     "StudyCost",
     "TrajectoryCost",
+    "TrajectoryOptions",
     "cost_of",
-    "formula_study",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACES:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)

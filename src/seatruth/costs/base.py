@@ -78,7 +78,7 @@ class Cost(ABC):
         raise NotImplementedError(f"{type(self).__name__} gives no regression")
 
     def reweight(self, x: Array) -> bool:
-        """Re-estimates the innovation covariance at x where the criterion calls for it; True if it changed."""
+        """Re-estimates the measurement-noise covariance R at x where the criterion asks for it; True if it changed."""
         return False
 
     def value_of(self, residuals: Array) -> float:

@@ -2,57 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Regression
 from seatruth.costs.linear import SAME, SAME_BY_DIFFERENCES, Linear, blocks_of
 from seatruth.costs.noise import Noise
-from seatruth.costs.study import Deviation, Study
-from seatruth.costs.study_cost import Group, StudyCost, prior_groups
-from seatruth.errors import BadInput, nearest
-from seatruth.models.formula import Callback, Formula
-from seatruth.models.parameter import Parameter
-from seatruth.trials.read import place
-from seatruth.trials.trial import Trial, Trials
+from seatruth.costs.options import FormulaOptions
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
+from seatruth.errors import BadInput
+from seatruth.models.formula import Formula
+from seatruth.trials.places import place
+from seatruth.trials.trial import Trial
 
-_AT_ONCE = 8_000_000
-"""Numbers that a population is held in at a time."""
+_MAX_NUMBERS = 8_000_000
+"""Most numbers of a population in memory at a time (chosen here [S]: 64 MB)."""
 
 
 class FormulaCost(StudyCost):
     """Minus the log-likelihood of a column given a formula of the others: least squares, with known noise or not.
 
-    The study's model is a `Formula`; its trials are tables. Candidates for which the formula has no finite value in
-    every valid row cost inf. `formula_study` makes the study from a table in one call.
+    The problem's model is a `Formula`; its trials are tables. Candidates for which the formula has no finite value in
+    every valid row cost inf. `seatruth.study.formula_study` makes the study from a table in one call.
     """
 
     gives = frozenset({"values", "residuals", "derivatives", "regression"})
 
-    def __init__(self, study: Study) -> None:
-        where = f"study {study.name!r}"
-        if not isinstance(study.model, Formula):
-            raise BadInput(f"model {study.model.name!r} is no formula", where=where, do="Use another kind of cost.")
-        self.study, self.space, self._formula = study, study.space, study.model
-        self.trials = tuple(study.trials)
+    def __init__(self, problem: EstimationProblem) -> None:
+        where = f"study {problem.name!r}"
+        problem.options(FormulaOptions)
+        if not isinstance(problem.model, Formula):
+            raise BadInput(f"model {problem.model.name!r} is no formula", where=where, do="Use another kind of cost.")
+        self.problem, self.space, self._formula = problem, problem.space, problem.model
+        self.trials = tuple(problem.trials)
         self.parameters = self.space.free
-        inputs = [channel.name for channel in study.model.inputs]
+        inputs = [channel.name for channel in problem.model.inputs]
         self._columns = {name: np.concatenate([trial.inputs[name] for trial in self.trials]) for name in inputs}
-        output = study.model.outputs[0].name
+        output = problem.model.outputs[0].name
         self._measured = np.concatenate([trial.outputs[output] for trial in self.trials])[:, None]
         self._weight = self._weights(where)
         valid = np.isfinite(self._measured) & (self._weight > 0)
         self._rows = np.flatnonzero(valid[:, 0])
-        known = {name: float(value) for name, value in study.noise.items() if value != "estimate"}
+        known = {name: float(value) for name, value in problem.noise.items() if value != "estimate"}
         self._noise = Noise([output], self._measured * self._weight, valid, known, where=where)
-        self._same = SAME if study.model.expression is not None else SAME_BY_DIFFERENCES
-        self.groups = self._groups(output)
+        self._same = SAME if problem.model.expression is not None else SAME_BY_DIFFERENCES
+        self.residual_blocks = self._residual_blocks(output)
 
     @cached_property
     def linear(self) -> Linear | None:
@@ -63,7 +63,7 @@ class FormulaCost(StudyCost):
         """Cost of each candidate: (P, K) -> (P,)."""
         X = np.asarray(X, dtype=np.float64)
         squares = np.empty(len(X))
-        size = max(1, _AT_ONCE // len(self._measured))
+        size = max(1, _MAX_NUMBERS // len(self._measured))
         weights = self._noise.weights[:, 0] * self._weight[:, 0]
         with np.errstate(all="ignore"):
             for k in range(0, len(X), size):
@@ -84,14 +84,14 @@ class FormulaCost(StudyCost):
             which = ", ".join(repr(name) for name in culprits[:5]) or "the parameters together"
             raise BadInput(
                 f"{which} do{'es' if len(culprits) == 1 else ''} not enter the formula linearly",
-                where=f"study {self.study.name!r}",
+                where=f"study {self.problem.name!r}",
                 do="Fix those, or use an optimizer that takes residuals (least_squares).",
             )
         names = [self._formula.text or self._formula.name]
         return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
 
     def errors(self, x: Array) -> Array:
-        """(Measured less computed) times the row's weight: (N, 1)."""
+        """(Measured minus computed) times the row's weight: (N, 1)."""
         with np.errstate(all="ignore"):
             return np.asarray((self._measured[:, 0] - self._predicted(np.asarray(x)[None])[0])[:, None] * self._weight)
 
@@ -102,7 +102,7 @@ class FormulaCost(StudyCost):
         return [self._formula.run(trial, parameters, None) for trial in chosen]
 
     def require_values(self) -> None:
-        """BadInput where measured rows have no finite value at the start nor at any of twenty other candidates."""
+        """Raises BadInput where a measured row has no finite value at the start nor at twenty other candidates."""
         rng = np.random.default_rng(0)
         low, high = self.bounds
         spread = np.where(self.start == 0, 1.0, np.abs(self.start)) * rng.standard_normal((20, len(self.start)))
@@ -125,11 +125,11 @@ class FormulaCost(StudyCost):
     def slopes(self, x: Array, trial: Trial) -> Array:
         """Derivatives (n, K) of the computed values on the rows of a table, by x."""
         columns = {channel.name: np.asarray(trial.inputs[channel.name]) for channel in self._formula.inputs}
-        found = self._formula.derivatives(columns, self.space.by_name(x), self.space.moving)
+        found = self._formula.derivatives(columns, self.space.by_name(x), self.space.varying)
         if found.shape[0] != len(trial):  # a formula without columns
             found = np.broadcast_to(found, (len(trial), found.shape[1]))
         with np.errstate(invalid="ignore"):
-            return np.asarray(found @ self.space.moving_jacobian(x))
+            return np.asarray(found @ self.space.varying_jacobian(x))
 
     def weight_of(self, trial: Trial) -> Array:
         """Relative weights (n,) of the rows of a table: the noise of a row is sigma / weight."""
@@ -173,8 +173,8 @@ class FormulaCost(StudyCost):
             )
         return found[:, None]
 
-    def _groups(self, output: str) -> tuple[Group, ...]:
-        found: list[Group] = []
+    def _residual_blocks(self, output: str) -> tuple[ResidualBlock, ...]:
+        found: list[ResidualBlock] = []
         first = 0
         for trial in self.trials:
             inside = (self._noise.rows >= first) & (self._noise.rows < first + len(trial))
@@ -182,68 +182,6 @@ class FormulaCost(StudyCost):
             if places.size:
                 sample = self._noise.rows[places] - first
                 t = np.asarray(trial.t)[sample]
-                found.append(Group("data", trial.name, output, places, t, sample, ordered=False))
+                found.append(ResidualBlock("data", trial.name, output, places, t, sample, ordered=False))
             first += len(trial)
-        return (*found, *prior_groups(self.space.priors, self._noise.size))
-
-
-def formula_study(
-    formula: str | Callback,
-    data: pd.DataFrame | Mapping[str, Any],
-    parameters: Sequence[Parameter],
-    *,
-    output: str | None = None,
-    columns: Sequence[str] | None = None,
-    noise: Deviation = "estimate",
-    weight: str | None = None,
-    units: Mapping[str, str] | None = None,
-    constraints: Sequence[str] = (),
-    name: str = "formula",
-    synthetic: bool = False,
-    source: str = "",
-) -> Study:
-    """The study of fitting a formula to a table: `cost_of(formula_study("D = a*Fr + b", table, parameters))`.
-
-    `data` holds columns by name; `output`, `columns`, `units` and `weight` are those of `Formula`. `noise` is the
-    standard deviation of the output, or "estimate". Rows whose output is not a number do not count.
-    """
-    model = Formula(formula, parameters, columns, output=output, name=name, units=units, weight=weight)
-    trial = table_trial(model, data, name, synthetic=synthetic, source=source)
-    return Study(
-        name=name,
-        model=model,
-        trials=Trials([trial]),
-        parameters=tuple(parameters),
-        constraints=tuple(constraints),
-        cost="formula",
-        noise={model.outputs[0].name: noise},
-    )
-
-
-def table_trial(
-    model: Formula, data: pd.DataFrame | Mapping[str, Any], name: str, *, synthetic: bool = False, source: str = ""
-) -> Trial:
-    """A table as the trial of a formula; its time counts the rows. Raises BadInput for columns that are missing."""
-    known = [str(column) for column in data]
-    found = {}
-    for channel in (*model.inputs, *model.outputs):
-        if channel.name not in known:
-            raise BadInput(
-                f"the table has no column {channel.name!r}", where=f"formula {name!r}", do=nearest(channel.name, known)
-            )
-        try:
-            found[channel.name] = np.asarray(data[channel.name], dtype=np.float64).ravel()
-        except (TypeError, ValueError):
-            raise BadInput(
-                f"column {channel.name!r} holds something that is no number", where=f"formula {name!r}"
-            ) from None
-    rows = len(found[model.outputs[0].name])
-    output = model.outputs[0].name
-    return Trial(
-        name,
-        np.arange(rows, dtype=np.float64),
-        {channel.name: found[channel.name] for channel in model.inputs},
-        {output: found[output]},
-        synthetic=synthetic,
-        source=source,
-    )
+        return (*found, *prior_blocks(self.space.priors, self._noise.size))

@@ -1,4 +1,4 @@
-"""Costs whose errors are linear in the parameters: sums of squares at once, and regressions."""
+"""Costs whose errors are linear in the parameters: their sums of squares in one product, and their regressions."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from seatruth.costs.parameter_space import ParameterSpace
 
 Function = Callable[[Array], Array]
 SAME = 1e-9
-"""Relative change of an exact derivative that counts as none."""
+"""Relative change of an exact derivative below which it counts as constant (chosen here [S]: far above rounding)."""
 SAME_BY_DIFFERENCES = 1e-6
-"""The same of a derivative that is a central difference."""
-_ROUNDS = 20
-"""Estimates of the equations' weights against each other."""
+"""The same for a derivative by central differences, whose own error is about 1e-8 (chosen here [S])."""
+_MAX_ITERATIONS = 20
+"""Iterations of the weights of the equations; they converge in a few (chosen here [S])."""
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Weighted errors e = b + A x of several equations, each by its triangle: |e|^2 = |R (x, 1)|^2 without cancelling.
+    """Weighted errors e = b + A x of several equations, each by its triangle R: |e|^2 = |R (x, 1)|^2.
 
     `triangles` (D, K + 1, K + 1).
     """
@@ -50,21 +50,21 @@ class Linear:
 
     @staticmethod
     def culprits(derivatives: Function, space: ParameterSpace, same: float = SAME) -> list[str]:
-        """Free parameters to fix so that the others enter linearly: few, found one after another."""
+        """Free parameters to fix so that the others enter linearly: few, chosen greedily."""
         A = derivatives(space.start)
         K = len(space.free)
-        bent = np.zeros((K, K), dtype=np.bool_)  # moving j changes the derivative by k
+        nonlinear = np.zeros((K, K), dtype=np.bool_)  # changing j changes the derivative by k
         for j in range(K):
             for x in _elsewhere(space):
                 moved = space.start
                 moved[j] = x[j]
-                bent[j] |= _changed(A, derivatives(moved), same)
-        bent |= bent.T
-        chosen: list[int] = np.flatnonzero(np.diag(bent)).tolist()
-        bent[chosen], bent[:, chosen] = False, False
-        while bent.any():
-            chosen.append(int(bent.sum(axis=0).argmax()))
-            bent[chosen], bent[:, chosen] = False, False
+                nonlinear[j] |= _changed(A, derivatives(moved), same)
+        nonlinear |= nonlinear.T
+        chosen: list[int] = np.flatnonzero(np.diag(nonlinear)).tolist()
+        nonlinear[chosen], nonlinear[:, chosen] = False, False
+        while nonlinear.any():
+            chosen.append(int(nonlinear.sum(axis=0).argmax()))
+            nonlinear[chosen], nonlinear[:, chosen] = False, False
         return [space.free_names[k] for k in sorted(chosen)]
 
     def squares(self, X: Array) -> Array:
@@ -80,10 +80,10 @@ class Linear:
 def blocks_of(
     names: Sequence[str], errors: Function, derivatives: Function, space: ParameterSpace, noise: Noise
 ) -> tuple[Block, ...]:
-    """One regression an equation, from weighted errors and derivatives that are linear in x.
+    """One regression per equation, from weighted errors and derivatives that are linear in x.
 
-    The noise of each equation is that of the least-squares solution of all together, found in turn with it. A constant
-    regressor becomes the intercept.
+    The noise of each equation and the least-squares solution of all of them are iterated in turn. A constant regressor
+    becomes the intercept.
     """
     start = space.start
     A, b = -derivatives(start), errors(start)
@@ -91,7 +91,7 @@ def blocks_of(
     weights = noise.weights
     used = [np.flatnonzero(weights[:, k]) for k in range(len(names))]
     scale = np.ones(len(names))
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         rows = np.concatenate([A[rows, k] / scale[k] for k, rows in enumerate(used)])
         right = np.concatenate([target[rows, k] / scale[k] for k, rows in enumerate(used)])
         size = np.linalg.norm(rows, axis=0)
@@ -113,7 +113,7 @@ def blocks_of(
 
 
 def _block(name: str, target: Array, regressors: Array, columns: NDArray[np.intp], weights: Array) -> Block:
-    """A block in which a regressor that is constant is the intercept, scaled so that its coefficient is one."""
+    """A block in which a constant regressor is the intercept, scaled so that its coefficient is one."""
     constant = np.flatnonzero(np.ptp(regressors, axis=0) <= 1e-12 * np.abs(regressors).max(axis=0, initial=0.0))
     if constant.size != 1:
         return Block(name, target, regressors, columns, weights)

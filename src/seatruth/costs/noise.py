@@ -1,16 +1,16 @@
-"""Noise of the channels: known or estimated, one by one or with all covariances, and the likelihood that follows.
+"""Measurement noise of the channels: stated or estimated, channel by channel or with the full covariance R.
 
-The errors of a candidate are (N, D): N samples of D channels. Known standard deviations weight them, and the cost is
-half the weighted sum of squares. A deviation that is not known is estimated by maximum likelihood, and put back into
-the likelihood (the concentrated likelihood): n samples of a channel with sum of squares SS then cost
+The errors of a candidate are (N, D): N samples of D channels. With stated standard deviations the cost is half the
+weighted sum of squares. A deviation that is not stated is estimated by maximum likelihood and inserted into the
+likelihood (the concentrated likelihood). Then n samples of a channel with sum of squares SS cost
 
     n/2 log(1 + SS / (n f^2))       with the estimate sigma^2 = SS / n + f^2
 
 where f is a floor far below any real noise, so that a perfect fit costs zero and not minus infinity. With correlated
-channels it is n/2 log det(I + F^-1 S / n), S the sums of products and F = diag(f^2).
+channels the cost is n/2 log det(I + F^-1 S / n), S the sums of products and F = diag(f^2).
 
 That cost depends on the candidate alone, so solvers that use values need nothing else. Residuals are errors over the
-deviations estimated last (`estimate`); half their sum of squares touches the same cost from above (log is concave), so
+deviations of the last `estimate`; half their sum of squares touches the same cost from above (log is concave), so that
 least squares and new estimates in turn descend to the same minimum.
 """
 
@@ -26,12 +26,12 @@ from scipy.linalg import solve_triangular
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.errors import BadInput
 
-_FEWEST = 5
-"""Samples from which a deviation can be estimated."""
-_SAME = 1e-6
-"""Relative change of deviations below which an estimate counts as the one before."""
+_MIN_SAMPLES = 5
+"""Fewest samples for an estimated deviation: its relative error is then 1/sqrt(2 n) = 0.3 (chosen here [S])."""
+_UNCHANGED = 1e-6
+"""Relative change of a covariance below which it counts as unchanged (chosen here [S])."""
 _FLOOR = 1e-6
-"""Least deviation that an estimate can reach, as a part of the channel's own spread."""
+"""Smallest deviation that an estimate can reach, as a part of the channel's spread (chosen here [S])."""
 
 
 @dataclass
@@ -44,14 +44,14 @@ class _Block:
     floor: Array
     factor: Array
     place: slice
-    """Where its residuals stand, sample by sample."""
+    """Slice of its residuals in the residual vector, sample by sample."""
 
     @property
     def size(self) -> int:
         return len(self.rows)
 
-    def taken(self, errors: Array) -> Array:
-        """Its part (n, d, ...) of errors (N, D, ...)."""
+    def part_of(self, errors: Array) -> Array:
+        """The block's part (n, d, ...) of errors (N, D, ...)."""
         if len(self.columns) == 1:
             return np.asarray(errors[self.rows, self.columns[0]][:, None])
         return np.asarray(errors[self.rows[:, None], self.columns])
@@ -66,17 +66,17 @@ class _Block:
         return np.asarray(0.5 * self.size * found)
 
     def covariance(self, errors: Array) -> Array:
-        part = self.taken(errors)
+        part = self.part_of(errors)
         return np.asarray(part.T @ part / self.size + np.diag(self.floor**2))
 
 
 class Noise:
     """Weights and likelihood of errors (N, D).
 
-    `measured` (N, D) gives each channel's spread, `valid` (N, D) the samples that count. `known` gives deviations by
-    channel; the others are estimated. With `correlated`, all channels are, together with their covariances, for each
-    set of channels that is recorded together (samples of sets that are too rare count channel by channel); `known`
-    is then a first guess. The order of the residuals is that of `rows`, `columns` (M,).
+    `measured` (N, D) gives each channel's spread, `valid` (N, D) the samples that count. `known` holds the stated
+    deviations by channel; the others are estimated. With `correlated` all of them are estimated, together with their
+    covariances, for each set of channels that is recorded together (samples of rare sets count channel by channel);
+    `known` is then a first guess. Residual k belongs to sample `rows[k]` and channel `columns[k]`, (M,) each.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Noise:
 
     @property
     def sigma(self) -> dict[str, float]:
-        """Standard deviation in the weights now, by channel that has samples."""
+        """Standard deviation that weights each channel now; channels without samples are left out."""
         total, count = np.zeros(len(self.channels)), np.zeros(len(self.channels))
         for block in self._blocks:
             total[block.columns] += block.size * (block.factor**2).sum(axis=1)
@@ -121,7 +121,7 @@ class Noise:
         return {name: math.sqrt(total[k] / count[k]) for k, name in enumerate(self.channels) if count[k]}
 
     def cost_of_squares(self, squares: Array) -> Array:
-        """Cost of sums of squares (P, D) that were taken with `weights`; channels without covariances only."""
+        """Cost (P,) of sums of squares (P, D) weighted with `weights`; only for channels without covariances."""
         estimated = 0.5 * self._count * np.log1p(squares / np.maximum(self._count, 1.0))
         return np.asarray(np.where(self._is_estimated, estimated, 0.5 * squares).sum(axis=1))
 
@@ -144,14 +144,14 @@ class Noise:
         """Errors (N, D) over their deviations: (M,)."""
         found = np.empty(self.size)
         for block in self._blocks:
-            found[block.place] = _over(block.factor, block.taken(errors)).ravel()
+            found[block.place] = _over(block.factor, block.part_of(errors)).ravel()
         return found
 
     def derivatives(self, errors: Array) -> Array:
         """The same for derivatives of errors (N, D, K): (M, K)."""
         found = np.empty((self.size, errors.shape[2]))
         for block in self._blocks:
-            part = block.taken(errors)
+            part = block.part_of(errors)
             if len(block.columns) == 1:
                 found[block.place] = part[:, 0] / block.factor[0, 0]
             else:
@@ -173,7 +173,7 @@ class Noise:
         return total if math.isfinite(total) else math.inf
 
     def estimate(self, errors: Array) -> bool:
-        """Takes the deviations of these errors (N, D); True if any of them changed."""
+        """Estimates the deviations from these errors (N, D); True if any of them changed."""
         changed = False
         for block in self._blocks:
             if not block.estimated:
@@ -183,7 +183,7 @@ class Noise:
                 return False
             before = block.factor @ block.factor.T
             size = np.sqrt(np.diag(before))
-            if np.abs((found - before) / np.outer(size, size)).max() > _SAME:
+            if np.abs((found - before) / np.outer(size, size)).max() > _UNCHANGED:
                 changed = True
         if changed:
             for block in self._blocks:
@@ -192,12 +192,12 @@ class Noise:
         return changed
 
     def start_again(self) -> None:
-        """Puts the weights back to what they were before any estimate."""
+        """Restores the weights that held before any estimate."""
         for block in self._blocks:
             block.factor = np.diag(self._first[block.columns])
 
     def _add(self, rows: Indices, columns: Indices, estimated: bool, where: str) -> None:
-        if estimated and len(rows) < _FEWEST:
+        if estimated and len(rows) < _MIN_SAMPLES:
             raise BadInput(
                 f"channel {self.channels[columns[0]]!r} has {len(rows)} valid sample{'s' if len(rows) > 1 else ''}: "
                 "its noise cannot be estimated",
@@ -210,7 +210,7 @@ class Noise:
         self.size = place.stop
 
     def _weights(self, shape: tuple[int, ...]) -> Array:
-        """Weights (N, D) for sums of squares: 1 / known deviation, or 1 / floor; 0 for what does not count."""
+        """Weights (N, D) for sums of squares: 1 / stated deviation or 1 / floor; 0 for samples that do not count."""
         found = np.zeros(shape)
         for block in self._blocks:
             for column in block.columns:
@@ -228,7 +228,7 @@ def _over(factor: Array, errors: Array) -> Array:
 
 
 def _columns(valid: Flags) -> Iterator[tuple[Indices, Indices]]:
-    """Samples of each channel that has any."""
+    """(rows, column) of each channel that has valid samples."""
     for column in range(valid.shape[1]):
         rows = np.flatnonzero(valid[:, column])
         if rows.size:
@@ -236,7 +236,7 @@ def _columns(valid: Flags) -> Iterator[tuple[Indices, Indices]]:
 
 
 def _sets(valid: Flags) -> Iterator[tuple[Indices, Indices]]:
-    """Samples of each set of channels recorded together, and, channel by channel, those of sets that are rare."""
+    """(rows, columns) of each set of channels recorded together; samples of rare sets follow channel by channel."""
     kinds, kind_of = np.unique(valid, axis=0, return_inverse=True)
     rest = np.zeros_like(valid)
     for number, kind in enumerate(kinds):
@@ -248,12 +248,12 @@ def _sets(valid: Flags) -> Iterator[tuple[Indices, Indices]]:
         else:
             yield rows, columns
     for rows, columns in _columns(rest):
-        if rows.size >= _FEWEST:
+        if rows.size >= _MIN_SAMPLES:
             yield rows, columns
 
 
 def _floor(values: Array) -> float:
-    """A deviation below any real one: a part of the channel's spread, or of its last digit if that is more."""
+    """A deviation below any real one: a part of the channel's spread, or of its resolution if that is larger."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return 1.0
@@ -267,6 +267,6 @@ def _floor(values: Array) -> float:
 
 
 def _first_guess(values: Array, floor: float) -> float:
-    """A deviation to begin with: a twentieth of the channel's spread."""
+    """A deviation to start with: a twentieth of the channel's spread (chosen here [S])."""
     finite = values[np.isfinite(values)]
     return max(float(finite.std()) / 20.0 if finite.size else 1.0, 2.0 * floor)

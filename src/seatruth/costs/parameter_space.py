@@ -16,12 +16,12 @@ from seatruth.models.parameter import Parameter
 
 
 class ParameterSpace:
-    """The free parameters x (K,) of `parameters` (n_all), with ties, priors and constraints.
+    """The free parameters x (K,) of `parameters` (n_all), with expressions, priors and constraints.
 
-    Every parameter is free, fixed, or tied to others by an arithmetic expression. `free` are the free ones in their
-    order; `moving` names those that depend on x (free ones first, then ties that lead to a free one), which is what a
-    simulator must be able to set for each candidate. Raises BadInput for ties and constraints that are no arithmetic
-    over the parameters and for ties that lead back to themselves.
+    Every parameter is free, fixed, or set from others by an arithmetic expression (`expr`). `free` are the free ones
+    in their order. `varying` names those that depend on x (the free ones, then expressions that lead to a free one):
+    a simulator must set these for each candidate. Raises BadInput for expressions and constraints that are not
+    arithmetic over the parameters, and for circular expressions.
     """
 
     def __init__(self, parameters: Sequence[Parameter], constraints: Sequence[str] = ()) -> None:
@@ -34,19 +34,19 @@ class ParameterSpace:
         self.free_names = tuple(parameter.name for parameter in self.free)
         self._place = {name: place for place, name in enumerate(self.names)}
         self._columns = np.array([self._place[name] for name in self.free_names], dtype=np.intp)
-        self._ties = self._ordered(self._read_ties())
-        self._nominal = self._with_ties(np.array([parameter.value for parameter in self.parameters])[None])[0]
+        self._expressions = self._ordered(self._read_expressions())
+        self._nominal = self._with_expressions(np.array([parameter.value for parameter in self.parameters])[None])[0]
         if not np.isfinite(self._nominal).all():
             bad = self.names[int(np.flatnonzero(~np.isfinite(self._nominal))[0])]
-            raise BadInput("its tie has no value at the start", where=f"parameter {bad!r}", do="Correct the tie.")
-        moved = set(self.free_names)
-        following = []
-        for name, tie in self._ties:
-            if moved & set(tie.names):
-                moved.add(name)
-                following.append(name)
-        self.moving = (*self.free_names, *following)
-        self._moving_columns = np.array([self._place[name] for name in self.moving], dtype=np.intp)
+            raise BadInput("its expression has no value at the start", where=f"parameter {bad!r}", do="Correct `expr`.")
+        changed = set(self.free_names)
+        dependent = []
+        for name, expression in self._expressions:
+            if changed & set(expression.names):
+                changed.add(name)
+                dependent.append(name)
+        self.varying = (*self.free_names, *dependent)
+        self._varying_columns = np.array([self._place[name] for name in self.varying], dtype=np.intp)
         self.constraints = tuple(Relation(text, self.names) for text in constraints)
         for relation in self.constraints:
             if not relation.holds(dict(zip(self.names, self._nominal))):
@@ -55,11 +55,11 @@ class ParameterSpace:
                 )
         with_prior = [place for place, parameter in enumerate(self.parameters) if self._counts(parameter)]
         self.priors = tuple(self.names[place] for place in with_prior)
-        """Parameters whose prior counts: free ones, and tied ones that move with x."""
+        """Parameters whose prior counts: free ones, and expressions that vary with x."""
         self._prior_places = np.array(with_prior, dtype=np.intp)
-        told = [self.parameters[place].prior for place in with_prior]
-        self._prior_mean = np.array([prior.mean for prior in told if prior is not None])
-        self._prior_sd = np.array([prior.sd for prior in told if prior is not None])
+        priors = [self.parameters[place].prior for place in with_prior]
+        self._prior_mean = np.array([prior.mean for prior in priors if prior is not None])
+        self._prior_sd = np.array([prior.sd for prior in priors if prior is not None])
 
     @property
     def start(self) -> Array:
@@ -67,7 +67,7 @@ class ParameterSpace:
         return np.array([parameter.value for parameter in self.free])
 
     def nominal(self) -> dict[str, float]:
-        """All parameters by name at the start, ties included."""
+        """All parameters by name at the start, expressions included."""
         return dict(zip(self.names, self._nominal.tolist()))
 
     def values(self, X: Any) -> Array:
@@ -75,39 +75,39 @@ class ParameterSpace:
         X = np.asarray(X, dtype=np.float64)
         found = np.broadcast_to(self._nominal, (len(X), len(self.names))).copy()
         found[:, self._columns] = X
-        return self._with_ties(found)
+        return self._with_expressions(found)
 
-    def moving_values(self, X: Array) -> Array:
-        """What a simulator whose free parameters are `moving` takes: (P, K) -> (P, len(moving))."""
-        if not self.follows:
+    def varying_values(self, X: Array) -> Array:
+        """What a simulator whose free parameters are `varying` takes: (P, K) -> (P, len(varying))."""
+        if not self.has_ties:
             return X
-        return self.values(X)[:, self._moving_columns]
+        return self.values(X)[:, self._varying_columns]
 
     @property
-    def follows(self) -> bool:
-        """Whether a tie moves with x."""
-        return len(self.moving) > len(self.free)
+    def has_ties(self) -> bool:
+        """Whether an expression varies with x."""
+        return len(self.varying) > len(self.free)
 
     def by_name(self, x: Array) -> dict[str, float]:
         """All parameters of one candidate (K,) by name."""
         return dict(zip(self.names, self.values(np.asarray(x)[None])[0].tolist()))
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of all parameters by the free ones at x (K,): (n_all, K). Exact, through the ties."""
+        """Derivatives of all parameters by the free ones at x (K,): (n_all, K). Exact, through the expressions."""
         found = np.zeros((len(self.names), len(self.free)))
         found[self._columns, np.arange(len(self.free))] = 1.0
-        if not self._ties:
+        if not self._expressions:
             return found
         values = dict(zip(self.names, self.values(np.asarray(x)[None])[0]))
-        for name, tie in self._ties:
+        for name, expression in self._expressions:
             row = self._place[name]
-            for used in tie.names:
-                found[row] += float(tie.derivative(values, used)) * found[self._place[used]]
+            for used in expression.names:
+                found[row] += float(expression.derivative(values, used)) * found[self._place[used]]
         return found
 
-    def moving_jacobian(self, x: Array) -> Array:
-        """Derivatives of the `moving` parameters by the free ones: (len(moving), K)."""
-        return self.jacobian(x)[self._moving_columns]
+    def varying_jacobian(self, x: Array) -> Array:
+        """Derivatives of the `varying` parameters by the free ones: (len(varying), K)."""
+        return self.jacobian(x)[self._varying_columns]
 
     def feasible(self, X: Array) -> NDArray[np.bool_]:
         """Which candidates (P, K) keep every constraint: (P,)."""
@@ -137,35 +137,37 @@ class ParameterSpace:
         }
 
     def _counts(self, parameter: Parameter) -> bool:
-        return parameter.prior is not None and parameter.name in self.moving
+        return parameter.prior is not None and parameter.name in self.varying
 
-    def _with_ties(self, values: Array) -> Array:
-        for name, tie in self._ties:
-            by_name = {used: values[:, self._place[used]] for used in tie.names}
-            values[:, self._place[name]] = tie.evaluate(by_name)
+    def _with_expressions(self, values: Array) -> Array:
+        for name, expression in self._expressions:
+            by_name = {used: values[:, self._place[used]] for used in expression.names}
+            values[:, self._place[name]] = expression.evaluate(by_name)
         return values
 
-    def _read_ties(self) -> dict[str, Expression]:
+    def _read_expressions(self) -> dict[str, Expression]:
         found = {}
         for parameter in self.parameters:
-            if parameter.tie is not None:
+            if parameter.expr is not None:
                 try:
-                    found[parameter.name] = Expression(parameter.tie, self.names)
+                    found[parameter.name] = Expression(parameter.expr, self.names)
                 except BadInput as problem:
-                    where = f"parameter {parameter.name!r}, tie"
+                    where = f"parameter {parameter.name!r}, expr"
                     raise BadInput(problem.what, where=where, do=problem.do) from None
         return found
 
-    def _ordered(self, ties: dict[str, Expression]) -> list[tuple[str, Expression]]:
-        """The ties so that each stands after those it uses."""
+    def _ordered(self, expressions: dict[str, Expression]) -> list[tuple[str, Expression]]:
+        """The expressions, each after those that it uses."""
         done: list[tuple[str, Expression]] = []
-        waiting = dict(ties)
+        waiting = dict(expressions)
         while waiting:
-            ready = [name for name, tie in waiting.items() if not set(tie.names) & set(waiting)]
+            ready = [name for name, expression in waiting.items() if not set(expression.names) & set(waiting)]
             if not ready:
                 name = next(iter(waiting))
                 raise BadInput(
-                    "its tie leads back to itself", where=f"parameter {name!r}", do=f"Free one of {', '.join(waiting)}."
+                    "its expression leads back to itself",
+                    where=f"parameter {name!r}",
+                    do=f"Free one of {', '.join(waiting)}.",
                 )
             done.extend((name, waiting.pop(name)) for name in ready)
         return done

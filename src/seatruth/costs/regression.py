@@ -1,10 +1,9 @@
-"""Equation error: the equations of motion held against accelerations taken from the record, without simulating."""
+"""Equation error: compare the equations of motion with accelerations from the record, without simulating."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,47 +13,47 @@ from seatruth.costs.base import Regression
 from seatruth.costs.finite_differences import recorded
 from seatruth.costs.linear import Linear, blocks_of
 from seatruth.costs.noise import Noise
-from seatruth.costs.study import Study
-from seatruth.costs.study_cost import Group, StudyCost, prior_groups
+from seatruth.costs.open_loop import open_loop, outputs_by_trial
+from seatruth.costs.options import RegressionOptions
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
-from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
+from seatruth.simulate import Simulator, evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 
-if TYPE_CHECKING:
-    from seatruth.costs.trajectory import TrajectoryCost
-
-_AT_ONCE = 64 * 1024 * 1024
-"""Bytes of rates that a population is held in at a time."""
+_MAX_BYTES = 64 * 1024 * 1024
+"""Largest size of the rates of a population in memory at a time, bytes (chosen here [S])."""
 
 
 class RegressionCost(StudyCost):
     """Minus the log-likelihood of accelerations given the measured states, equation by equation.
 
-    A residual is the recorded (or differenced) acceleration less what the equations give with the measured states and
-    inputs, over the standard deviation of that equation's errors, which is always estimated: it holds noise of all
-    states and is no sensor's. Its name is that of the state with "_dot". Fast, and linear wherever the parameters are,
-    but noise in the states biases it; a trajectory cost does not have that bias.
+    A residual is the recorded (or differenced) acceleration minus the one that the equations give for the measured
+    states and inputs, over the standard deviation of that equation's errors. This deviation is always estimated: it
+    contains the noise of all states and is no sensor's. A channel is named after its state, with "_dot". The cost is
+    fast, and linear wherever the parameters are, but noise in the states biases it; a trajectory cost has no such bias.
 
-    Equations are those of the states that `equations` names, or all that hold free parameters. Raises BadInput naming
-    the state that an equation needs and no trial measured.
+    Fitted are the equations of the states in `equations`, or all that contain free parameters. Raises BadInput with the
+    name of a state that an equation needs and no trial measured.
     """
 
     gives = frozenset({"values", "residuals", "derivatives", "regression"})
 
-    def __init__(self, study: Study, *, threads: int | None = None) -> None:
-        where = f"study {study.name!r}"
-        if isinstance(study.model, BlackBox):
+    def __init__(self, problem: EstimationProblem, *, threads: int | None = None) -> None:
+        where = f"study {problem.name!r}"
+        self._options = problem.options(RegressionOptions)
+        if isinstance(problem.model, BlackBox):
             raise BadInput(
-                f"model {study.model.name!r} is a black box and has no equations to hold against accelerations",
+                f"model {problem.model.name!r} is a black box and has no equations to compare with accelerations",
                 where=where,
                 do='Use cost kind = "trajectory".',
             )
-        self.study, self.space = study, study.space
-        self.trials = tuple(study.trials)
+        self.problem, self.space = problem, problem.space
+        self.trials = tuple(problem.trials)
         self.parameters = self.space.free
         self._threads = threads
-        self._data = recorded(study.model, self.trials, study.form)
+        self._data = recorded(problem.model, self.trials, self._options.form)
         self._nominal = self.space.nominal()
         start = self.space.start
         sensitivity = self._derivatives(start)
@@ -63,15 +62,15 @@ class RegressionCost(StudyCost):
         predicted = self._predicted(start[None])[0]
         valid = np.isfinite(self._targets) & np.isfinite(predicted)
         self._refuse_unmeasured(valid, where)
-        names = [f"{study.model.states[k].name}_dot" for k in self._equations]
+        names = [f"{problem.model.states[k].name}_dot" for k in self._equations]
         self._noise = Noise(names, self._targets, valid, {}, where=where)
         self._valid = valid
-        self.groups = self._groups()
+        self.residual_blocks = self._residual_blocks()
 
     @property
     def equations(self) -> tuple[str, ...]:
         """States whose equations are used."""
-        return tuple(self.study.model.states[k].name for k in self._equations)
+        return tuple(self.problem.model.states[k].name for k in self._equations)
 
     @cached_property
     def linear(self) -> Linear | None:
@@ -94,7 +93,7 @@ class RegressionCost(StudyCost):
         return np.concatenate([data, self.space.prior_jacobian(x)])
 
     def regression(self) -> Regression:
-        """One linear regression an equation. Their weights against each other are those of their joint solution.
+        """One linear regression per equation, weighted against each other as in their joint solution.
 
         Raises BadInput naming a parameter that does not enter linearly.
         """
@@ -104,33 +103,36 @@ class RegressionCost(StudyCost):
         return Regression(blocks_of(names, self._weighted_errors, self._weighted_derivatives, self.space, self._noise))
 
     def errors(self, x: Array) -> Array:
-        """Recorded less computed accelerations (N, equations)."""
+        """Recorded minus computed accelerations (N, equations)."""
         return np.asarray(self._targets - self._predicted(np.asarray(x, dtype=np.float64)[None])[0])
 
     def predict(self, x: Array, trials: Sequence[Trial] | None = None) -> list[Array]:
-        """Open-loop simulation from the first samples, as a trajectory cost does it: (n, D) of each trial."""
-        return self._simulated.predict(x, trials)
+        """Outputs (n, D) of each trial, simulated in the open loop from its first samples."""
+        engine = self._whole if trials is None else self._simulate(trials)
+        theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None])[0]
+        return outputs_by_trial(engine, theta, engine.initial_states)
 
     def discretisation(self, x: Array) -> dict[str, float]:
-        """That of the open-loop simulation."""
-        return self._simulated.discretisation(x)
+        """Root mean square change of each simulated output when every integration step is halved."""
+        theta = self.space.varying_values(np.asarray(x, dtype=np.float64)[None])[0]
+        found = self._whole.discretisation_error(theta, self._whole.initial_states)
+        return {channel.name: float(error) for channel, error in zip(self.problem.model.outputs, found)}
 
     @cached_property
-    def _simulated(self) -> TrajectoryCost:
-        from seatruth.costs.trajectory import TrajectoryCost
+    def _whole(self) -> Simulator:
+        """The simulator of the cost's own trials."""
+        return self._simulate(self.trials)
 
-        return TrajectoryCost(
-            self.study.but(cost="trajectory", initial="fixed", initial_sd={}, segments=None, multiple_shooting=False),
-            threads=self._threads,
-        )
+    def _simulate(self, trials: Sequence[Trial]) -> Simulator:
+        return open_loop(self.problem, trials, self._options.hold, self._options.max_step, self._threads)
 
     def _predicted(self, X: Array) -> Array:
         """Accelerations of candidates (P, K) to compare with the targets: (P, N, equations)."""
         data = self._data
         rates = evaluate_rhs(
-            self.study.model,
-            self.space.moving_values(X),
-            self.space.moving,
+            self.problem.model,
+            self.space.varying_values(X),
+            self.space.varying,
             self._nominal,
             data.states,
             data.inputs,
@@ -143,17 +145,17 @@ class RegressionCost(StudyCost):
         """Derivatives (N, S, K) of the accelerations to compare with the targets, for all states."""
         data = self._data
         found = evaluate_rhs_jacobian(
-            self.study.model,
-            self.space.moving_values(x[None])[0],
-            self.space.moving,
+            self.problem.model,
+            self.space.varying_values(x[None])[0],
+            self.space.varying,
             self._nominal,
             data.states,
             data.inputs,
             data.t,
             self._threads,
         )
-        if self.space.follows:
-            found = found @ self.space.moving_jacobian(x)
+        if self.space.has_ties:
+            found = found @ self.space.varying_jacobian(x)
         return np.moveaxis(data.compared(np.moveaxis(found, 2, 0)), 0, 2)
 
     def _weighted_errors(self, x: Array) -> Array:
@@ -169,32 +171,32 @@ class RegressionCost(StudyCost):
     def _squares(self, X: Array) -> Array:
         """Weighted sums of squares (P, equations), some candidates at a time."""
         found = np.empty((len(X), len(self._equations)))
-        size = max(1, _AT_ONCE // max(1, self._data.states.nbytes))
+        size = max(1, _MAX_BYTES // max(1, self._data.states.nbytes))
         for k in range(0, len(X), size):
             errors = np.where(self._valid, (self._targets - self._predicted(X[k : k + size])) * self._noise.weights, 0)
             found[k : k + size] = np.einsum("pne,pne->pe", errors, errors)
         return found
 
     def _chosen(self, sensitivity: Array, where: str) -> NDArray[np.intp]:
-        """Numbers of the states whose equations are used. A parameter that meets only gaps is no reason to drop one."""
-        states = [channel.name for channel in self.study.model.states]
+        """Indices of the states whose equations are fitted. An equation with gaps alone stays."""
+        states = [channel.name for channel in self.problem.model.states]
         # NaN counts: it comes from a state that was not measured, times the parameter.
         holds = ((sensitivity != 0) | np.isnan(sensitivity)).any(axis=(0, 2))
-        if self.study.equations is None:
+        if self._options.equations is None:
             kept = [k for k in range(len(states)) if holds[k]]
             if not kept and len(self.parameters):
                 raise BadInput("no equation of motion holds a free parameter", where=where, do="Free others.")
             return np.array(kept or range(len(states)), dtype=np.intp)
-        for name in self.study.equations:
+        for name in self._options.equations:
             if len(self.parameters) and not holds[states.index(name)]:
                 raise BadInput(f"the equation of {name!r} holds no free parameter", where=where, do="Leave it out.")
-        return np.array([states.index(name) for name in self.study.equations], dtype=np.intp)
+        return np.array([states.index(name) for name in self._options.equations], dtype=np.intp)
 
     def _refuse_unmeasured(self, valid: NDArray[np.bool_], where: str) -> None:
         for column, number in enumerate(self._equations):
             if valid[:, column].any():
                 continue
-            states = self.study.model.states
+            states = self.problem.model.states
             name = states[number].name
             unmeasured = [
                 state.name
@@ -209,12 +211,12 @@ class RegressionCost(StudyCost):
             )
 
     def _needs(self, equation: int, state: int) -> bool:
-        """Whether an equation holds a state: it is not a number where the state is none."""
-        probe = np.ones((2, len(self.study.model.states)))
+        """Whether an equation contains a state: its rate is NaN where the state is NaN."""
+        probe = np.ones((2, len(self.problem.model.states)))
         probe[:, state] = np.nan
         inputs = np.ones((2, self._data.inputs.shape[1]))
-        theta = self.space.moving_values(self.space.start[None])[0]
-        rates = evaluate_rhs(self.study.model, theta, self.space.moving, self._nominal, probe, inputs)
+        theta = self.space.varying_values(self.space.start[None])[0]
+        rates = evaluate_rhs(self.problem.model, theta, self.space.varying, self._nominal, probe, inputs)
         return bool(np.isnan(rates[:, equation]).any())
 
     def _refuse_nonlinear(self) -> None:
@@ -222,17 +224,17 @@ class RegressionCost(StudyCost):
         which = ", ".join(repr(name) for name in culprits[:5]) or "the parameters together"
         raise BadInput(
             f"{which} do{'es' if len(culprits) == 1 else ''} not enter the equations of motion linearly",
-            where=f"study {self.study.name!r}",
+            where=f"study {self.problem.name!r}",
             do="Fix those, or use an optimizer that takes residuals (least_squares).",
         )
 
-    def _groups(self) -> tuple[Group, ...]:
-        found: list[Group] = []
+    def _residual_blocks(self) -> tuple[ResidualBlock, ...]:
+        found: list[ResidualBlock] = []
         for trial, rows in zip(self.trials, self._data.rows):
             for column, name in enumerate(self._noise.channels):
                 inside = (self._noise.rows >= rows.start) & (self._noise.rows < rows.stop)
                 places = np.flatnonzero(inside & (self._noise.columns == column))
                 if places.size:
                     sample = self._noise.rows[places] - rows.start
-                    found.append(Group("data", trial.name, name, places, np.asarray(trial.t)[sample], sample))
-        return (*found, *prior_groups(self.space.priors, self._noise.size))
+                    found.append(ResidualBlock("data", trial.name, name, places, np.asarray(trial.t)[sample], sample))
+        return (*found, *prior_blocks(self.space.priors, self._noise.size))

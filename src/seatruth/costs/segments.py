@@ -1,4 +1,4 @@
-"""Trials cut into pieces, each simulated from its own initial state."""
+"""Trials cut into segments (the shooting intervals of multiple shooting), each with its own initial state."""
 
 from __future__ import annotations
 
@@ -13,13 +13,19 @@ from seatruth.arrays import Array
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
-_SHORTEST = 3
-"""Samples that a piece has at least, its first one included."""
+_MIN_SAMPLES = 3
+"""Fewest samples of a segment: two intervals show a rate and its change (chosen here [S])."""
+_TIME_TOLERANCE = 1e-9
+"""Rounding of a sample's time that does not move an edge by one sample, s (chosen here [S])."""
 
 
 @dataclass(frozen=True)
-class Piece:
-    """Samples `start` to `stop` (excluded) of trial number `parent`; its last sample is the next piece's first one."""
+class Segment:
+    """Samples `start` to `stop` (excluded) of trial number `parent`.
+
+    The last sample of a segment is the first one of the next. `trial` holds these samples alone; `first` and `last`
+    say whether it is the first and the last segment of its trial.
+    """
 
     parent: int
     start: int
@@ -30,13 +36,16 @@ class Piece:
 
     @property
     def label(self) -> str:
-        """The trial's name, and where the piece begins unless it is the first."""
+        """The trial's name, and the time at which the segment begins unless it is the first."""
         return self.trial.name if self.first else f"{self.trial.name} at {self.trial.t[0]:g} s"
 
 
-def cut(trials: Sequence[Trial], seconds: float | None) -> list[Piece]:
-    """Every trial in pieces of that many seconds (whole trials where None); a rest of under half a piece joins."""
-    found = []
+def cut(trials: Sequence[Trial], seconds: float | None) -> list[Segment]:
+    """Cuts every trial into segments of about this length, s; None keeps whole trials.
+
+    All segments of a trial get nearly the same length, the duration over the nearest whole number of segments.
+    """
+    segments = []
     for parent, trial in enumerate(trials):
         edges = _edges(trial, seconds)
         for k, (start, stop) in enumerate(pairwise(edges)):
@@ -44,25 +53,26 @@ def cut(trials: Sequence[Trial], seconds: float | None) -> list[Piece]:
             stop = len(trial) if last else stop + 1
             whole = start == 0 and stop == len(trial)
             section = trial if whole else trial.section(start, stop)
-            found.append(Piece(parent, start, stop, section, k == 0, last))
-    return found
+            segments.append(Segment(parent, start, stop, section, k == 0, last))
+    return segments
 
 
 def _edges(trial: Trial, seconds: float | None) -> list[int]:
+    """First sample of every segment, then the number of samples."""
     edges = [0]
     if seconds is not None:
         count = max(1, round(trial.duration / seconds))
         for k in range(1, count):
-            at = int(np.searchsorted(trial.t, trial.t[0] + k * seconds - 1e-9))
-            if at - edges[-1] >= _SHORTEST - 1 and len(trial) - at >= _SHORTEST:
-                edges.append(at)
+            sample = int(np.searchsorted(trial.t, trial.t[0] + k * seconds - _TIME_TOLERANCE))
+            if sample - edges[-1] >= _MIN_SAMPLES - 1 and len(trial) - sample >= _MIN_SAMPLES:
+                edges.append(sample)
     return [*edges, len(trial)]
 
 
 def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, float]) -> Array:
-    """A model's state (S,) at a sample of a trial, from the outputs there; gaps are bridged by straight lines.
+    """State (S,) of a model at a sample of a trial, from the outputs at that sample.
 
-    Outputs that the trial did not record count as zero.
+    Gaps are interpolated linearly; outputs that the trial did not record count as zero.
     """
     y = {}
     for channel in model.outputs:
@@ -77,12 +87,12 @@ def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, f
 
 
 def spread_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
-    """How far each state moves in the trials, by the output of its name; 1 where that is not recorded."""
-    found = {}
+    """Standard deviation of each state over the trials, from the output of its name; 1 where that is not recorded."""
+    spreads = {}
     for state in model.states:
         parts = [trial.outputs[state.name] for trial in trials if state.name in trial.outputs]
         values = np.concatenate(parts) if parts else np.zeros(0)
         values = values[np.isfinite(values)]
         spread = float(values.std()) if values.size else math.nan
-        found[state.name] = spread if spread > 0 else 1.0
-    return found
+        spreads[state.name] = spread if spread > 0 else 1.0
+    return spreads

@@ -1,11 +1,11 @@
-"""What every cost of a study has in common, and what uncertainty needs to know of it."""
+"""Base class of study costs; shows the residual blocks to the uncertainty analysis."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,20 +13,19 @@ from seatruth.arrays import Array, Indices
 from seatruth.costs.base import Cost
 from seatruth.costs.noise import Noise
 from seatruth.costs.parameter_space import ParameterSpace
+from seatruth.costs.problem import EstimationProblem
 from seatruth.trials.trial import Trial
-
-if TYPE_CHECKING:
-    from seatruth.costs.study import Study
 
 
 @dataclass(frozen=True)
-class Group:
-    """Residuals that belong together: one channel of one trial in the order of time, one prior, one state's joints.
+class ResidualBlock:
+    """Residuals of one kind: one channel of one trial in the order of time, one prior, or the defects of one state.
 
-    `rows` (n,) are their places in the residual vector. `t` (n,) s and `sample` (n,) are the trial's times and samples
-    (empty for a prior, whose `channel` is the parameter; `channel` is the state for "continuity", and the state whose
-    equation it is in a regression). Residuals are (measured - predicted) / sigma; in a regression the sample is the
-    one that the difference starts from. The rows of a table are not `ordered`: neighbours have nothing in common.
+    `rows` (n,) are their indices in the residual vector. `t` (n,) s and `sample` (n,) are the times and sample numbers
+    in the trial; both are empty for a prior. `channel` is an output of the model; for a prior it is the parameter, for
+    "continuity" (the defects between segments) the state, in a regression the state with "_dot". A data residual is
+    (measured - predicted) / sigma; in a regression its sample is the one from which the difference quotient starts.
+    `ordered` is False for rows of a table: neighbours are independent.
     """
 
     kind: Literal["data", "prior", "continuity"]
@@ -39,23 +38,23 @@ class Group:
 
 
 class StudyCost(Cost):
-    """A cost made from a study by `cost_of`.
+    """A cost made from an estimation problem by `cost_of`.
 
-    x (K,) holds the free parameters of the study (`space.free`), then the `nuisances`. `groups` say what each residual
-    is. `sigma` is the standard deviation that now weights each channel, `estimated` names the channels whose deviation
-    is estimated: `reweight(x)` brings it up to date, which is needed before residuals are read as errors over noise.
+    x (K,) holds the free parameters of the problem (`space.free`), then the `nuisances`. `residual_blocks` say what
+    each residual is. `sigma` is the standard deviation that weights each channel now. `estimated` names the channels
+    whose standard deviation is estimated; call `reweight(x)` before reading residuals as multiples of the noise.
     """
 
-    study: Study
+    problem: EstimationProblem
     space: ParameterSpace
     nuisances: tuple[str, ...] = ()
-    groups: tuple[Group, ...]
+    residual_blocks: tuple[ResidualBlock, ...]
     trials: tuple[Trial, ...]
     _noise: Noise
 
     @property
     def description(self) -> Mapping[str, Any]:  # type: ignore[override]
-        return {"study": self.study.content_hash}
+        return {"study": self.problem.content_hash}
 
     @property
     def sigma(self) -> dict[str, float]:
@@ -71,15 +70,15 @@ class StudyCost(Cost):
 
     @abstractmethod
     def predict(self, x: Array, trials: Sequence[Trial] | None = None) -> list[Array]:
-        """Predicted outputs (n, D) of each trial; of those of the cost where `trials` is None."""
+        """Predicted outputs (n, D) of each trial; None stands for the trials of the cost."""
 
     def discretisation(self, x: Array) -> dict[str, float]:
         """Root mean square change of each predicted channel when every integration step is halved; 0 without any."""
-        return {channel.name: 0.0 for channel in self.study.model.outputs}
+        return {channel.name: 0.0 for channel in self.problem.model.outputs}
 
     @abstractmethod
     def errors(self, x: Array) -> Array:
-        """Measured less predicted (N, D), finite wherever a sample counts; not finite anywhere where x diverges."""
+        """Measured minus predicted (N, D), finite for every sample that counts; not finite where x diverges."""
 
     def residuals(self, x: Array) -> Array:
         """Errors over noise, then priors: (M,); all inf where x breaks a constraint."""
@@ -96,29 +95,30 @@ class StudyCost(Cost):
         return np.where(np.isfinite(found), found, np.inf)
 
     def reweight(self, x: Array) -> bool:
-        """Takes the noise of the errors at x as the estimate; True if it changed. Leaves it where x diverges."""
+        """Estimates the noise from the errors at x; True if it changed. Keeps the old estimate where x diverges."""
         if self.noise_known:
             return False
         errors = self.errors(np.asarray(x, dtype=np.float64))
         return self._noise.estimate(errors)
 
     def value_of(self, residuals: Array) -> float:
-        """The cost that belongs to these residuals (M,): the same as `values`, whatever the weights are now."""
+        """The cost of these residuals (M,): what `values` gives, whatever the present weights are."""
         split = self._noise.size
         rest = residuals[split:]
         return self._noise.cost_of_residuals(residuals[:split]) + 0.5 * float(rest @ rest)
 
     def describe(self) -> dict[str, Any]:
-        """What the cost is, for results: kind, options, noise as it stands."""
+        """Kind, options and present noise of the cost, for results."""
         return {
-            **self.study.cost_options,
+            **self.problem.cost.describe(),
             "noise": {name: {"sd": sd, "estimated": name in self.estimated} for name, sd in self.sigma.items()},
         }
 
 
-def prior_groups(names: Sequence[str], first: int) -> list[Group]:
-    """One group for each prior; their residuals begin at `first`."""
+def prior_blocks(names: Sequence[str], first: int) -> list[ResidualBlock]:
+    """One block for each prior; their residuals start at index `first`."""
     none, nothing = np.zeros(0), np.zeros(0, dtype=np.intp)
     return [
-        Group("prior", "", name, np.array([first + k], dtype=np.intp), none, nothing) for k, name in enumerate(names)
+        ResidualBlock("prior", "", name, np.array([first + k], dtype=np.intp), none, nothing)
+        for k, name in enumerate(names)
     ]

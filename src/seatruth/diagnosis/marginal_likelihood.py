@@ -2,326 +2,266 @@
 
 Around a point the errors of all channels are, to first order,
 
-    e = J_coefficients a + J_effects q + J_terms d + J_local f + noise,
+    e = J_a a + J_q q + J_d d + J_f f + J_0 x_0 + noise,
 
-normal in everything: coefficients a and effect parameters q under their priors, discrepancy terms d and each trial's own
-forces f of sizes that the trials decide, initial states as good as unknown, noise white plus slow in each channel. The
-unknowns are integrated out in closed form (Gaussian elimination on Gram matrices of whitened columns); the sizes
-are those that maximise what is left, times their priors: restricted maximum likelihood (Patterson and Thompson 1971),
-type-II maximum likelihood.
+normal in everything: coefficients a and effect parameters q under their priors, discrepancy terms d and each trial's
+own forces f of sizes that the trials decide, initial states x_0 as good as unknown, noise white plus slow in each
+channel. The unknowns are integrated out in closed form, by elimination on Gram matrices of whitened columns: first each
+trial's own unknowns, then the shared ones. What is left depends on the sizes alone, which are then maximised:
+restricted maximum likelihood (Patterson and Thompson 1971). Every trial's part stays apart until the last sum, so that
+the density of a trial left out costs nothing more.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_solve
 
-from seatruth.arrays import Array, Indices
-from seatruth.diagnosis.linear_problem import KNOTS, Linearization, Problem
-from seatruth.statistics.state_space_noise import NoiseShape, whiten
+from seatruth.arrays import Array, Flags, Indices
+from seatruth.diagnosis.evidence import scale_gain
+from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
+from seatruth.statistics.state_space_noise import whiten
 
-RATIOS = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0)
-TIMES = (1.0, 3.0, 10.0, 30.0, 60.0)
-SHAPES: tuple[NoiseShape, ...] = (NoiseShape(), *(NoiseShape(r, t) for r in RATIOS for t in TIMES))
-PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
-FORCE_MEMORY = 1.5
-SMALLEST = 1e-4
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Sizes of noise and discrepancy.
-
-    `white` (C,) log of the white standard deviations, `shape` (C,) numbers of `SHAPES`; `terms` and `forces` (E,) logs
-    of the discrepancy as a part of the usual acceleration, -inf for none; `coupling` of pairs of equations, -1 to 1.
-    """
-
-    white: Array
-    shape: tuple[int, ...]
-    terms: Array
-    forces: Array
-    coupling: Array
-
-
-class Grams:
-    """Gram matrices of the whitened columns of a linearization: [errors, shared, local], by trial and channel."""
-
-    def __init__(self, problem: Problem, at: Linearization, shared: Indices) -> None:
-        self.problem, self.at, self.kept = problem, at, shared
-        self._known: dict[tuple[int, int], tuple[Array, Array]] = {}
-        T, C = len(problem.trials), len(problem.outputs)
-        self.counts = np.zeros((T, C))
-        self.columns: dict[tuple[int, int], tuple[Array, Array]] = {}
-        for one in problem.series:
-            block = np.concatenate([at.errors[one.rows, None], at.shared[np.ix_(one.rows, shared)], at.local[one.rows]], axis=1)
-            self.columns[one.trial, one.channel] = (block, one.t)
-            self.counts[one.trial, one.channel] = len(one.rows)
-        self.size = 1 + len(shared) + problem.local_size
-        self.per_channel = self.counts.sum(axis=0)
-
-    def of(self, channel: int, shape: int) -> tuple[Array, Array]:
-        """(T, m, m) Gram matrices of one channel under one shape of noise, and log-determinants (T,)."""
-        key = channel, shape
-        if key not in self._known:
-            T = len(self.problem.trials)
-            grams, logs = np.zeros((T, self.size, self.size)), np.zeros(T)
-            for (trial, which), (block, t) in self.columns.items():
-                if which == channel:
-                    white, logs[trial] = whiten(block, t, SHAPES[shape])
-                    grams[trial] = white.T @ white
-            self._known[key] = grams, logs
-        return self._known[key]
+_RIDGE = 1e-9
+"""Relative ridge on correlation matrices: rounding."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What the marginal likelihood of one hypothesis gives at some sizes, linearized."""
+    """The most probable step from a point, and what is known of the shared unknowns after the trials."""
 
-    log_likelihood: float
     shared: Array
-    """Most probable step of all shared unknowns (S,)."""
+    """Step of the shared unknowns (S,)."""
     local: Array
-    """(T, L)."""
-    covariance: Array
-    """Posterior covariance (k, k) of the free shared unknowns `free`."""
+    """Step of each trial's own unknowns (T, L)."""
     free: Indices
-    """Columns (k,) among the shared ones."""
+    """The shared unknowns (k,) that the hypothesis frees."""
+    covariance: Array
+    """Their posterior covariance (k, k)."""
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """Each trial's own unknowns integrated out: Gram matrices (T, 1 + S', 1 + S') and log-likelihood parts (T,)."""
+
+    grams: Array
+    base: Array
+    roots: Array
+    factors: Array
+    halves: Array
 
 
 class Likelihood:
-    """Marginal likelihoods at one linearization. `effects` are those whose columns any hypothesis may free."""
+    """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
-    def __init__(self, problem: Problem, at: Linearization, effects: Sequence[str], trials: Sequence[int] | None = None) -> None:
+    `keep` (N,) says which errors count; all where None.
+    """
+
+    def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
         self.problem, self.at = problem, at
-        own = [c for name in effects for c in problem.columns[name]]
-        self.shared = np.array([*problem.coefficients, *problem.terms, *own], dtype=np.intp)
-        self.grams = Grams(problem, at, self.shared)
-        self.place = {int(c): k for k, c in enumerate(self.shared)}
-        self.E = len(problem.equations)
-        self.pairs = [
-            (problem.equations.index(a), problem.equations.index(b)) for a, b in PAIRS if a in problem.equations and b in problem.equations
-        ]
-        x = at.point.x[problem.shared[self.shared]]
-        self.offset = problem.mean[problem.shared[self.shared]] - x
-        self.offset[len(problem.coefficients) : len(problem.coefficients) + len(problem.terms)] *= 1.0
-        self.prior_sd = problem.sd[problem.shared[self.shared]]
-        self.local_offset = problem.local_mean(at.point)
-        self.trials = list(range(len(problem.trials))) if trials is None else list(trials)
-        k = np.arange(KNOTS)
-        corr = np.exp(-np.abs(k[:, None] - k) / FORCE_MEMORY)
-        self.time_root = np.linalg.cholesky(corr + 1e-9 * np.eye(KNOTS))
-        self._whole: tuple[tuple[object, ...], Array, float] | None = None
+        self.columns = problem.active(at.effects)
+        self.place = {int(column): k for k, column in enumerate(self.columns)}
+        self._shapes = noise_shapes(problem.settings)
+        self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
+        for one in problem.series:
+            kept = np.ones(len(one.rows), dtype=np.bool_) if keep is None else keep[one.rows]
+            rows = one.rows[kept]
+            block = np.concatenate(
+                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], at.local[rows]], axis=1
+            )
+            self._blocks[one.trial, one.channel] = block, one.t[kept]
+            self.counts[one.trial, one.channel] = len(rows)
+        self._size = 1 + len(self.columns) + at.local.shape[1]
+        self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
+        self._last_reduced: tuple[bytes, _Reduced] | None = None
+        # Gram matrices are taken with errors at the prior means of everything.
+        self._offset = (problem.mean - at.point.shared)[self.columns]
+        self._local_offset = problem.local_offset(at.point)
+        pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
+        self._pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
+        knot = np.arange(problem.settings.knots)
+        memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
+        self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
 
-    def _equation_root(self, log_sizes: Array, coupling: Array) -> Array:
-        """Cholesky factor (E, E) of the covariance of missing accelerations between equations."""
-        d = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
-        C = np.eye(self.E)
-        for (a, b), value in zip(self.pairs, coupling):
-            C[a, b] = C[b, a] = value
-        return d[:, None] * np.linalg.cholesky(C + 1e-9 * np.eye(self.E)) if self.E else np.zeros((0, 0))
+    # Evidence
 
-    def _gram(self, sizes: Sizes) -> tuple[Array, float]:
-        """(T, m, m) whitened Gram of all columns with the errors shifted to the prior means, and the noise's log-likelihood part."""
-        key = (sizes.white.tobytes(), sizes.shape)
-        if self._whole is not None and self._whole[0] == key:
-            return self._whole[1], self._whole[2]
-        total, log_noise = np.zeros((len(self.problem.trials), self.grams.size, self.grams.size)), 0.0
-        for c, shape in enumerate(sizes.shape):
-            if self.grams.per_channel[c]:
-                grams, logs = self.grams.of(c, shape)
-                total += grams * math.exp(-2.0 * sizes.white[c])
-                for t in self.trials:
-                    log_noise += 0.5 * float(logs[t]) + self.grams.counts[t, c] * float(sizes.white[c])
-        # errors at the prior means: e + J offset
-        T = total.shape[0]
-        shift = np.zeros((T, self.grams.size, 1))
-        shift[:, 0] = 1.0
-        S = len(self.shared)
-        shift[:, 1 : 1 + S, 0] = self.offset
-        shift[:, 1 + S :, 0] = self.local_offset
-        column = (total @ shift)[:, :, 0]
-        square = np.einsum("ti,ti->t", shift[:, :, 0], column)
-        total = total.copy()
-        total[:, 0, :] = column
-        total[:, :, 0] = column
-        total[:, 0, 0] = square
-        self._whole = (key, total, log_noise)
-        return total, log_noise
-
-    def reduced(self, sizes: Sizes) -> tuple[Array, float, tuple[Array, ...]]:
-        """The Gram (1 + S, 1 + S) after the local unknowns are integrated out, summed over trials, and the log-likelihood of noise."""
-        total, log_noise = self._gram(sizes)
-        S, problem = len(self.shared), self.problem
-        count = problem.initial_columns.shape[1]
-        root = np.zeros((problem.local_size, problem.local_size))
-        if self.E:
-            # forces are laid out equation by equation: kron(equations, knots)
-            root[count:, count:] = np.kron(self._equation_root(sizes.forces, sizes.coupling), self.time_root)
-        sd0 = problem.initial_sd()
-        T = len(total)
-        roots = np.broadcast_to(root, (T, *root.shape)).copy()
-        for j in range(count):
-            roots[:, j, j] = sd0[:, j]
-        rootsT = roots.transpose(0, 2, 1)
-        G_ll = rootsT @ total[:, 1 + S :, 1 + S :] @ roots
-        G_ls = rootsT @ total[:, 1 + S :, : 1 + S]
-        A = G_ll + np.eye(problem.local_size)
-        factor = np.linalg.cholesky(A)
-        half = np.linalg.solve(factor, G_ls)
-        left = total[:, : 1 + S, : 1 + S] - half.transpose(0, 2, 1) @ half
-        logdet = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-        trials = self.trials
-        summed = left[trials].sum(axis=0)
-        return summed, -log_noise - 0.5 * float(logdet[trials].sum()), (roots, factor, half)
-
-    def shared_root(self, sizes: Sizes, effects: Sequence[str], scale: float = 1.0) -> tuple[Indices, Array]:
-        """Columns that a hypothesis frees (k,) among `shared`, and the root (k, k) of their prior covariance."""
-        problem = self.problem
-        n, m = len(problem.coefficients), len(problem.terms)
-        own = [self.place[int(c)] for name in effects for c in problem.columns[name]]
-        on = self.E > 0 and bool(np.isfinite(sizes.terms).any())
-        at = np.array([*range(n), *(range(n, n + m) if on else ()), *own], dtype=np.intp)
-        root = np.diag(self.prior_sd[at])
-        for k in range(len(own)):
-            root[len(at) - 1 - k, len(at) - 1 - k] *= scale
-        if on:
-            equation = self._equation_root(sizes.terms, sizes.coupling)
-            block = np.zeros((m, m))
-            texts = [t.text for t in problem.discrepancy.terms] if problem.discrepancy else []
-            for i in range(m):
-                for j in range(m):
-                    if texts[i] == texts[j]:
-                        block[i, j] = equation[problem.term_equation[i], problem.term_equation[j]]
-            root[n : n + m, n : n + m] = block
-        return at, root
-
-    def log_likelihood(self, sizes: Sizes, effects: Sequence[str]) -> float:
-        """Of the trials under a hypothesis, at these sizes, the unknowns integrated out."""
+    def log_likelihood(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
+        """Log marginal likelihood (nats) of all trials, or of some; -inf where the algebra fails."""
         try:
-            gram, base, _ = self.reduced(sizes)
-            at, root = self.shared_root(sizes, effects)
-            A = np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root
-            factor = np.linalg.cholesky(A)
+            gram, base, at, root = self._summed(sizes, effects, trials)
+            factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
             half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
         except np.linalg.LinAlgError:
             return -math.inf
-        total = self.grams.counts[self.trials].sum()
-        return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half) - 0.5 * total * math.log(2 * math.pi)
+        return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half)
 
-    def solve(self, sizes: Sizes, effects: Sequence[str]) -> Solution:
-        """The most probable step from the point, and the posterior covariance."""
-        gram, _, (roots, factor, half) = self.reduced(sizes)
+    def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
+        """The same, averaged over the unknown order of each effect's magnitude (`evidence.py`)."""
+        value = self.log_likelihood(sizes, effects, trials)
+        if not effects or not math.isfinite(value):
+            return value
+        information, pull, sd = self.information(sizes, effects, trials)
+        groups, k = [], 0
+        for name in effects:
+            count = len(self.problem.columns[name])
+            shapes = self.problem.effects[name].shape_priors
+            magnitude = [j for j, q in enumerate(self.problem.effects[name].parameters) if q.name not in shapes]
+            groups.append(np.array([k + j for j in magnitude], dtype=np.intp))
+            k += count
+        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales)
+
+    def information(
+        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None
+    ) -> tuple[Array, Array, Array]:
+        """What the trials say of these effects, all else integrated out.
+
+        Returns the information (n, n) on their parameters, its product with their most probable distance from their
+        prior means (n,), and their prior deviations (n,).
+        """
+        gram, _, at, root = self._summed(sizes, (), trials)
+        own = np.array([self.place[int(c)] for name in effects for c in self.problem.columns[name]], dtype=np.intp)
+        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        half = np.linalg.solve(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
+        left = gram[np.ix_(np.concatenate([[0], 1 + own]), np.concatenate([[0], 1 + own]))] - half.T @ half
+        return left[1:, 1:], -left[1:, 0], self.problem.sd[self.columns[own]]
+
+    def solve(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> Solution:
+        """The most probable step from the point. Raises LinAlgError where the algebra fails."""
+        gram, _, at, root = self._summed(sizes, effects, trials)
+        reduced = self._reduce(sizes)
+        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        own = np.zeros(len(self.columns))
+        own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0])
+        shared = np.zeros(len(self.problem.unknowns))
+        shared[self.columns] = self._offset + own
+        right = -(reduced.halves @ np.concatenate([[1.0], own]))
+        scaled = np.linalg.solve(reduced.factors.transpose(0, 2, 1), right[:, :, None])
+        local = (reduced.roots @ scaled)[:, :, 0] + self._local_offset
+        half = np.linalg.solve(factor, root.T)
+        return Solution(shared, local, self.columns[at], half.T @ half)
+
+    def local_covariance(self, sizes: Sizes, trial: int) -> Array:
+        """Posterior covariance (L, L) of one trial's own unknowns, the shared ones held."""
+        reduced = self._reduce(sizes)
+        half = np.linalg.solve(reduced.factors[trial], reduced.roots[trial].T)
+        return np.asarray(half.T @ half)
+
+    def quadratic(self, sizes: Sizes) -> Array:
+        """Gram matrix (1 + S', 1 + S') of [errors, columns] with initial states integrated out, errors at the point.
+
+        Without priors of the shared unknowns.
+        """
+        offset, local = self._offset, self._local_offset
+        try:
+            self._offset, self._local_offset = np.zeros_like(offset), np.zeros_like(local)
+            self._last_gram = self._last_reduced = None
+            return np.asarray(self._reduce(sizes).grams.sum(axis=0))
+        finally:
+            self._offset, self._local_offset = offset, local
+            self._last_gram = self._last_reduced = None
+
+    # Priors
+
+    def shared_root(self, sizes: Sizes, effects: Sequence[str]) -> tuple[Indices, Array]:
+        """Which columns (k,) a hypothesis frees, and a square root (k, k) of their prior covariance."""
+        problem = self.problem
+        on = bool(np.isfinite(sizes.terms).any())
+        first = [self.place[int(c)] for c in problem.coefficients]
+        middle = [self.place[int(c)] for c in problem.terms] if on else []
+        own = [self.place[int(c)] for name in effects for c in problem.columns[name]]
+        at = np.array([*first, *middle, *own], dtype=np.intp)
+        root = np.diag(problem.sd[self.columns[at]])
+        if on and problem.discrepancy is not None:
+            equation = self.equation_root(sizes.terms, sizes.coupling)
+            texts = np.array([term.text for term in problem.discrepancy.terms])
+            same = texts[:, None] == texts
+            which = problem.term_equation
+            n = len(first)
+            root[n : n + len(middle), n : n + len(middle)] = same * equation[np.ix_(which, which)]
+        return at, root
+
+    def local_root(self, sizes: Sizes) -> Array:
+        """A square root (L, L) of the prior covariance of a trial's own unknowns."""
+        count = len(self.problem.initial_names)
+        root = np.zeros((self.at.local.shape[1],) * 2)
+        root[range(count), range(count)] = self.problem.initial_sd
+        if self.problem.equations:
+            root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
+        return root
+
+    def equation_root(self, log_sizes: Array, coupling: Array) -> Array:
+        """A square root (E, E) of the covariance of missing accelerations between equations."""
+        correlation = np.eye(len(log_sizes))
+        for (a, b), value in zip(self._pairs, coupling):
+            correlation[a, b] = correlation[b, a] = value
+        size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
+        return np.asarray(size[:, None] * np.linalg.cholesky(correlation + _RIDGE * np.eye(len(size))))
+
+    # Elimination
+
+    def _gram(self, channel: int, shape: int) -> tuple[Array, Array]:
+        """Gram matrices (T, m, m) of one channel's columns under noise of one shape, log-determinants (T,)."""
+        key = channel, shape
+        if key not in self._grams:
+            trials = len(self.problem.trials)
+            grams, logs = np.zeros((trials, self._size, self._size)), np.zeros(trials)
+            for (trial, which), (block, t) in self._blocks.items():
+                if which == channel:
+                    white, logs[trial] = whiten(block, t, self._shapes[shape])
+                    grams[trial] = white.T @ white
+            self._grams[key] = grams, logs
+        return self._grams[key]
+
+    def _whole(self, sizes: Sizes) -> tuple[Array, Array]:
+        """Gram matrices (T, m, m) of all channels, errors at the prior means, and the noise's log-likelihood (T,)."""
+        key = sizes.white.tobytes(), sizes.shape
+        if self._last_gram is not None and self._last_gram[0] == key:
+            return self._last_gram[1], self._last_gram[2]
+        total = np.zeros((len(self.problem.trials), self._size, self._size))
+        base = np.zeros(len(total))
+        for c, shape in enumerate(sizes.shape):
+            if self.counts[:, c].any():
+                grams, logs = self._gram(c, shape)
+                total += grams * math.exp(-2.0 * sizes.white[c])
+                base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
+        shift = np.ones((len(total), self._size, 1))
+        shift[:, 1 : 1 + len(self.columns), 0] = self._offset
+        shift[:, 1 + len(self.columns) :, 0] = self._local_offset
+        column = (total @ shift)[:, :, 0]
+        total[:, 0, 0] = np.einsum("ti,ti->t", shift[:, :, 0], column)
+        total[:, 0, 1:] = total[:, 1:, 0] = column[:, 1:]
+        self._last_gram = key, total, base
+        return total, base
+
+    def _reduce(self, sizes: Sizes) -> _Reduced:
+        key = b"".join((sizes.white.tobytes(), bytes(sizes.shape), sizes.forces.tobytes(), sizes.coupling.tobytes()))
+        if self._last_reduced is not None and self._last_reduced[0] == key:
+            return self._last_reduced[1]
+        total, base = self._whole(sizes)
+        n = 1 + len(self.columns)
+        root = self.local_root(sizes)
+        inner = root.T @ total[:, n:, n:] @ root
+        diagonal = np.arange(inner.shape[1])
+        inner[:, diagonal, diagonal] += 1.0
+        factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
+        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:, :n]), dtype=np.float64)
+        grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
+        base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+        found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)
+        self._last_reduced = key, found
+        return found
+
+    def _summed(
+        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None
+    ) -> tuple[Array, float, Indices, Array]:
+        reduced = self._reduce(sizes)
+        which = slice(None) if trials is None else list(trials)
         at, root = self.shared_root(sizes, effects)
-        A = np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root
-        L = np.linalg.cholesky(A)
-        xi = -cho_solve((L, True), root.T @ gram[1 + at, 0])
-        move = root @ xi
-        shared = np.zeros(len(self.shared))
-        shared[at] = move
-        step = self.offset.copy()
-        free = np.zeros(len(self.shared), dtype=bool)
-        free[at] = True
-        step = np.where(free, self.offset + shared, self.offset)
-        # local: roots (I + G)^-1 applied to -(G_le + G_ls move)
-        vector = np.concatenate([[1.0], shared])
-        right = -(half @ vector)
-        local = np.linalg.solve(factor.transpose(0, 2, 1), right[:, :, None])[:, :, 0]
-        local = (roots @ local[:, :, None])[:, :, 0] + self.local_offset
-        full = np.zeros(len(self.problem.shared))
-        full[self.shared] = step
-        half_root = np.linalg.solve(L, root.T)
-        return Solution(self.log_likelihood(sizes, effects), full, local, half_root.T @ half_root, self.shared[at])
-
-
-def log_prior(problem: Problem, sizes: Sizes, stated: Mapping[int, float], least: Mapping[int, float]) -> float:
-    """Logarithm of the prior density of sizes, up to a constant."""
-    found = 0.0
-    for c, log_white in enumerate(sizes.white):
-        if c in stated:
-            found -= 0.5 * ((log_white - math.log(stated[c])) / 0.15) ** 2
-        if c in least and log_white < math.log(least[c]):
-            found -= 1e6 * (math.log(least[c]) - log_white)
-        found += math.log(0.5) if sizes.shape[c] == 0 else math.log(0.5 / (len(SHAPES) - 1))
-    for values in (sizes.terms, sizes.forces):
-        for v in values:
-            if np.isfinite(v):
-                found -= 50.0 * (max(v - math.log(1.0), 0.0) ** 2 + max(math.log(SMALLEST) - v, 0.0) ** 2)
-    for c in sizes.coupling:
-        found += math.log(max(1.0 - float(c) ** 2, 1e-12))
-    return found
-
-
-def maximised(
-    f: Callable[[Sizes], float], sizes: Sizes, channels: Sequence[int], discrepancy: bool, sweeps: int = 3, noise: bool = True
-) -> tuple[Sizes, float]:
-    """Coordinate ascent over sizes: parabolic steps in logs, shapes to neighbours of the grid."""
-    best, value = sizes, f(sizes)
-    step = {("white", c): 0.2 for c in channels}
-    for sweep in range(sweeps):
-        before = value
-        if noise:
-            for c in channels:
-                best, value = _along(f, best, value, lambda v, s, c=c: _set(s, "white", c, v), float(best.white[c]), 0.15 if sweep else 0.4)
-                best, value = _shape(f, best, value, c)
-        if discrepancy:
-            for part in ("terms", "forces"):
-                for e in range(len(best.terms)):
-                    here = float(getattr(best, part)[e])
-                    best, value = _along(f, best, value, lambda v, s, part=part, e=e: _set(s, part, e, v), here, 0.4 if sweep else 1.2)
-            for k in range(len(best.coupling)):
-                here = math.atanh(float(best.coupling[k]))
-                best, value = _along(f, best, value, lambda v, s, k=k: _set(s, "coupling", k, math.tanh(v)), here, 0.4)
-        if value < before + 0.1:
-            break
-    return best, value
-
-
-def _set(sizes: Sizes, part: str, k: int, value: float) -> Sizes:
-    new = getattr(sizes, part).copy()
-    new[k] = value
-    return replace(sizes, **{part: new})
-
-
-def _along(f: Callable[[Sizes], float], best: Sizes, value: float, at: Callable[[float, Sizes], Sizes], here: float, h: float) -> tuple[Sizes, float]:
-    left, right = at(here - h, best), at(here + h, best)
-    a, b = f(left), f(right)
-    top = max((value, best), (a, left), (b, right), key=lambda e: e[0])
-    curvature = a + b - 2.0 * value
-    if curvature < 0.0:
-        move = 0.5 * h * (a - b) / curvature
-        if abs(move) < 3.0 * h:
-            mid = at(here + move, best)
-            c = f(mid)
-            if c > top[0]:
-                top = (c, mid)
-    return top[1], top[0]
-
-
-def _shape(f: Callable[[Sizes], float], best: Sizes, value: float, c: int) -> tuple[Sizes, float]:
-    now = best.shape[c]
-    n = len(TIMES)
-    if now == 0:
-        options = [1 + r * n + t for r in (1, 3) for t in (1, 3)]
-    else:
-        r, t = divmod(now - 1, n)
-        options = [1 + (r + dr) * n + (t + dt) for dr, dt in ((0, 1), (0, -1), (1, 0), (-1, 0)) if 0 <= r + dr < len(RATIOS) and 0 <= t + dt < n]
-        options.append(0)
-    for option in options:
-        shape = list(best.shape)
-        shape[c] = option
-        white = best.white.copy()
-        old, new = SHAPES[best.shape[c]], SHAPES[option]
-        for keep in (True, False):
-            w = white.copy()
-            if not keep:
-                w[c] += 0.5 * math.log((1 + old.ratio**2) / (1 + new.ratio**2))
-            trial = replace(best, shape=tuple(shape), white=w)
-            found = f(trial)
-            if found > value + 1e-9:
-                best, value = trial, found
-                break
-    return best, value
+        return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root

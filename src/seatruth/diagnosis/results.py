@@ -19,7 +19,8 @@ import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from seatruth.errors import BadInput
-from seatruth.estimate import decoded, encoded, write_files
+from seatruth.estimate import decoded, encoded
+from seatruth.storage.atomic import write_files
 from seatruth.trials.finding import Finding
 
 FORMAT = 2
@@ -65,7 +66,8 @@ class EffectResult:
     log_evidence: float
     """Of the effect alone over the model without effects; linearized where it was not fitted."""
     noncentrality: float
-    """Lambda: squared size of its signature after everything else is refitted, in standard deviations; NaN if unfitted."""
+    """Lambda: squared size of its signature after everything else is refitted, in standard deviations; NaN where it
+    was not fitted."""
     parameters: tuple[EffectParameter, ...]
     """Empty where it was not fitted."""
     in_words: str

@@ -36,9 +36,9 @@ def load_effects(specs: Sequence[str], folder: str | Path | None = None) -> list
 
 
 def _of_file(spec: str, folder: Path) -> Effect:
-    found = load_object(spec, folder, "effect")
+    result = load_object(spec, folder, "effect")
     try:
-        effect = found() if isinstance(found, type) else found
+        effect = result() if isinstance(result, type) else result
     except PluginError:
         raise
     except Exception as problem:

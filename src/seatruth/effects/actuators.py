@@ -1,4 +1,4 @@
-"""Between an order or a reading and what the rudder or the stern plane really does.
+"""Errors between the recorded angle of a rudder or a stern plane and the angle that acts.
 
 Each effect on the rudder has a twin on the stern plane. They act on the recorded angle, or on the order where the
 model takes the order.
@@ -21,7 +21,7 @@ PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_de", "m_z_de")
 
 
 class OnRudder(Effect):
-    """Base of effects on the rudder's angle, `delta` in the equations."""
+    """Base of effects on the rudder angle, `delta` in the equations."""
 
     acts_on = ("actuator:delta",)
     needs_inputs = ("delta",)
@@ -29,14 +29,14 @@ class OnRudder(Effect):
 
 
 class OnPlane(Effect):
-    """What turns an effect on the rudder into one on the stern plane, which takes the name `delta` in its equations."""
+    """Mixed into an effect on the rudder to act on the stern plane, then named `delta` in the equations."""
 
     acts_on = ("actuator:delta_s",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": PLANES}
 
 
 class RudderOffset(OnRudder):
-    """The rudder stands off its reading by a constant angle."""
+    """The rudder angle differs from the recorded one by a constant."""
 
     name = "rudder_offset"
     title = "rudder zero offset"
@@ -55,7 +55,7 @@ class RudderOffset(OnRudder):
 
 
 class RudderGain(OnRudder):
-    """The rudder works as if turned by another share of its reading; one with an error of the rudder's coefficients."""
+    """The angle that acts is a multiple of the recorded one; the same as an error of the rudder's coefficients."""
 
     name = "rudder_gain"
     title = "rudder effectiveness"
@@ -106,7 +106,7 @@ class RudderLag(OnRudder):
 
 
 class RudderDelay(RudderLag):
-    """The rudder does what was ordered some time ago."""
+    """The rudder follows its order after a dead time."""
 
     name = "rudder_delay"
     title = "dead time of the rudder"
@@ -128,7 +128,8 @@ class RudderDelay(RudderLag):
 class RudderRateLimit(OnRudder):
     """The rudder turns no faster than 1 / slowness.
 
-    A follower with the limit, and what its own lag leaves out, which one without the limit knows; that too no faster.
+    The recorded angle passes a first-order filter with the limit. What the filter itself delays is added back, from a
+    second filter without the limit, and that part is limited too.
     """
 
     name = "rudder_rate_limit"
@@ -219,7 +220,7 @@ class RudderBacklash(OnRudder):
 
 
 class PlaneOffset(OnPlane, RudderOffset):
-    """The stern plane stands off its reading by a constant angle."""
+    """The plane angle differs from the recorded one by a constant."""
 
     name = "plane_offset"
     title = "stern plane zero offset"
@@ -228,7 +229,7 @@ class PlaneOffset(OnPlane, RudderOffset):
 
 
 class PlaneGain(OnPlane, RudderGain):
-    """The stern plane works as if turned by another share of its reading."""
+    """The plane angle that acts is a multiple of the recorded one."""
 
     name = "plane_gain"
     title = "stern plane effectiveness"
@@ -246,7 +247,7 @@ class PlaneLag(OnPlane, RudderLag):
 
 
 class PlaneDelay(OnPlane, RudderDelay):
-    """The stern plane does what was ordered some time ago."""
+    """The stern plane follows its order after a dead time."""
 
     name = "plane_delay"
     title = "dead time of the stern plane"

@@ -104,8 +104,11 @@ class Effect:
     froude: ClassVar[Mapping[str, float]] = {}
     """Power of the length with which magnitudes of ships shorter than 100 m scale (1/2 for times and speeds)."""
     starts: tuple[Mapping[str, float], ...] = ()
-    """Finite values to start a fit from, where the null is no regular point or the direction is open; shape parameters
-    that a start does not name stand at their mean."""
+    """Finite values of the magnitudes to start a fit from, where the null is no regular point; shape parameters are at
+    their mean. `starting_points` gives them for a model."""
+    direction: tuple[str, ...] = ()
+    """The two magnitudes that are components along x and y of the earth, ("north", "east"), of an effect that has a
+    direction: a fit starts in several of them, and a report gives it in degrees."""
     stochastic: bool = False
     """It has a random part, which no trial repeats: the noise of a fit must hold that."""
     dynamic: bool = True
@@ -176,9 +179,28 @@ class Effect:
             values[q.name] = min(q.max, max(q.min, prior.mean + side * prior.sd))
         return values
 
+    def starting_points(self, model: Model) -> list[dict[str, float]]:
+        """Finite values of all parameters to start fits from on a model; empty where the null alone will do.
+
+        Declared `starts` are reduced on a small ship as its typical magnitudes are. An effect with a direction and
+        without declared starts starts in eight directions, at its typical magnitude.
+        """
+        priors, typical = self.priors(model), self.typical(model)
+        if self.direction and not self.starts:
+            north, east = self.direction
+            size = math.hypot(priors[north].sd, priors[east].sd) / math.sqrt(2.0)
+            angles = [k * math.pi / 4.0 for k in range(8)]
+            return [{**typical, north: size * math.cos(angle), east: size * math.sin(angle)} for angle in angles]
+        scale = {
+            q.name: min(1.0, priors[q.name].sd / abs(q.value - self.null[q.name]))
+            for q in self.parameters
+            if q.name in self.froude
+        }
+        return [{name: value * scale.get(name, 1.0) for name, value in start.items()} for start in self.starts]
+
     def null_parameters(self) -> list[Parameter]:
         """Its parameters under their names in an extended model, at null and fixed; shapes keep their priors."""
-        return [q.but(name=self.named(q.name), value=float(self.null[q.name]), vary=False) for q in self.parameters]
+        return [q.replace(name=self.named(q.name), value=float(self.null[q.name]), vary=False) for q in self.parameters]
 
     def places(self, model: Model) -> tuple[str, ...]:
         """`acts_on` with the model's own names of inputs and outputs."""
@@ -236,6 +258,8 @@ def _check(effect: Effect) -> None:
     for start in effect.starts:
         if sorted(start) != sorted(names):
             raise PluginError("each of its starts must give a value for each of its magnitudes", where=where)
+    if effect.direction and (len(effect.direction) != 2 or not {*effect.direction} <= {*effect.magnitudes}):
+        raise PluginError("its direction must name two of its magnitudes", where=where)
     if not is_cause(effect.cause):
         what = f"{effect.cause!r} is no place in the tree of causes" if effect.cause else "it states no cause"
         do = nearest(effect.cause, [path for path in CAUSES if path]) if effect.cause else ""

@@ -85,11 +85,11 @@ def _through_inputs(effect: Effect, view: View, t: Array, inputs: Array, p: Any,
             )
         ]
     assert effect.true_inputs is not None
-    found = [
+    result = [
         view.back(effect.true_inputs(view.of(row), state, q, Environment(t=time)), _plain)
         for row, state, time in zip(rows, own, t.tolist())
     ]
-    return np.array(found).reshape(inputs.shape)
+    return np.array(result).reshape(inputs.shape)
 
 
 def _through_outputs(
@@ -119,11 +119,11 @@ def _through_outputs(
             )
         ]
     assert effect.measured_outputs is not None
-    found = [
+    result = [
         view.back(effect.measured_outputs(view.of(row), state, see_i.of(i), q, Environment(t=time)), _plain)
         for row, state, i, time in zip(rows, own, before, t.tolist())
     ]
-    return np.array(found).reshape(outputs.shape)
+    return np.array(result).reshape(outputs.shape)
 
 
 def _plain(*values: float) -> Row:
@@ -135,7 +135,7 @@ def _integrated(
 ) -> list[Row]:
     """States at every sample by Runge-Kutta steps of at most `longest` s; `rows` are linear between samples."""
     state: Row = tuple(float(x) for x in first)
-    found = [state]
+    result = [state]
     times = t.tolist()
     for k in range(len(rows) - 1):
         parts = max(1, math.ceil((times[k + 1] - times[k]) / longest - 1e-6))
@@ -148,8 +148,8 @@ def _integrated(
             k3 = rates(_ahead(state, k2, h / 2), middle, Environment(t=time + h / 2))
             k4 = rates(_ahead(state, k3, h), end, Environment(t=time + h))
             state = tuple(x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
-        found.append(state)
-    return found
+        result.append(state)
+    return result
 
 
 def _between(a: Row, b: Row, share: float) -> Row:

@@ -119,10 +119,10 @@ def parent(path: str) -> str:
 def ancestors(path: str) -> tuple[str, ...]:
     """The node itself and all above it, ending with the root."""
     _check(path)
-    found = [path]
-    while found[-1] != ROOT:
-        found.append(parent(found[-1]))
-    return tuple(found)
+    result = [path]
+    while result[-1] != ROOT:
+        result.append(parent(result[-1]))
+    return tuple(result)
 
 
 def children(path: str) -> tuple[str, ...]:

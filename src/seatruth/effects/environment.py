@@ -46,6 +46,7 @@ class Current(Effect):
         Parameter("east", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along y of the earth"),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 0.5, "east": 0.5}}
     froude: ClassVar[Mapping[str, float]] = {"north": 0.5, "east": 0.5}
 
@@ -97,6 +98,7 @@ class CurrentShear(Effect):
         Parameter("east", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along y of the earth, a metre"),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
 
     @staticmethod
     def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
@@ -122,6 +124,7 @@ class VaryingCurrent(Effect):
         Parameter("east", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along y of the earth"),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
     stochastic = True
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Forces of the water that a model may lack or have wrong."""
+"""Hydrodynamic forces that a model may lack or have wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the weight is, and how much of it."""
+"""Weight, centre of gravity and liquid in the hull."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Number 11 of the catalogue: what is noise, and no term of the equations.
+"""Number 11 of the catalogue: measurement noise of unusual kinds, which is no term of the equations.
 
-No hook can be fitted to these; they are here so that lists, reports and benchmarks have a name for them. Residuals tell
-them: by their smallest difference, their tails, and their correlation in time.
+These effects have no hooks and cannot be fitted; they are here so that lists, reports and benchmarks have names for
+them. Residuals show them: by their smallest difference, their tails, and their correlation in time.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from seatruth.models.parameter import Parameter, Prior
 
 
 class Noise(Effect):
-    """Base of what is noise only."""
+    """Base of effects that are noise only."""
 
     cause = "sensor.noise"
     number = 11
@@ -35,7 +35,7 @@ class Quantisation(Noise):
 
 
 class Outliers(Noise):
-    """Single samples that are far off. The residual has heavy tails and no memory."""
+    """Single samples with large errors. The residual has heavy tails and no correlation in time."""
 
     name = "outliers"
     title = "outliers"
@@ -47,7 +47,7 @@ class Outliers(Noise):
 
 
 class ColouredNoise(Noise):
-    """Noise with a memory, as filters in instruments and gusts leave it."""
+    """Noise that is correlated in time, as from filters in instruments and from gusts."""
 
     name = "coloured_noise"
     title = "coloured noise"

@@ -1,4 +1,4 @@
-"""What the propeller does beside, or less than, its thrust."""
+"""Side force, torque and errors of the thrust of the propeller."""
 
 from __future__ import annotations
 

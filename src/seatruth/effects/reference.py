@@ -13,8 +13,8 @@ _COLUMNS = (
     "equation",
     "parameters: typical",
     "acts on",
-    "never told from",
-    "confused with: told apart by",
+    "never distinguished from",
+    "confused with: distinguished by",
 )
 
 

@@ -1,4 +1,4 @@
-"""Outputs that were recorded late, one effect a sensor: its clock, its filter, or the link."""
+"""Delays of sensors, by a clock, a filter or a link; one effect for each sensor."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PositionDelay(Effect):
     confused_with = ("position_lever_arm", "rudder_delay")
     distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs = ("x", "y")
-    parameters = (_TAU.but(min=-_TAU.max),)
+    parameters = (_TAU.replace(min=-_TAU.max),)
     null: Mapping[str, float] = {"tau": 0.0}
     longest_step = MAX_STEP
     states = (
@@ -48,8 +48,8 @@ class PositionDelay(Effect):
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        # The vehicle came with a speed: its filters lag by that times their time constant, which must not
-        # depend on the delay, as they start once and for all.
+        # The vehicle moves at the start: each filter lags by the speed times its time constant. This must not depend
+        # on the delay, since the initial state is computed once.
         T = MIN_TIME_CONSTANT
         u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
         x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)

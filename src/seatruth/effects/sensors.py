@@ -1,4 +1,4 @@
-"""Between what happened and what was recorded: offsets, scales and where a sensor sits. Delays: `sensor_delays`."""
+"""Offsets, scale errors and places of sensors. Delays: `sensor_delays`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from seatruth.trials.channel import Channel
 
 
 class SpeedScale(Effect):
-    """The speed log reads in another scale."""
+    """The speed log has a scale error."""
 
     name = "speed_scale"
     title = "speed sensor scale"
@@ -36,7 +36,7 @@ class SpeedScale(Effect):
 
 
 class SpeedBias(Effect):
-    """The speed log is off by a constant."""
+    """The speed log has a constant offset."""
 
     name = "speed_bias"
     title = "speed sensor bias"
@@ -58,7 +58,7 @@ class SpeedBias(Effect):
 
 
 class SwayBias(Effect):
-    """The log's speed across is off by a constant."""
+    """The log has a constant offset in sway."""
 
     name = "sway_bias"
     title = "sway sensor bias"
@@ -80,7 +80,7 @@ class SwayBias(Effect):
 
 
 class HeadingBias(Effect):
-    """The compass is off by a constant angle."""
+    """The compass has a constant offset."""
 
     name = "heading_bias"
     title = "heading bias"
@@ -101,7 +101,7 @@ class HeadingBias(Effect):
 
 
 class CompassDeviation(Effect):
-    """The compass is off by an angle that changes once in a turn."""
+    """The compass has an offset that varies once in a full turn."""
 
     name = "compass_deviation"
     title = "compass deviation"
@@ -125,7 +125,7 @@ class CompassDeviation(Effect):
 
 
 class GyroBias(Effect):
-    """The yaw rate gyro is off by a constant rate."""
+    """The yaw rate gyro has a constant offset."""
 
     name = "gyro_bias"
     title = "yaw gyro bias"
@@ -146,7 +146,7 @@ class GyroBias(Effect):
 
 
 class PitchGyroBias(GyroBias):
-    """The pitch rate gyro is off by a constant rate."""
+    """The pitch rate gyro has a constant offset."""
 
     name = "pitch_gyro_bias"
     title = "pitch gyro bias"
@@ -158,7 +158,7 @@ class PitchGyroBias(GyroBias):
 
 
 class LogLeverArm(Effect):
-    """The log sits away from the point that the model moves, and measures the speed there."""
+    """The log sits away from the origin of the model, and measures the speed there."""
 
     name = "log_lever_arm"
     title = "lever arm of the log"
@@ -184,7 +184,7 @@ class LogLeverArm(Effect):
 
 
 class LogLeverArmVertical(Effect):
-    """The same in the diving plane."""
+    """The log sits away from the origin of the model in the diving plane, and measures the speed there."""
 
     name = "log_lever_arm_vertical"
     title = "lever arm of the log in the diving plane"
@@ -208,7 +208,7 @@ class LogLeverArmVertical(Effect):
 
 
 class PositionLeverArm(Effect):
-    """The antenna (or tracked mark) sits away from the point that the model moves."""
+    """The antenna (or tracked mark) sits away from the origin of the model."""
 
     name = "position_lever_arm"
     title = "lever arm of the position sensor"
@@ -232,7 +232,7 @@ class PositionLeverArm(Effect):
 
 
 class DepthLeverArm(Effect):
-    """The depth sensor sits ahead of the point that the model moves."""
+    """The depth sensor sits ahead of the origin of the model."""
 
     name = "depth_lever_arm"
     title = "lever arm of the depth sensor"
@@ -253,7 +253,7 @@ class DepthLeverArm(Effect):
 
 
 class DepthBias(Effect):
-    """The depth sensor is off by a constant."""
+    """The depth sensor has a constant offset."""
 
     name = "depth_bias"
     title = "depth sensor bias"
@@ -274,7 +274,7 @@ class DepthBias(Effect):
 
 
 class DepthScale(Effect):
-    """The depth sensor reads in another scale: salt water taken for fresh, say."""
+    """The depth sensor has a scale error, as where fresh water is assumed in salt water."""
 
     name = "depth_scale"
     title = "depth sensor scale"

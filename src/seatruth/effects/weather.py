@@ -108,6 +108,7 @@ class Wind(Effect):
         ),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
     froude: ClassVar[Mapping[str, float]] = {"north": 0.5, "east": 0.5}
     starts = tuple(
         {"north": 3.0 * math.cos(k * math.pi / 4), "east": 3.0 * math.sin(k * math.pi / 4)} for k in range(8)
@@ -160,6 +161,7 @@ class WaveDrift(Effect):
         ),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+    direction = ("north", "east")
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 4.0, "east": 4.0}}
     froude: ClassVar[Mapping[str, float]] = {"north": 2.0, "east": 2.0}
 

@@ -1,7 +1,7 @@
-"""The figures that a turning circle and a zigzag are known by, from simulated and measured trials alike.
+"""Figures of turning circles and zigzags (advance, overshoot and so on), from simulated and measured trials alike.
 
-Definitions follow the ITTC procedure 7.5-02-06-01 for free-running manoeuvring tests; the execute is found in the
-rudder's record. Figures that a trial does not hold are NaN, and `why` says why.
+Definitions follow the ITTC procedure 7.5-02-06-01 for free-running manoeuvring tests; the execute is read
+from the record of the rudder. Figures that a trial does not hold are NaN, and `why` gives the reason by name.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from seatruth.errors import BadInput, nearest
 from seatruth.trials.trial import Trial
 
 _STILL = math.radians(1.0)
-"""A rudder that moves by less than this is not being moved on purpose."""
+"""rad: a rudder that moves by less than this is not moved on purpose; chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def turning_circle_figures(trial: Trial) -> TurningCircleFigures:
     along = (x - x0) * math.cos(psi0) + (y - y0) * math.sin(psi0)
     across = side * ((y - y0) * math.cos(psi0) - (x - x0) * math.sin(psi0))
     after = (t >= execute) & (t <= _turn_end(trial, delta, level, execute))
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     why: dict[str, str] = {}
     for angle, names in ((90.0, ("advance", "transfer")), (180.0, ("tactical_diameter",))):
         at = _first_crossing(t[after], turned[after], math.radians(angle))
@@ -99,7 +99,7 @@ def turning_circle_figures(trial: Trial) -> TurningCircleFigures:
             why.update(dict.fromkeys(names, f"the heading changes by {reached:.0f} deg, not {angle:.0f}"))
             continue
         for name in names:
-            found[name] = float(np.interp(at, t, along if name == "advance" else across))
+            result[name] = float(np.interp(at, t, along if name == "advance" else across))
     approach = (t <= execute) & (t >= execute - 10.0)
     speed, drift = _motion(trial, t, x, y, psi)
     before = float(np.mean(speed[approach])) if np.any(approach) else float(speed[0])
@@ -113,12 +113,14 @@ def turning_circle_figures(trial: Trial) -> TurningCircleFigures:
         steady = after & (turned >= total - span)
         rate = float(np.polyfit(t[steady], psi[steady], 1)[0])
         mean = float(np.mean(speed[steady]))
-        found.update(rate=rate, steady_diameter=2 * mean / abs(rate), speed_ratio=mean / before if before else math.nan)
+        result.update(
+            rate=rate, steady_diameter=2 * mean / abs(rate), speed_ratio=mean / before if before else math.nan
+        )
         if drift is None:
             why["drift_angle"] = "the trial has no u and v"
         else:
-            found["drift_angle"] = float(np.mean(drift[steady]))
-    return TurningCircleFigures(rudder=level, execute=execute, approach_speed=before, why=why, **found)
+            result["drift_angle"] = float(np.mean(drift[steady]))
+    return TurningCircleFigures(rudder=level, execute=execute, approach_speed=before, why=why, **result)
 
 
 def zigzag_figures(trial: Trial) -> ZigzagFigures:
@@ -154,7 +156,7 @@ def zigzag_figures(trial: Trial) -> ZigzagFigures:
             continue  # the record ends before the turn is checked
         switches.append(abs(at - base))
         overshoots.append(_peak(t[part], gone, peak))
-    found: dict[str, float] = {"initial_turning_time": times[1] - times[0]}
+    result: dict[str, float] = {"initial_turning_time": times[1] - times[0]}
     why: dict[str, str] = {}
     for name, k in (("reach", 1), ("period", 2)):
         if k >= len(times):
@@ -165,7 +167,7 @@ def zigzag_figures(trial: Trial) -> ZigzagFigures:
         if back is None:
             why[name] = "the record ends before the heading is back"
         else:
-            found[name] = back - times[0]
+            result[name] = back - times[0]
     sidenames = ("down", "up") if planes else ("starboard", "port")
     if not overshoots:
         why["overshoots"] = "the record ends before the first overshoot"
@@ -176,7 +178,7 @@ def zigzag_figures(trial: Trial) -> ZigzagFigures:
         switch_angles=tuple(switches),
         overshoots=tuple(overshoots),
         why=why,
-        **found,
+        **result,
     )
 
 

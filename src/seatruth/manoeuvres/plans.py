@@ -1,4 +1,4 @@
-"""Manoeuvres as closed-loop plans: what is ordered, given the time and what the ship does.
+"""Manoeuvres as closed-loop plans: the orders at each time, from the time and the outputs of the ship.
 
 Angles in rad, times in s. Rudder angles are positive for a turn to starboard, stern plane angles for nose down.
 """
@@ -19,11 +19,11 @@ Helm = Callable[[float, Mapping[str, float]], Orders | None]
 
 
 class Manoeuvre(ABC):
-    """One planned run. `helm()` gives a fresh helmsman, who remembers what he has done in this run."""
+    """One planned run. `helm()` makes a helmsman for one run, who keeps the state of that run."""
 
     @abstractmethod
     def helm(self) -> Helm:
-        """A new helmsman for one run."""
+        """A new helmsman for one run: a function of the time (s) and the outputs by name."""
 
     @property
     @abstractmethod

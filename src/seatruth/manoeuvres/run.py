@@ -1,6 +1,6 @@
-"""Trials made by simulation: a model sails a manoeuvre in closed loop, step by step in plain Python.
+"""Trials made by simulation: a model runs a manoeuvre in closed loop, step by step in plain Python.
 
-The engine replays the result open loop: the recorded inputs are those that acted, linear between samples.
+The engine can replay a trial open loop: the recorded inputs are those that acted, linear between samples.
 """
 
 from __future__ import annotations
@@ -20,17 +20,21 @@ from seatruth.models.base import Environment, Model, call, record
 from seatruth.trials.trial import Trial
 
 EnvironmentAt = Callable[[float, Any], Environment]
-"""From the time and the state to what acts on the vehicle."""
+"""From the time (s) and the states (a named tuple) to the environment of the vehicle."""
 
 
 def steady_current(speed: float, direction: float) -> EnvironmentAt:
-    """A current of `speed` (m/s) that runs towards `direction` (rad, clockwise from +x), the same everywhere."""
+    """The environment of a uniform current of `speed` (m/s) towards `direction` (rad, clockwise from +x).
+
+    Example:
+        run_manoeuvre(load_model("mmg"), Straight(60.0), environment=steady_current(0.2, 0.0))
+    """
 
     north, east = speed * math.cos(direction), speed * math.sin(direction)
 
     def environment(t: float, s: Any) -> Environment:
-        found: Environment = with_current(Environment(t=t), s, north, east)
-        return found
+        result: Environment = with_current(Environment(t=t), s, north, east)
+        return result
 
     return environment
 
@@ -48,14 +52,31 @@ def run_manoeuvre(
     environment: EnvironmentAt | None = None,
     name: str | None = None,
 ) -> Trial:
-    """Sails `manoeuvre` with `model` and returns the record, without noise, labelled synthetic.
+    """Runs `manoeuvre` with `model` and returns the record, without noise, labelled synthetic.
 
-    `values` replaces nominal parameter values; `first_state` sets states that do not start at zero ({"u": 1.2});
-    `inputs` sets the inputs that the manoeuvre does not order ({"n": 11.85}). Rudders and planes follow their orders
-    at `rudder_rate` (rad/s), all else within one step; within a step inputs are linear. `dt` (s) is both the step
-    (classical Runge-Kutta) and the sampling interval. The run ends with the manoeuvre or after `limit` seconds.
+    Args:
+        model: The model; its `rhs` must take the environment where `environment` is set.
+        manoeuvre: The plan of the run.
+        values: Parameter values that replace nominal ones, by name.
+        dt: Step (classical Runge-Kutta) and sampling interval, s.
+        first_state: States that do not start at zero, {"u": 1.2}.
+        inputs: Inputs that the manoeuvre does not order, {"n": 11.85}.
+        rudder_rate: Rate at which rudders and planes follow their orders, rad/s; other inputs follow within one step.
+            Within a step inputs are linear.
+        limit: Time after which the run ends where the manoeuvre has not ended before, s.
+        environment: Currents and outside forces; none by default.
+        name: Name of the trial; the label of the manoeuvre by default.
 
-    BadInput if the manoeuvre needs an input or output that the model does not have, or if the motion diverges.
+    Raises:
+        BadInput: The manoeuvre needs an input or output that the model does not have, or the motion diverges.
+
+    Example:
+        trial = run_manoeuvre(
+            load_model("mmg"),
+            Zigzag(math.radians(20), math.radians(20)),
+            first_state={"u": 1.18},
+            inputs={"n": 10.4},
+        )
     """
     if not dt > 0 or not rudder_rate > 0:
         raise BadInput("dt and rudder_rate must be positive", where="run_manoeuvre")
@@ -113,13 +134,13 @@ class Stepper:
         if environment is not None and not model.takes_environment:
             raise BadInput(f"model {model.name!r} takes no environment", do="Add the argument e to its rhs.")
 
-    def first(self, given: Mapping[str, float]) -> tuple[float, ...]:
-        """All states, zero where not given."""
-        _known(given, {s.name: 0.0 for s in self.model.states}, f"model {self.model.name!r}: state")
-        return tuple(float(given.get(s.name, 0.0)) for s in self.model.states)
+    def first(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """A first state (S,): the values by name, zero for the other states."""
+        _known(values, {s.name: 0.0 for s in self.model.states}, f"model {self.model.name!r}: state")
+        return tuple(float(values.get(s.name, 0.0)) for s in self.model.states)
 
     def rate(self, t: float, state: tuple[float, ...], inputs: Mapping[str, float]) -> tuple[float, ...]:
-        """d/dt of the states."""
+        """Rates of the states (S,) at time `t` (s)."""
         s, i = self._state(*state), self._inputs(**inputs)
         e = self.environment(t, s) if self.environment is not None else Environment(t=t)
         return call(self.model.name, "rhs", self.model.rhs, s, i, self.p, e)
@@ -129,8 +150,8 @@ class Stepper:
         s, i = self._state(*state), self._inputs(**inputs)
         if self.model.output is None:
             return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
-        found = call(self.model.name, "output", self.model.output, s, i, self.p, Environment())
-        return {c.name: float(y) for c, y in zip(self.model.outputs, found)}
+        result = call(self.model.name, "output", self.model.output, s, i, self.p, Environment())
+        return {c.name: float(y) for c, y in zip(self.model.outputs, result)}
 
     def step(
         self, t: float, state: tuple[float, ...], start: Mapping[str, float], end: Mapping[str, float], h: float
@@ -173,8 +194,8 @@ def add_noise(
     process at the trial's sample times).
     """
     times = correlation or {}
-    for given in (sd, times):
-        _known(given, trial.outputs, f"trial {trial.name!r}: output")
+    for names in (sd, times):
+        _known(names, trial.outputs, f"trial {trial.name!r}: output")
     outputs = dict(trial.outputs)
     for name in sorted(sd):
         white = rng.standard_normal(len(trial))
@@ -190,18 +211,19 @@ def _for_model(
     orders: Mapping[str, float], inputs: Mapping[str, float], manoeuvre: Manoeuvre, model: Model
 ) -> dict[str, float]:
     """Orders under the model's own input names: a model with a steering gear takes `delta_order`."""
-    given = {}
+    named = {}
     for name, value in orders.items():
         if name in inputs:
-            given[name] = value
+            named[name] = value
         elif f"{name}_order" in inputs:
-            given[f"{name}_order"] = value
+            named[f"{name}_order"] = value
         elif value != 0.0:
             raise BadInput(f"{manoeuvre.label} orders {name!r}, which is no input of model {model.name!r}")
-    return given
+    return named
 
 
-def _known(given: Mapping[str, Any], known: Mapping[str, Any], what: str) -> None:
-    for name in given:
+def _known(names: Mapping[str, Any], known: Mapping[str, Any], what: str) -> None:
+    """BadInput where a name is not among the known ones."""
+    for name in names:
         if name not in known:
             raise BadInput(f"{what} {name!r} does not exist", do=nearest(name, known))

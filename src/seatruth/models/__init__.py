@@ -1,10 +1,11 @@
-"""What a simulator believes about a vehicle: the Model interface, the built-in models and how a user's own is found."""
+"""The Model interface, the built-in models, and the registry that loads them or a user's own."""
 
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.registry import available, broken, load_model
+from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Dimensions",
     "Environment",
     "Model",
+    "ModelWrapper",
     "Parameter",
     "Prior",
     "available",

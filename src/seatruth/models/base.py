@@ -67,6 +67,23 @@ class Model:
     propeller (N, forwards), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion), and
     `standard` the standard channel and the sign of channels that have names or axes of their own
     (`{"v_y": ("w", -1)}`).
+
+    Raises:
+        BadInput: the declaration is not complete or contradicts itself.
+
+    Example:
+        >>> from seatruth import Channel, Model, Parameter
+        >>> class Yaw(Model):
+        ...     name = "yaw"
+        ...     states = outputs = (Channel("r", "rad/s"),)
+        ...     inputs = (Channel("delta", "rad"),)
+        ...     parameters = (Parameter("K", 0.2, "1/s"), Parameter("T", 8.0, "s"))
+        ...
+        ...     @staticmethod
+        ...     def rhs(s, i, p):
+        ...         return ((p.K * i.delta - s.r) / p.T,)
+        >>> Yaw().nominal()
+        {'K': 0.2, 'T': 8.0}
     """
 
     name: str = ""

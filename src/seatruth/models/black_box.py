@@ -20,10 +20,31 @@ Function = Callable[[Trial, dict[str, float], dict[str, float] | None], Mapping[
 class BlackBox(Model):
     """A simulator that seatruth can run but not look into.
 
-    `function(trial, parameters, first_state)` returns the outputs by name, each (n,) on the trial's own time axis;
-    `parameters` holds all parameters by name, `first_state` the states at the trial's first sample by name, or None
-    where no states are declared. It must not change the trial and must give the same answer to the same question.
-    Numbers that are not finite mean that this run diverged. Derivatives are finite differences.
+    Args:
+        name: its name.
+        function: `function(trial, parameters, first_state)` returns the outputs by name, each (n,) on the trial's own
+            time axis. `parameters` holds all parameters by name, `first_state` the states at the trial's first sample
+            by name, or None where no states are declared. It must not change the trial and must give the same answer
+            to the same question. Numbers that are not finite mean that the run diverged.
+        inputs, outputs: its channels.
+        parameters: its parameters.
+        states: states that a trial can start; each is an output of the same name.
+        kind: "ship", "auv", "glider" or "planing": which effects can act on it.
+        title, source: for lists and reports.
+
+    Derivatives are finite differences.
+
+    Raises:
+        BadInput: the declaration contradicts itself.
+
+    Example:
+        >>> from seatruth import BlackBox, Channel, Parameter, Trial
+        >>> def line(trial, p, first_state):
+        ...     return {"y": p["a"] * trial.t}
+        >>> slope = Parameter("a", 2.0, "m/s")
+        >>> box = BlackBox("line", line, inputs=[], outputs=[Channel("y", "m")], parameters=[slope])
+        >>> box.run(Trial("run", [0.0, 1.0], {}, {}), {"a": 2.0}, None)[:, 0].tolist()
+        [0.0, 2.0]
     """
 
     def __init__(
@@ -59,19 +80,19 @@ class BlackBox(Model):
         """
         where = f"model {self.name!r}, trial {trial.name!r}"
         try:
-            found = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
+            result = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
         except Exception as problem:
             raise PluginError(
                 f"its function raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
             ) from problem
-        if not isinstance(found, Mapping):
-            raise PluginError(f"its function returned {type(found).__name__}, not a dict of outputs", where=where)
+        if not isinstance(result, Mapping):
+            raise PluginError(f"its function returned {type(result).__name__}, not a dict of outputs", where=where)
         simulated = np.empty((len(trial), len(self.outputs)))
         for column, output in enumerate(self.outputs):
-            if output.name not in found:
+            if output.name not in result:
                 raise PluginError(f"its function returned no {output.name!r}", where=where)
             try:
-                values = np.asarray(found[output.name], dtype=np.float64)
+                values = np.asarray(result[output.name], dtype=np.float64)
             except (TypeError, ValueError):
                 raise PluginError(f"its {output.name!r} holds something that is no number", where=where) from None
             if values.shape != (len(trial),):

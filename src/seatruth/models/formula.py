@@ -59,8 +59,8 @@ class Formula(BlackBox):
                 raise BadInput("a callable formula needs the names of its columns", where=f"formula {name!r}")
             self.callback, wanted, self.text = formula, list(columns), ""
         if self.expression is not None:
-            # One that only ties use is used too.
-            used = {*self.expression.names}.union(*(names_in(q.tie) for q in parameters if q.tie is not None))
+            # A parameter that only expressions use is used too.
+            used = {*self.expression.names}.union(*(names_in(q.expr) for q in parameters if q.expr is not None))
             unused = [known_name for known_name in known if known_name not in used]
             if unused:
                 hint = nearest(unused[0], self.expression.names).split("Known:")[0].strip()
@@ -87,10 +87,10 @@ class Formula(BlackBox):
         """y (n,), or (P, n) where parameters are (P, 1) (expressions only); not finite where it has no value."""
         rows = len(next(iter(columns.values()))) if columns else 1
         if self.expression is not None:
-            found = self.expression.evaluate({**columns, **parameters})
+            result = self.expression.evaluate({**columns, **parameters})
             sizes = [np.shape(value)[0] for value in parameters.values() if np.ndim(value) == 2]
             shape = (max(sizes), rows) if sizes else (rows,)
-            return np.asarray(np.broadcast_to(np.asarray(found, dtype=np.float64), shape))
+            return np.asarray(np.broadcast_to(np.asarray(result, dtype=np.float64), shape))
         assert self.callback is not None
         where = f"model {self.name!r}"
         try:
@@ -107,24 +107,24 @@ class Formula(BlackBox):
     def derivatives(self, columns: Mapping[str, Array], parameters: Mapping[str, float], free: Sequence[str]) -> Array:
         """Derivatives (n, K) by the named parameters: exact of an expression, central differences of a callable."""
         rows = len(next(iter(columns.values()))) if columns else 1
-        found = np.empty((rows, len(free)))
+        result = np.empty((rows, len(free)))
         for k, name in enumerate(free):
             if self.expression is not None:
-                found[:, k] = self.expression.derivative({**columns, **parameters}, name)
+                result[:, k] = self.expression.derivative({**columns, **parameters}, name)
             else:
                 step = 6e-6 * max(abs(parameters[name]), abs(self.parameter(name).value), 1e-3)
                 ahead, behind = (
                     self.evaluate(columns, {**parameters, name: parameters[name] + sign * step}) for sign in (1, -1)
                 )
-                found[:, k] = (ahead - behind) / (2 * step)
-        return found
+                result[:, k] = (ahead - behind) / (2 * step)
+        return result
 
     def _on_trial(
         self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None
     ) -> dict[str, Array]:
         columns = {channel.name: np.asarray(trial.inputs[channel.name]) for channel in self.inputs}
-        found = self.evaluate(columns, parameters)
-        return {self.outputs[0].name: np.broadcast_to(found, (len(trial),)) if found.shape == (1,) else found}
+        result = self.evaluate(columns, parameters)
+        return {self.outputs[0].name: np.broadcast_to(result, (len(trial),)) if result.shape == (1,) else result}
 
 
 def _columns_in(text: str, known: Sequence[str]) -> list[str]:

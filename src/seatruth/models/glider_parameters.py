@@ -83,7 +83,7 @@ PETREL_II: tuple[Parameter, ...] = (
 _PUBLISHED = {"z_h": 0.0032, "x_b": 0.0, "A_35": 3.61, "K_MR": -58.27, "K_r": -389.30, "Y_delta": 0.0}
 
 SEA_WING: tuple[Parameter, ...] = tuple(
-    q.but(value=_PUBLISHED[q.name], source=_ZHANG) if q.name in _PUBLISHED else q for q in PETREL_II
+    q.replace(value=_PUBLISHED[q.name], source=_ZHANG) if q.name in _PUBLISHED else q for q in PETREL_II
 )
 
 GLIDERS: dict[str, tuple[Parameter, ...]] = {"PETREL_II": PETREL_II, "SEA_WING": SEA_WING}

@@ -11,7 +11,20 @@ from seatruth.errors import BadInput
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal prior N(mean, sd) on the parameter's value in its own unit."""
+    """A normal prior N(mean, sd) on a parameter.
+
+    Args:
+        mean: mean, in the parameter's unit.
+        sd: standard deviation, in the parameter's unit; above 0.
+
+    Raises:
+        BadInput: a number is not finite, or sd is not positive.
+
+    Example:
+        >>> from seatruth import Parameter, Prior
+        >>> Parameter("Y_v", -0.3, vary=True, prior=Prior(-0.3, 0.06)).prior.sd
+        0.06
+    """
 
     mean: float
     sd: float
@@ -23,12 +36,28 @@ class Prior:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One coefficient of a model.
+    """One coefficient of a model, in lmfit's vocabulary.
 
-    `value` is the nominal value and where a search starts; `min`, `max` bound it; `vary` frees it. `start` is the
-    region in which random starts are drawn (the bounds where it is None). `scale` "log" searches in log(|value|).
-    `tie` is an arithmetic expression over other parameters that replaces the value. `source` says where the nominal
-    value comes from.
+    Args:
+        name: identifier by which equations use it.
+        value: nominal value, where a search starts; in `unit`.
+        unit: unit inside seatruth (SI, rad, rev/s); "1" for a pure number.
+        min, max: bounds, in `unit`; infinite where there are none.
+        vary: True to identify it.
+        prior: prior knowledge of its value.
+        scale: "linear", or "log" to search in log(|value|), which needs bounds on one side of zero.
+        start: region (low, high) in which random starts are drawn; None takes the bounds.
+        expr: arithmetic expression over other parameters that gives the value, such as "-0.5 * Y_v".
+        source: where the nominal value comes from.
+        description: what it is, in a few words.
+
+    Raises:
+        BadInput: the values do not fit together.
+
+    Example:
+        >>> from seatruth import Parameter
+        >>> Parameter("T", 8.0, "s", min=0.5, max=60.0, vary=True).replace(value=9.0).value
+        9.0
     """
 
     name: str
@@ -40,7 +69,7 @@ class Parameter:
     prior: Prior | None = None
     scale: Literal["linear", "log"] = "linear"
     start: tuple[float, float] | None = None
-    tie: str | None = None
+    expr: str | None = None
     source: str = ""
     description: str = ""
 
@@ -54,19 +83,19 @@ class Parameter:
             raise BadInput(f"its value is {self.value}", where=where)
         if not self.min < self.max:
             raise BadInput(f"its bounds [{self.min:g}, {self.max:g}] are empty", where=where)
-        if self.vary and self.tie is None and not self.min <= self.value <= self.max:
+        if self.vary and self.expr is None and not self.min <= self.value <= self.max:
             raise BadInput(
                 f"its start {self.value:g} lies outside its bounds [{self.min:g}, {self.max:g}]",
                 where=where,
                 do="Widen the bounds or change the value.",
             )
-        if self.vary and self.tie is not None:
-            raise BadInput("it is tied and cannot vary", where=where, do="Remove `vary` or `tie`.")
+        if self.vary and self.expr is not None:
+            raise BadInput("it is set by an expression and cannot vary", where=where, do="Remove `vary` or `expr`.")
         if self.start is not None and not self.min <= self.start[0] <= self.start[1] <= self.max:
             raise BadInput(f"its start region {self.start} is not inside its bounds", where=where)
         if self.scale == "log" and not (self.min > 0 or self.max < 0):
             raise BadInput("log scale needs bounds on one side of zero", where=where, do="Set min > 0 (or max < 0).")
 
-    def but(self, **changes: Any) -> Parameter:
-        """A copy with some fields changed."""
+    def replace(self, **changes: Any) -> Parameter:
+        """Returns a copy with some fields changed. Raises BadInput where they do not fit together."""
         return replace(self, **changes)

@@ -1,4 +1,4 @@
-"""The models that are installed, found through the entry points of every installed package, and a user's own."""
+"""Installed models, listed through the entry points of every package, and models from a user's file."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ GROUP = "seatruth.models"
 
 def available() -> dict[str, type[Model]]:
     """Installed model classes by name; those that cannot be loaded are in `broken()`."""
-    found = {}
+    result = {}
     for name in sorted(_points()):
         try:
-            found[name] = _load(name)
+            result[name] = _load(name)
         except PluginError:
             continue
-    return found
+    return result
 
 
 def broken() -> dict[str, str]:
@@ -36,25 +36,39 @@ def broken() -> dict[str, str]:
 
 
 def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str | None = None) -> Model:
-    """A model by its installed name, or from a user's file as "path.py:ClassName" relative to `base_dir`.
+    """A model by its installed name, or from a user's file.
 
-    `parameter_set` picks one of the sets of values that the model offers in `sets`. BadInput names the nearest known
-    name; PluginError says where the plug-in raised.
+    Args:
+        spec: a name of `seatruth list models`, or "path.py:ClassName".
+        base_dir: folder to which that path is relative; None takes the working directory.
+        parameter_set: one of the sets of values that the model offers in `sets`; None takes its own.
+
+    Returns:
+        The model.
+
+    Raises:
+        BadInput: no model or parameter set has this name; the message names the nearest one.
+        PluginError: the plug-in or the file raised.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> [channel.name for channel in load_model("mmg", parameter_set="KVLCC2").inputs]
+        ['delta', 'n']
     """
     if is_file(spec):
-        found, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec
+        result, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec
     else:
         known = _points()
         if spec not in known:
             raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName".')
-        found, where = _load(spec), f"model {spec!r}"
+        result, where = _load(spec), f"model {spec!r}"
     if parameter_set is None:
-        return _instance(found, (), where)
-    sets = tuple(getattr(found, "sets", ()))
+        return _instance(result, (), where)
+    sets = tuple(getattr(result, "sets", ()))
     if parameter_set not in sets:
         what = f"there is no parameter set {parameter_set!r}" if sets else "it offers no parameter sets"
         raise BadInput(what, where=where, do=nearest(parameter_set, sets))
-    return _instance(found, (parameter_set,), where)
+    return _instance(result, (parameter_set,), where)
 
 
 def _points() -> dict[str, list[EntryPoint]]:
@@ -83,12 +97,12 @@ def _load(name: str) -> type[Model]:
     return plugin
 
 
-def _instance(found: Any, arguments: tuple[str, ...], where: str) -> Model:
+def _instance(result: Any, arguments: tuple[str, ...], where: str) -> Model:
     """A model from a Model class, a Model, or a function that makes one."""
-    made = found
-    if callable(found) and not isinstance(found, Model):
+    made = result
+    if callable(result) and not isinstance(result, Model):
         try:
-            made = found(*arguments)
+            made = result(*arguments)
         except SeatruthError:
             raise
         except Exception as problem:

@@ -109,7 +109,7 @@ def _esso() -> tuple[Parameter, ...]:
         low, high = parameter.min, parameter.max
         if parameter.source == _YY and parameter.unit != "1":
             low, high = value * (1 - _KNOWN), value * (1 + _KNOWN)
-        changed.append(parameter.but(value=value, min=low, max=high, source=source))
+        changed.append(parameter.replace(value=value, min=low, max=high, source=source))
     return tuple(changed)
 
 

@@ -79,7 +79,7 @@ class Forward(OneOfTheSets):
 class Roll(OneOfTheSets):
     """Roll by the fins and the propeller, under the recorded speed, sideways motion, yaw rate and pitch.
 
-    T2 unless asked: fins up and across that are equal, as those of T1, do not roll the body at all.
+    T2 unless requested: fins up and across that are equal, as those of T1, do not roll the body at all.
     """
 
     name = "torpedo_roll"

@@ -71,12 +71,12 @@ TIES = {
     "m_y_wy": "m_z_wz",
     "m_y_dr": "m_z_de",
 }
-"""What a body of revolution with equal fins up and across has in common; for `Parameter.tie`."""
+"""What a body of revolution with equal fins up and across has in common; for `Parameter.expr`."""
 
 
 def parameters(kind: str, names: tuple[str, ...] | None = None) -> tuple[Parameter, ...]:
     """The parameters of set "T1" or "T2": all, or the named ones in their order."""
-    found = {}
+    result = {}
     for row in _ROWS:
         name, unit, description = row[0], row[1], row[4]
         value = row[2] if kind == "T1" else row[3]
@@ -86,5 +86,5 @@ def parameters(kind: str, names: tuple[str, ...] | None = None) -> tuple[Paramet
             low, high = (990.0, 1035.0) if name == "rho" else (9.77, 9.84)
         else:
             low, high = sorted((0.2 * value, 3.0 * value))
-        found[name] = Parameter(name, value, unit, low, high, source=SOURCES[kind], description=description)
-    return tuple(found.values()) if names is None else tuple(found[name] for name in names)
+        result[name] = Parameter(name, value, unit, low, high, source=SOURCES[kind], description=description)
+    return tuple(result.values()) if names is None else tuple(result[name] for name in names)

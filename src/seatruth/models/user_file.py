@@ -41,10 +41,10 @@ def load_object(spec: str, folder: Path, kind: str = "model") -> Any:
     known = _defined(source, path_text, kind)
     if not name:
         raise BadInput(f"{spec!r} names no class", do=f'Write it as "{path_text}:{(known or ["ClassName"])[0]}".')
-    found = getattr(_run(source, path, path_text, kind), name, None)
-    if found is None:
+    result = getattr(_run(source, path, path_text, kind), name, None)
+    if result is None:
         raise BadInput(f"{path_text} defines no {name!r}", do=nearest(name, known))
-    return found
+    return result
 
 
 def _defined(source: str, name: str, kind: str) -> list[str]:

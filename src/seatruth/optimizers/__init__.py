@@ -9,23 +9,22 @@ from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
-from seatruth.optimizers.evaluator import Ledger, Progress
-from seatruth.optimizers.journal import StaleCheckpoint
+from seatruth.optimizers.evaluator import Evaluator
 from seatruth.optimizers.problem import Problem
 from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
+from seatruth.storage.checkpoint import StaleCheckpoint
 
 __all__ = [
     "Budget",
     "Chain",
     "Code",
     "Coordinates",
-    "Ledger",
+    "Evaluator",
     "Optimizer",
     "OptimizerInfo",
     "OptionInfo",
     "Outcome",
     "Problem",
-    "Progress",
     "StaleCheckpoint",
     "Stop",
     "as_optimizer",

@@ -55,6 +55,26 @@ class Optimizer(ABC):
 
     `needs` says what it uses of a cost ("values", "residuals", "derivatives", "regression"); the driver refuses a cost
     that does not give it. An instance holds options only, no state: one instance may serve many runs at once.
+
+    Raises:
+        BadInput: an option is not of its type or out of its range.
+
+    Example:
+        >>> from dataclasses import dataclass
+        >>> from seatruth import Budget, Optimizer, identify
+        >>> from seatruth.optimizers import option
+        >>> import seatruth.sample
+        >>> @dataclass(frozen=True)
+        ... class RandomSearch(Optimizer):
+        ...     name = "random_search"
+        ...     batch: int = option(10, "candidates at once", low=1)
+        ...
+        ...     def run(self, problem, rng):
+        ...         while True:
+        ...             problem.values(problem.sample(rng, self.batch))
+        >>> estimate = identify(seatruth.sample.load(), RandomSearch(batch=5), budget=Budget(evaluations=20))
+        >>> estimate.outcome["evaluations"]
+        20
     """
 
     name: ClassVar[str]

@@ -17,12 +17,23 @@ Code = Literal["converged", "budget", "stall", "deadline", "interrupted", "faile
 
 @dataclass(frozen=True)
 class Budget:
-    """What a run may spend, and what is good enough.
+    """What a run may spend, and what is good enough. None is no limit.
 
-    `evaluations`: cost evaluations, where a population of P counts P, one residual vector 1 and one Jacobian K (its
-    number of columns), so that all kinds of solver pay the same price for the same information. `seconds`: wall time,
-    without the time that a stopped run lay still. `stall`: evaluations without the best value falling by more than
-    the fraction `tolerance`. `target`: a value that is good enough. None = no limit.
+    Args:
+        evaluations: cost evaluations. A population of P counts P, one residual vector 1 and one Jacobian K (its number
+            of columns), so that all kinds of solver pay the same price for the same information.
+        seconds: wall time, s, without the time between an interruption and its resumption.
+        stall: evaluations after which the run stops if the best cost has not fallen by more than `tolerance`.
+        tolerance: relative fall of the cost that counts as progress.
+        target: cost that is good enough.
+
+    Raises:
+        BadInput: a limit is not positive, or nothing limits the run.
+
+    Example:
+        >>> from seatruth import Budget
+        >>> Budget(evaluations=5000, seconds=60.0).evaluations
+        5000
     """
 
     evaluations: int | None = 20_000

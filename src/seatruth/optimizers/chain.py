@@ -48,24 +48,24 @@ class Chain(Optimizer):
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str | None:
         """Runs the stages. Each has a stream of random numbers of its own, so that it does not depend on the others."""
-        ledger = problem._ledger
-        told = []
+        evaluator = problem._evaluator
+        reasons = []
         streams = rng.spawn(len(self.stages))
         for place, (stage, share) in enumerate(zip(self.stages, (*self.shares, math.inf)), 1):
-            whole = math.inf if ledger.budget.evaluations is None else ledger.budget.evaluations
-            time = math.inf if ledger.budget.seconds is None else ledger.budget.seconds
+            whole = math.inf if evaluator.budget.evaluations is None else evaluator.budget.evaluations
+            time = math.inf if evaluator.budget.seconds is None else evaluator.budget.seconds
             last = place == len(self.stages)
-            ledger.begin_stage(
+            evaluator.begin_stage(
                 math.inf if last else max(1.0, math.floor(share * whole)) if math.isfinite(whole) else math.inf,
                 math.inf if last else share * time,
                 last,
             )
             try:
-                reason = solve(stage, ledger, streams[place - 1], problem.best)
+                reason = solve(stage, evaluator, streams[place - 1], problem.best)
             except StageOver as over:
                 reason = over.reason
-            told.append(f"{stage.name}: {reason or 'it stopped by its own rule'}")
-        return "; ".join(told)
+            reasons.append(f"{stage.name}: {reason or 'it stopped by its own rule'}")
+        return "; ".join(reasons)
 
     def describe(self) -> dict[str, Any]:
         stages: Sequence[dict[str, Any]] = [stage.describe() for stage in self.stages]

@@ -18,10 +18,12 @@ from seatruth.optimizers.base import Optimizer
 from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
-from seatruth.optimizers.evaluator import INTERRUPTED, Ledger, Progress
-from seatruth.optimizers.journal import Journal, StaleCheckpoint, identity_of
+from seatruth.optimizers.evaluator import INTERRUPTED, Evaluator
+from seatruth.optimizers.journal import Journal, identity_of
 from seatruth.optimizers.problem import Problem, solve
 from seatruth.optimizers.registry import as_optimizer, fitting
+from seatruth.progress import Progress
+from seatruth.storage.checkpoint import StaleCheckpoint
 
 
 def minimise(
@@ -35,17 +37,31 @@ def minimise(
 ) -> Outcome:
     """Minimises a cost and says how that ended.
 
-    `optimizer` is a name, an Optimizer, or a list of them for a hybrid (global then local) on one budget. `seed` fixes
-    every random draw: the same seed gives the same bytes. `checkpoint` names a file in which every population
-    evaluation is kept; the same call on an existing file goes on where that run stopped and ends with the outcome that
-    it would have had (wall-clock times apart). `progress` is called about ten times a second with (evaluations, best
-    value, seconds, ""), and once at the end with the code.
+    Args:
+        cost: what is minimised. One that estimates its noise is left with the noise at the answer.
+        optimizer: name, `Optimizer`, or a list of them for a hybrid (global then local) on one budget.
+        budget: limits of the search; None takes the default `Budget()`.
+        seed: fixes every random draw: the same seed gives the same bytes.
+        checkpoint: file in which every population evaluation is kept. The same call on an existing file goes on where
+            that run stopped and ends with the outcome that it would have had (wall-clock times apart).
+        progress: called about ten times a second with a `ProgressEvent`, and once at the end, when its message is the
+            code.
 
-    A cost that estimates its noise is left with the noise at the answer.
+    Returns:
+        The outcome: x (K,), its cost, the history, and why it ended. Whatever happens in the solver, the best candidate
+        so far is kept: an interrupt ends with code "interrupted", a solver or a cost that raises with "failed".
 
-    Whatever happens in the solver, the best candidate so far is kept: an interrupt ends with code "interrupted", a
-    solver or a cost that raises with "failed" and its message as the reason. Raises BadInput where nothing could be
-    started: no parameters, an optimizer that needs what the cost does not give, a checkpoint of another run.
+    Raises:
+        BadInput: nothing could be started: no parameters, an optimizer that needs what the cost does not give, a
+            checkpoint of another run.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Budget, minimise
+        >>> from seatruth.costs import cost_of
+        >>> outcome = minimise(cost_of(seatruth.sample.load()), "cma_es", budget=Budget(evaluations=50), seed=1)
+        >>> outcome.code, outcome.evaluations
+        ('budget', 50)
     """
     solver, budget = as_optimizer(optimizer), budget or Budget()
     _check(cost, solver, seed)
@@ -54,21 +70,21 @@ def minimise(
     if checkpoint is not None:
         journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed))
     try:
-        ledger = Ledger(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
+        evaluator = Evaluator(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
         # One thread of linear algebra: its sums then do not depend on the machine, and on matrices as small as these
         # its threads only stand in the way of those that simulate.
         with threadpool_limits(1, "blas"):
-            code, reason, notes = _run(solver, ledger, np.random.default_rng(seed))
+            code, reason, notes = _run(solver, evaluator, np.random.default_rng(seed))
     finally:
         if journal is not None:
             journal.close()
-    x, value = ledger.coordinates.x_of(ledger.best_z), ledger.best_value
-    if ledger.answer is not None:
-        x, value = ledger.answer, ledger.answer_value
-    if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(ledger.best_value):
-        if ledger.evaluations:
+    x, value = evaluator.coordinates.x_of(evaluator.best_z), evaluator.best_value
+    if evaluator.answer is not None:
+        x, value = evaluator.answer, evaluator.answer_value
+    if not math.isfinite(value) and code not in ("interrupted", "failed") and not math.isfinite(evaluator.best_value):
+        if evaluator.evaluations:
             reason = (
-                f"none of the {ledger.evaluations} candidates tried could be evaluated: all diverged or broke a "
+                f"none of the {evaluator.evaluations} candidates tried could be evaluated: all diverged or broke a "
                 "constraint. Check the units and signs of the data, the start values and the bounds."
             )
         else:
@@ -78,18 +94,18 @@ def minimise(
     if not cost.noise_known and math.isfinite(value):
         with contextlib.suppress(Exception):  # an answer is there; a cost that fails now cannot take it away
             cost.reweight(x)
-    if journal is not None and journal.trouble:
-        notes.append(journal.trouble)
-    ledger.report(code)
+    if journal is not None and journal.write_error:
+        notes.append(journal.write_error)
+    evaluator.report(code)
     return Outcome(
         x=x,
         value=value,
-        evaluations=ledger.evaluations,
+        evaluations=evaluator.evaluations,
         code=code,
         reason=reason,
-        history=ledger.history.table(),
-        diverged=ledger.diverged,
-        clipped=ledger.clipped,
+        history=evaluator.history.table(),
+        diverged=evaluator.diverged,
+        clipped=evaluator.clipped,
         seed=int(seed),
         optimizer=solver.describe(),
         wall_s=time.perf_counter() - begun,
@@ -112,11 +128,11 @@ def _check(cost: Cost, solver: Optimizer, seed: int) -> None:
         )
 
 
-def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
+def _run(solver: Optimizer, evaluator: Evaluator, rng: np.random.Generator) -> tuple[Code, str, list[str]]:
     """Runs the solver to its end: (code, reason, notes)."""
     try:
         # A chain does the same for each of its stages.
-        reason = solver.run(Problem(ledger), rng) if isinstance(solver, Chain) else solve(solver, ledger, rng)
+        reason = solver.run(Problem(evaluator), rng) if isinstance(solver, Chain) else solve(solver, evaluator, rng)
     except Stop as stop:
         return stop.code, stop.reason, []
     except KeyboardInterrupt:
@@ -124,15 +140,15 @@ def _run(solver: Optimizer, ledger: Ledger, rng: np.random.Generator) -> tuple[C
     except StaleCheckpoint:
         raise
     except SeatruthError as problem:
-        if not ledger.evaluations:
+        if not evaluator.evaluations:
             raise  # nothing was tried yet: it is the input that is wrong, not the run
         return "failed", problem.message, []
     except Exception as problem:
-        if ledger.stopped is not None:  # the solver answered the stop with an error of its own
-            return ledger.stopped.code, ledger.stopped.reason, []
+        if evaluator.stopped is not None:  # the solver answered the stop with an error of its own
+            return evaluator.stopped.code, evaluator.stopped.reason, []
         frame = traceback.extract_tb(problem.__traceback__)[-1]
         place = f"It raised in {Path(frame.filename).name}, line {frame.lineno}, in {frame.name}."
         return "failed", f"the optimizer {solver.name!r} raised {type(problem).__name__}: {problem}", [place]
-    if ledger.stopped is not None:  # the solver swallowed the stop and returned
-        return ledger.stopped.code, ledger.stopped.reason, []
+    if evaluator.stopped is not None:  # the solver swallowed the stop and returned
+        return evaluator.stopped.code, evaluator.stopped.reason, []
     return "converged", str(reason or "it stopped by its own rule"), []

@@ -1,4 +1,4 @@
-"""The driver's books: every evaluation of a run passes through here."""
+"""The evaluator: every evaluation of a run passes through it."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from seatruth.errors import PluginError, SeatruthError, SeatruthWarning
 from seatruth.optimizers.budget import Budget, Code, Stop
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.journal import Journal
+from seatruth.progress import Progress, ProgressEvent, remaining
 
-Progress = Callable[[int, float, float, str], None]
-"""Called with (evaluations, best value, seconds, code); the code is "" while the run goes on."""
-
-ROWS = 2000
+MAX_ROWS = 2000
+"""Rows of the history that are kept: enough for a smooth curve in a figure, small in a file. Chosen here [S]."""
 INTERRUPTED = "stopped by the user"
 _PROGRESS_S = 0.1
+"""s between two calls of the progress callback: often enough to look alive. Chosen here [S]."""
 
 
 class StageOver(Stop):
-    """One stage of a chain has used its share; the next one follows."""
+    """One stage of a chain has used its share; the next stage follows."""
 
 
 class History:
-    """(evaluations, best, seconds), thinned by doubling its interval whenever it grows beyond `ROWS` rows."""
+    """(evaluations, best, seconds), thinned by doubling its interval whenever it grows beyond `MAX_ROWS` rows."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[int, float, float]] = []
@@ -43,7 +43,7 @@ class History:
         if evaluations < self._next:
             return
         self._rows.append(self._last)
-        if len(self._rows) > ROWS:
+        if len(self._rows) > MAX_ROWS:
             self._rows = self._rows[::2]
             self._interval *= 2
         self._next = (evaluations // self._interval + 1) * self._interval
@@ -54,8 +54,8 @@ class History:
         return table.astype({"evaluations": "int64", "best": "float64", "seconds": "float64"})
 
 
-class Ledger:
-    """Evaluates, counts, keeps the best, writes the journal, and raises `Stop` when a limit is reached.
+class Evaluator:
+    """Evaluates candidates, counts them, keeps the best, writes the journal, and raises `Stop` at a limit.
 
     Candidates outside the bounds are moved to the nearest point inside and counted (`clipped`); candidates that are
     not numbers cost inf, as do those that diverge (`diverged`). An evaluation that the budget does not cover is not
@@ -79,15 +79,15 @@ class Ledger:
         self.stopped: Stop | None = None
         self.history = History()
         self._journal, self._progress = journal, progress
-        self._begun, self._earlier, self._shown = time.perf_counter(), 0.0, -math.inf
-        self._booked = 0.0  # seconds at the last evaluation: replayed from a journal, unlike the clock
-        self._reference, self._mark = math.inf, 0
+        self._started, self._seconds_before, self._reported = time.perf_counter(), 0.0, -math.inf
+        self._last_seconds = 0.0  # at the last evaluation; unlike the clock, it is replayed from a journal
+        self._stall_value, self._stall_evaluations = math.inf, 0
         self._stage_evaluations, self._stage_seconds, self.last_stage = math.inf, math.inf, True
 
     @property
     def seconds(self) -> float:
-        """Wall time of the run, without the time it lay still between an interruption and its resumption."""
-        return self._earlier + time.perf_counter() - self._begun
+        """Wall time of the run, without the time between an interruption and its resumption."""
+        return self._seconds_before + time.perf_counter() - self._started
 
     @property
     def limit(self) -> float:
@@ -96,26 +96,26 @@ class Ledger:
         return min(whole, self._stage_evaluations)
 
     def begin_stage(self, evaluations: float, seconds: float, last: bool) -> None:
-        """Opens a stage of a chain: a stall ends it alone, and it may spend only its share."""
+        """Opens a stage of a chain: it may spend only its share, and a stall ends the stage, not the run."""
         self._stage_evaluations = self.evaluations + evaluations
-        self._stage_seconds = self._booked + seconds
+        self._stage_seconds = self._last_seconds + seconds
         self.last_stage = last
         self.answer, self.answer_value = None, math.inf
-        self._reference, self._mark = self.best_value, self.evaluations
+        self._stall_value, self._stall_evaluations = self.best_value, self.evaluations
 
     def values(self, Z: Array) -> Array:
         """Cost of each candidate: (P, K) in search coordinates -> (P,)."""
-        self._again()
-        Z = self._inside(Z)
-        self._affordable(1)
+        self._raise_if_stopped()
+        Z = self._clipped(Z)
+        self._check_budget(1)
         result = np.full(len(Z), np.inf)
-        done, seconds = 0, self._booked
-        # More than one round only where an earlier run ended within this population: its part is in the journal.
-        while done < len(Z) and (rows := min(len(Z) - done, self._affordable(0) - done)) > 0:
-            record = self._journal.take(Z[done:]) if self._journal is not None else None
+        done, seconds = 0, self._last_seconds
+        # There is a second round only where an earlier run ended within this population: its part is in the journal.
+        while done < len(Z) and (rows := min(len(Z) - done, self._check_budget(0) - done)) > 0:
+            record = self._journal.replay_next(Z[done:]) if self._journal is not None else None
             if record is not None:
                 part, seconds = record.values[:rows], record.seconds
-                self._earlier, self._begun = seconds, time.perf_counter()
+                self._seconds_before, self._started = seconds, time.perf_counter()
             else:
                 part = self._evaluate(Z[done : done + rows])
                 seconds = self.seconds
@@ -123,40 +123,42 @@ class Ledger:
                     self._journal.append(Z[done : done + rows], part, seconds)
             result[done : done + len(part)] = part
             done += len(part)
-        self._book(Z[:done], result[:done], done, seconds)
+        self._record(Z[:done], result[:done], done, seconds)
         if done < len(Z):
-            self._affordable(len(Z) - done)  # raises: the rest of the population is not covered
+            self._check_budget(len(Z) - done)  # raises: the rest of the population is not covered
         return result
 
     def residuals(self, z: Array) -> Array:
         """Weighted residuals at z (K,): (M,), all inf where the candidate diverges. Counts 1."""
-        self._again()
-        self._affordable(1)
-        inside = self._inside(z[None])
+        self._raise_if_stopped()
+        self._check_budget(1)
+        inside = self._clipped(z[None])
         r = np.full(1, np.inf)
         if np.isfinite(inside).all():
-            r = np.array(self._ask(self.cost.residuals, self.coordinates.x_of(inside[0])), dtype=float)
+            r = np.array(self._call(self.cost.residuals, self.coordinates.x_of(inside[0])), dtype=float)
             if r.ndim != 1:
-                raise PluginError(f"residuals must be one-dimensional, not of shape {r.shape}", where=_owner(self.cost))
+                raise PluginError(
+                    f"residuals must be one-dimensional, not of shape {r.shape}", where=_name_of(self.cost)
+                )
             if not np.isfinite(r).all():
                 r = np.full(len(r), np.inf)
         with np.errstate(over="ignore", invalid="ignore"):
-            # Not simply half the sum of squares: where noise is estimated, the weights change during a run.
+            # Not half the sum of squares: the weights change during a run where the noise is estimated.
             value = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf])
         if not np.isfinite(value[0]):
-            r = np.full(len(r), np.inf)  # so far off that its square is no number: it diverged as well
-        self._book(inside, value, 1, self.seconds)
+            r = np.full(len(r), np.inf)  # its square overflows: it diverged as well
+        self._record(inside, value, 1, self.seconds)
         return r
 
     def jacobian(self, z: Array) -> Array:
         """Derivative of the residuals by the search coordinates at z (K,): (M, K). Counts K."""
-        self._again()
-        self._affordable(self.coordinates.dimension)
-        inside = self._inside(z[None])[0]
-        derivative = np.asarray(self._ask(self.cost.jacobian, self.coordinates.x_of(inside)), dtype=float)
+        self._raise_if_stopped()
+        self._check_budget(self.coordinates.dimension)
+        inside = self._clipped(z[None])[0]
+        derivative = np.asarray(self._call(self.cost.jacobian, self.coordinates.x_of(inside)), dtype=float)
         if derivative.ndim != 2 or derivative.shape[1] != len(inside):
             shape = f"(residuals, {len(inside)}), not {derivative.shape}"
-            raise PluginError(f"the Jacobian must have shape {shape}", where=_owner(self.cost))
+            raise PluginError(f"the Jacobian must have shape {shape}", where=_name_of(self.cost))
         self._count(self.coordinates.dimension, self.seconds)
         if not np.isfinite(derivative).all():
             self.end("failed", "the derivatives of the cost are not finite where the search stands")
@@ -164,19 +166,19 @@ class Ledger:
 
     def reweight(self, z: Array) -> bool:
         """Lets the cost re-estimate its weights at z; counts 2 if they change, as the best is then evaluated anew."""
-        self._again()
-        z = self._inside(z[None])[0]
-        changed = bool(self._ask(self.cost.reweight, self.coordinates.x_of(z)))
+        self._raise_if_stopped()
+        z = self._clipped(z[None])[0]
+        changed = bool(self._call(self.cost.reweight, self.coordinates.x_of(z)))
         if changed:
-            self._affordable(2)
+            self._check_budget(2)
             value = self._evaluate(self.best_z[None])
             self.best_value = float(value[0])
-            self._reference, self._mark = self.best_value, self.evaluations
+            self._stall_value, self._stall_evaluations = self.best_value, self.evaluations
             self._count(2, self.seconds)
         return changed
 
     def propose(self, x: Array) -> float:
-        """Takes x (K,) as the answer whatever its cost, which is evaluated and returned."""
+        """Makes x (K,) the answer, whatever its cost; evaluates the cost and returns it."""
         x = np.array(x, dtype=float)
         if x.shape != (self.coordinates.dimension,) or not np.isfinite(x).all():
             raise PluginError(f"an answer of {self.coordinates.dimension} finite numbers is needed, not {x}")
@@ -191,17 +193,32 @@ class Ledger:
         raise self.stopped
 
     def report(self, code: str = "") -> None:
-        """Tells the progress callback; one that raises is not asked again."""
+        """Reports the progress; a display that raises is switched off. `code` says how the search ended."""
         if self._progress is None:
             return
+        seconds, total = self.seconds, self.budget.evaluations
+        limits = [remaining(self.evaluations, total, seconds)]
+        if self.budget.seconds is not None:
+            limits.append(max(self.budget.seconds - seconds, 0.0))
+        event = ProgressEvent(
+            "Search",
+            done=self.evaluations,
+            total=total,
+            unit="evaluations",
+            best=self.best_value,
+            elapsed_s=seconds,
+            remaining_s=min((limit for limit in limits if limit is not None), default=None),
+            may_end_early=True,
+            message=code,
+        )
         try:
-            self._progress(self.evaluations, self.best_value, self.seconds, code)
+            self._progress(event)
         except Exception as problem:
             self._progress = None
             warnings.warn(f"The progress display failed and is off: {problem}", SeatruthWarning, stacklevel=2)
 
-    def _ask(self, function: Callable[[Array], Any], x: Array) -> Any:
-        """One call of the cost. What goes wrong in it is said to be the cost's; an interrupt ends the run for good."""
+    def _call(self, function: Callable[[Array], Any], x: Array) -> Any:
+        """One call of the cost. An error in it is reported as the cost's; an interrupt ends the run."""
         try:
             return function(x)
         except KeyboardInterrupt:
@@ -209,14 +226,14 @@ class Ledger:
         except SeatruthError:
             raise
         except Exception as problem:
-            raise PluginError(f"it raised {type(problem).__name__}: {problem}", where=_owner(self.cost)) from problem
+            raise PluginError(f"it raised {type(problem).__name__}: {problem}", where=_name_of(self.cost)) from problem
 
-    def _again(self) -> None:
-        """A solver that swallowed the stop is told again."""
+    def _raise_if_stopped(self) -> None:
+        """Raises the stop again for a solver that caught it and went on."""
         if self.stopped is not None:
             raise self.stopped
 
-    def _inside(self, Z: Array) -> Array:
+    def _clipped(self, Z: Array) -> Array:
         Z = np.array(Z, dtype=float, order="C")
         if Z.ndim != 2 or Z.shape[1] != self.coordinates.dimension or not len(Z):
             raise PluginError(
@@ -238,56 +255,56 @@ class Ledger:
             if good.any():
                 values[good] = self._evaluate(Z[good])
             return values
-        found = np.array(self._ask(self.cost.values, self.coordinates.x_of(Z)), dtype=float)
-        if found.shape != (len(Z),):
+        values = np.array(self._call(self.cost.values, self.coordinates.x_of(Z)), dtype=float)
+        if values.shape != (len(Z),):
             raise PluginError(
-                f"the cost returned values of shape {found.shape} for {len(Z)} candidates", where=_owner(self.cost)
+                f"the cost returned values of shape {values.shape} for {len(Z)} candidates", where=_name_of(self.cost)
             )
-        found[~np.isfinite(found)] = np.inf
-        return found
+        values[~np.isfinite(values)] = np.inf
+        return values
 
-    def _affordable(self, price: int) -> int:
-        """Evaluations that are left, if at least `price`; stops otherwise."""
-        if self.evaluations + price > self.limit:
+    def _check_budget(self, needed: int) -> int:
+        """The number of evaluations that are left; ends the run or the stage if fewer than `needed` are."""
+        if self.evaluations + needed > self.limit:
             whole = math.inf if self.budget.evaluations is None else self.budget.evaluations
-            if self.evaluations + price > whole:
+            if self.evaluations + needed > whole:
                 self.end("budget", f"the budget of {self.budget.evaluations} evaluations is used up")
             raise StageOver("budget", "its share of the evaluations is used up")
         return int(min(self.limit - self.evaluations, 2**62))
 
-    def _book(self, Z: Array, values: Array, price: int, seconds: float) -> None:
-        """Keeps the best of these candidates, and counts."""
+    def _record(self, Z: Array, values: Array, count: int, seconds: float) -> None:
+        """Keeps the best of these candidates and counts them."""
         at = int(values.argmin())
         if values[at] < self.best_value:
             self.best_value, self.best_z = float(values[at]), Z[at].copy()
         self.diverged += int(np.count_nonzero(np.isinf(values)))
-        self._count(price, seconds)
+        self._count(count, seconds)
 
-    def _count(self, price: int, seconds: float) -> None:
-        self.evaluations += price
-        self._booked = seconds
+    def _count(self, count: int, seconds: float) -> None:
+        self.evaluations += count
+        self._last_seconds = seconds
         self.history.add(self.evaluations, self.best_value, seconds)
-        if self._progress is not None and time.monotonic() - self._shown > _PROGRESS_S:
-            self._shown = time.monotonic()
+        if self._progress is not None and time.monotonic() - self._reported > _PROGRESS_S:
+            self._reported = time.monotonic()
             self.report()
         budget = self.budget
         if budget.target is not None and self.best_value <= budget.target:
             self.end("target", f"the cost reached the target of {budget.target:g}")
         if budget.stall is not None:
-            if self.best_value < self._reference - budget.tolerance * abs(self._reference) or (
-                math.isinf(self._reference) and math.isfinite(self.best_value)
+            if self.best_value < self._stall_value - budget.tolerance * abs(self._stall_value) or (
+                math.isinf(self._stall_value) and math.isfinite(self.best_value)
             ):
-                self._reference, self._mark = self.best_value, self.evaluations
-            if self.evaluations - self._mark >= budget.stall:
+                self._stall_value, self._stall_evaluations = self.best_value, self.evaluations
+            if self.evaluations - self._stall_evaluations >= budget.stall:
                 reason = f"no improvement by more than {budget.tolerance:g} of the cost in {budget.stall} evaluations"
                 if not self.last_stage:
                     raise StageOver("stall", reason)
                 self.end("stall", reason)
         if budget.seconds is not None and seconds >= budget.seconds:
-            self.end("deadline", f"the {budget.seconds:g} s it was given are over")
+            self.end("deadline", f"the time limit of {budget.seconds:g} s is reached")
         if seconds >= self._stage_seconds:
             raise StageOver("deadline", "its share of the time is over")
 
 
-def _owner(cost: Cost) -> str:
+def _name_of(cost: Cost) -> str:
     return f"cost {type(cost).__name__}"

@@ -1,16 +1,17 @@
 """The checkpoint: a journal of every population evaluation, from which any solver can be replayed.
 
 The file opens with one JSON line that says which study, optimizer and seed it belongs to. Each record after it holds a
-hash of the candidates, the elapsed seconds and their values. A resumed run starts the solver afresh from the same seed
-and answers it from the journal, so it takes the same decisions and goes on as if it had never stopped; nothing needs
-to be known about the solver's state. Records are appended by single writes and carry a checksum: whatever ends the
-process, all but the last one are whole, and a last one that is not is dropped.
+hash of the candidates, the elapsed seconds and their values. A resumed run starts the solver again from the same
+seed and takes the values from the journal. The solver then makes the same decisions and goes on as if it had never
+stopped; its state need not be stored. Each record is appended by one write and carries a checksum: whatever ends the
+process, only the last record can be damaged, and a damaged record is dropped.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import errno
 import hashlib
 import json
 import os
@@ -27,24 +28,16 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
-from seatruth.errors import BadInput, SeatruthError
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: two runs on one checkpoint are then not noticed
-    fcntl = None  # type: ignore[assignment]
+from seatruth.errors import BadInput
+from seatruth.storage.checkpoint import StaleCheckpoint
+from seatruth.storage.lock import lock_file
 
 FORMAT = "seatruth checkpoint 1"
-_HEAD = struct.Struct("<4sI16sd")
-_TAIL = struct.Struct("<I")
-_MARK = b"strR"
+_RECORD_HEAD = struct.Struct("<4sI16sd")
+_RECORD_CHECKSUM = struct.Struct("<I")
+_RECORD_MARK = b"strR"
 _SYNC_S = 2.0
-
-
-class StaleCheckpoint(SeatruthError):
-    """The journal does not fit the run that should continue it."""
-
-    exit_code = 2
+"""s of work that a power failure may cost at most; writing to the disk more often slows fast costs. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +50,14 @@ class Record:
 
 
 class Journal:
-    """The checkpoint file of one run. `replay` holds the records that an earlier run left."""
+    """The checkpoint file of one run.
+
+    `replay` holds the records that an earlier run left; `write_error` says why writing failed, "" while it has not.
+    """
 
     def __init__(self, path: Path, identity: Mapping[str, Any]) -> None:
         self.path = path
-        self.trouble = ""
+        self.write_error = ""
         self.replay: deque[Record] = deque()
         self._synced = time.monotonic()
         header = json.dumps({"format": FORMAT, **identity}, sort_keys=True).encode() + b"\n"
@@ -89,13 +85,13 @@ class Journal:
             self.close()
             raise
 
-    def take(self, Z: Array) -> Record | None:
-        """The record of the first of these candidates, if the earlier run had evaluated them."""
+    def replay_next(self, Z: Array) -> Record | None:
+        """The record of the first of these candidates, or None if the earlier run did not come so far."""
         if not self.replay:
             return None
         record = self.replay.popleft()
         n = len(record.values)
-        if n > len(Z) or key_of(Z[:n]) != record.key:
+        if n > len(Z) or hash_of(Z[:n]) != record.key:
             raise StaleCheckpoint(
                 "the checkpoint does not fit: the optimizer proposes other candidates than in the earlier run",
                 where=str(self.path),
@@ -105,41 +101,35 @@ class Journal:
         return record
 
     def append(self, Z: Array, values: Array, seconds: float) -> None:
-        """Keeps the values of these candidates. A disk that is full ends the checkpoint, not the run."""
-        if self.trouble:
+        """Writes the values of these candidates. A full disk ends the checkpoint, not the run: see `write_error`."""
+        if self.write_error:
             return
-        body = _HEAD.pack(_MARK, len(values), key_of(Z), seconds) + values.tobytes()
-        body += _TAIL.pack(zlib.crc32(body))
+        body = _RECORD_HEAD.pack(_RECORD_MARK, len(values), hash_of(Z), seconds) + values.tobytes()
+        body += _RECORD_CHECKSUM.pack(zlib.crc32(body))
         try:
             if self._file.write(body) != len(body):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             now = time.monotonic()
             if now - self._synced > _SYNC_S:
                 os.fsync(self._file.fileno())
                 self._synced = now
         except OSError as problem:
-            self.trouble = (
+            self.write_error = (
                 f"The checkpoint {self.path} could not be continued ({problem.strerror}); the run went on without it. "
                 "Free some space before the next one."
             )
 
     def close(self) -> None:
-        """Writes what is left to disk and lets go of the file."""
+        """Writes what is left to the disk and closes the file."""
         with contextlib.suppress(OSError):
             os.fsync(self._file.fileno())
         self._file.close()
 
     def _lock(self) -> None:
-        if fcntl is None:
-            return
-        try:
-            fcntl.flock(self._file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_file(self._file):
             raise BadInput(
                 "another run is using this checkpoint", where=str(self.path), do="Wait for it or name another file."
-            ) from None
-        except OSError:
-            return  # a file system without locks: go on as on systems that have none
+            )
 
     def _open(self, header: bytes, identity: Mapping[str, Any]) -> None:
         self._file.seek(0)
@@ -149,16 +139,16 @@ class Journal:
             # New, or killed within the very first write.
             self._file.truncate(0)
             if self._file.write(header) != len(header):
-                raise OSError(28, "No space left on device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             return
-        self._check(content[:end], identity)
+        self._check_header(content[:end], identity)
         good = end
-        while (record := _record(content, good)) is not None:
+        while (record := _record_at(content, good)) is not None:
             self.replay.append(record)
-            good += _HEAD.size + 8 * len(record.values) + _TAIL.size
+            good += _RECORD_HEAD.size + 8 * len(record.values) + _RECORD_CHECKSUM.size
         self._file.truncate(good)
 
-    def _check(self, line: bytes, identity: Mapping[str, Any]) -> None:
+    def _check_header(self, line: bytes, identity: Mapping[str, Any]) -> None:
         try:
             header = json.loads(line)
         except ValueError:
@@ -169,8 +159,8 @@ class Journal:
                 where=str(self.path),
                 do="Name another file.",
             )
-        words = {"study": "study (data, model, parameters or cost)", "optimizer": "optimizer", "seed": "seed"}
-        wrong = [words.get(key, key) for key in identity if header.get(key) != identity[key]]
+        names = {"study": "study (data, model, parameters or cost)", "optimizer": "optimizer", "seed": "seed"}
+        wrong = [names.get(key, key) for key in identity if header.get(key) != identity[key]]
         if wrong:
             raise StaleCheckpoint(
                 f"this checkpoint belongs to another run: its {' and its '.join(wrong)} differ"
@@ -187,47 +177,49 @@ def identity_of(cost: Cost, optimizer: Mapping[str, Any], seed: int) -> dict[str
     return {"study": _digest(study), "optimizer": _digest(optimizer), "seed": int(seed)}
 
 
-def key_of(Z: Array) -> bytes:
+def hash_of(Z: Array) -> bytes:
     """Hash of candidates."""
     return hashlib.blake2b(np.ascontiguousarray(Z).tobytes(), digest_size=16).digest()
 
 
-def _record(content: bytes, at: int) -> Record | None:
+def _record_at(content: bytes, at: int) -> Record | None:
     """The record at this place, or None where the journal ends or is damaged."""
-    if len(content) < at + _HEAD.size:
+    if len(content) < at + _RECORD_HEAD.size:
         return None
-    mark, rows, key, seconds = _HEAD.unpack_from(content, at)
-    end = at + _HEAD.size + 8 * rows
-    if mark != _MARK or len(content) < end + _TAIL.size:
+    mark, rows, key, seconds = _RECORD_HEAD.unpack_from(content, at)
+    end = at + _RECORD_HEAD.size + 8 * rows
+    if mark != _RECORD_MARK or len(content) < end + _RECORD_CHECKSUM.size:
         return None
-    if _TAIL.unpack_from(content, end)[0] != zlib.crc32(content[at:end]):
+    if _RECORD_CHECKSUM.unpack_from(content, end)[0] != zlib.crc32(content[at:end]):
         return None
-    return Record(key, seconds, np.frombuffer(content, dtype="<f8", count=rows, offset=at + _HEAD.size).astype(float))
+    return Record(
+        key, seconds, np.frombuffer(content, dtype="<f8", count=rows, offset=at + _RECORD_HEAD.size).astype(float)
+    )
 
 
 def _digest(content: Any) -> str:
-    return hashlib.sha256(json.dumps(_plain(content), sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(_canonical(content), sort_keys=True).encode()).hexdigest()
 
 
-def _plain(content: Any) -> Any:
+def _canonical(content: Any) -> Any:
     """Content as JSON whose text depends on the content alone."""
     if isinstance(content, Mapping):
-        return {str(key): _plain(value) for key, value in content.items()}
+        return {str(key): _canonical(value) for key, value in content.items()}
     if isinstance(content, np.ndarray):
         data = np.ascontiguousarray(content)
         return [str(data.dtype), list(data.shape), hashlib.sha256(data.tobytes()).hexdigest()]
     if isinstance(content, np.generic):
-        return _plain(content.item())
+        return _canonical(content.item())
     if isinstance(content, list | tuple):
-        return [_plain(value) for value in content]
+        return [_canonical(value) for value in content]
     if isinstance(content, set | frozenset):
-        return sorted(json.dumps(_plain(value), sort_keys=True) for value in content)
+        return sorted(json.dumps(_canonical(value), sort_keys=True) for value in content)
     if content is None or isinstance(content, str | int | bool):
         return content
     if isinstance(content, float):
         return content.hex()
     if dataclasses.is_dataclass(content) and not isinstance(content, type):
-        return [type(content).__qualname__, _plain(dataclasses.asdict(content))]
+        return [type(content).__qualname__, _canonical(dataclasses.asdict(content))]
     if isinstance(content, Path):
         return str(content)
     raise BadInput(

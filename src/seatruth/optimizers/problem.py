@@ -9,14 +9,14 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Regression
 from seatruth.optimizers.budget import Code
-from seatruth.optimizers.evaluator import Ledger, StageOver
+from seatruth.optimizers.evaluator import Evaluator, StageOver
 
 if TYPE_CHECKING:
     from seatruth.optimizers.base import Optimizer
 
 
-_MOST_ROUNDS = 60
-"""Estimates of the noise between solutions; each costs few steps, as the solution hardly moves any more."""
+_MAX_REWEIGHTINGS = 60
+"""Solutions under newly estimated noise; the later ones cost few steps. Chosen here [S]."""
 
 
 class Problem:
@@ -27,9 +27,9 @@ class Problem:
     nearest point inside. A candidate that diverges costs inf. Arrays given are never changed.
     """
 
-    def __init__(self, ledger: Ledger, start: Array | None = None) -> None:
-        self._ledger = ledger
-        self._coordinates = ledger.coordinates
+    def __init__(self, evaluator: Evaluator, start: Array | None = None) -> None:
+        self._evaluator = evaluator
+        self._coordinates = evaluator.coordinates
         self.start: Array = (self._coordinates.start if start is None else start).copy()
         """Where a search from one point starts: the parameters' values, or the best of the stage before."""
 
@@ -40,17 +40,17 @@ class Problem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return self._ledger.cost.names
+        return self._evaluator.cost.names
 
     @property
     def gives(self) -> frozenset[Ability]:
         """What the cost gives beyond what the optimizer needs."""
-        return self._ledger.cost.gives
+        return self._evaluator.cost.gives
 
     @property
     def noise_known(self) -> bool:
         """Whether the weights of the residuals stay as they are; otherwise `reweight` estimates them."""
-        return self._ledger.cost.noise_known
+        return self._evaluator.cost.noise_known
 
     @property
     def lower(self) -> Array:
@@ -71,22 +71,22 @@ class Problem:
     @property
     def evaluations(self) -> int:
         """Evaluations spent so far by the whole run."""
-        return self._ledger.evaluations
+        return self._evaluator.evaluations
 
     @property
     def remaining(self) -> float:
         """Evaluations left to this solver; inf where only time or a stall limits it."""
-        return self._ledger.limit - self._ledger.evaluations
+        return self._evaluator.limit - self._evaluator.evaluations
 
     @property
     def best_value(self) -> float:
         """The lowest cost so far, inf before there is one."""
-        return self._ledger.best_value
+        return self._evaluator.best_value
 
     @property
     def best(self) -> Array:
         """The candidate of the lowest cost so far (the start before there is one)."""
-        return self._ledger.best_z.copy() if np.isfinite(self._ledger.best_value) else self.start.copy()
+        return self._evaluator.best_z.copy() if np.isfinite(self._evaluator.best_value) else self.start.copy()
 
     def x_of(self, z: Array) -> Array:
         """Parameters in their own units: (..., K) -> (..., K)."""
@@ -108,53 +108,53 @@ class Problem:
 
     def values(self, Z: Array) -> Array:
         """Cost of each candidate, (P, K) -> (P,), in one call of the cost. Counts P evaluations."""
-        return self._ledger.values(np.asarray(Z, dtype=float))
+        return self._evaluator.values(np.asarray(Z, dtype=float))
 
     def value(self, z: Array) -> float:
         """Cost of one candidate (K,). Counts 1."""
-        return float(self._ledger.values(np.asarray(z, dtype=float)[None])[0])
+        return float(self._evaluator.values(np.asarray(z, dtype=float)[None])[0])
 
     def residuals(self, z: Array) -> Array:
         """Weighted residuals (M,) at z (K,); the cost is half their sum of squares. Counts 1; inf where it diverges."""
-        return self._ledger.residuals(np.asarray(z, dtype=float))
+        return self._evaluator.residuals(np.asarray(z, dtype=float))
 
     def jacobian(self, z: Array) -> Array:
         """Derivative (M, K) of the residuals by z at z (K,). Counts K."""
-        return self._ledger.jacobian(np.asarray(z, dtype=float))
+        return self._evaluator.jacobian(np.asarray(z, dtype=float))
 
     def reweight(self, z: Array) -> bool:
-        """Re-estimates the weights (innovation covariance) at z where the criterion has any; True if they changed."""
-        return self._ledger.reweight(np.asarray(z, dtype=float))
+        """Updates the weights (measurement-noise covariance) at z if they are estimated; True if they changed."""
+        return self._evaluator.reweight(np.asarray(z, dtype=float))
 
     def regression(self) -> Regression:
         """The cost as linear regressions, in the parameters' own units x (not z)."""
-        return self._ledger.cost.regression()
+        return self._evaluator.cost.regression()
 
     def propose(self, x: Array) -> float:
         """Sets the answer, in the parameters' own units (K,), whatever its cost; returns its cost. Counts 1."""
-        return self._ledger.propose(x)
+        return self._evaluator.propose(x)
 
     def finish(self, code: Code, reason: str) -> NoReturn:
         """Ends the run with this code: for a solver whose own limit is reached without having converged."""
-        if not self._ledger.last_stage:
+        if not self._evaluator.last_stage:
             raise StageOver(code, reason)
-        self._ledger.end(code, reason)
+        self._evaluator.end(code, reason)
 
 
-def solve(solver: Optimizer, ledger: Ledger, rng: np.random.Generator, start: Array | None = None) -> str | None:
+def solve(solver: Optimizer, evaluator: Evaluator, rng: np.random.Generator, start: Array | None = None) -> str | None:
     """Runs a solver from a start to its own end and returns its reason.
 
-    A solver of residuals minimises a likelihood with estimated noise only under the weights it is given: they are
-    estimated at the start and at each solution, and it runs again from there, until they no longer change
-    (iteratively reweighted least squares). Solvers that use values need none of this.
+    Where the noise is estimated, a solver of residuals works with fixed weights. The weights are estimated at the
+    start and again at each solution, and the solver runs again from there until they no longer change (iteratively
+    reweighted least squares). Solvers that use values need none of this.
     """
-    problem = Problem(ledger, start)
-    weighted = "residuals" in solver.needs and not ledger.cost.noise_known
+    problem = Problem(evaluator, start)
+    weighted = "residuals" in solver.needs and not evaluator.cost.noise_known
     if weighted:
-        ledger.reweight(problem.start)
+        evaluator.reweight(problem.start)
     reason = solver.run(problem, rng)
     rounds = 0
-    while weighted and rounds < _MOST_ROUNDS and ledger.reweight(problem.best):
+    while weighted and rounds < _MAX_REWEIGHTINGS and evaluator.reweight(problem.best):
         rounds += 1
-        reason = solver.run(Problem(ledger, problem.best), rng)
+        reason = solver.run(Problem(evaluator, problem.best), rng)
     return reason

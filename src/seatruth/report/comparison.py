@@ -11,13 +11,14 @@ import pandas as pd
 
 from seatruth.comparison.noise import KINDS
 from seatruth.comparison.ranks import SCORES, Ranking
-from seatruth.comparison.text import level_label
+from seatruth.comparison.text import condition_label
 from seatruth.report.blocks import Block, Column, Heading, Notes, Pictures, Section, Text, table
 from seatruth.report.figures import comparison as figures
 from seatruth.report.numbers import count, listed, number, percent, seconds
-from seatruth.report.page import page, write_page
+from seatruth.report.page import page
 from seatruth.report.sections.pictures import Album
 from seatruth.report.sections.run import provenance_rows
+from seatruth.storage.atomic import write_file
 
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
@@ -27,7 +28,7 @@ _MOST_FAILURES, _MOST_ROWS = 30, 300
 
 def write_comparison_report(results: Results, path: str | Path) -> None:
     """Writes the report of a comparison as one HTML file; whole or not at all."""
-    write_page(Path(path), render_comparison(results))
+    write_file(path, render_comparison(results))
 
 
 def write_tables(results: Results, folder: str | Path) -> list[Path]:
@@ -37,10 +38,10 @@ def write_tables(results: Results, folder: str | Path) -> list[Path]:
     for name, frame in results.tables().items():
         safe = "".join(c if c.isalnum() else "_" for c in name)
         written.append(where / f"{safe}.csv")
-        write_page(written[-1], frame.to_csv(index=False, lineterminator="\n"))
+        write_file(written[-1], frame.to_csv(index=False, lineterminator="\n"))
         if name in ("overall", "accuracy", "success") or name.startswith(("ranking", "tests")):
             written.append(where / f"{safe}.tex")
-            write_page(written[-1], _latex(frame))
+            write_file(written[-1], _latex(frame))
     return written
 
 
@@ -72,7 +73,7 @@ def _synthetic(results: Results) -> str:
 
 def _facts(results: Results) -> list[tuple[str, str]]:
     comparison = results.comparison
-    noise = list(dict.fromkeys(level_label(n.label, n.level) for n in comparison.noise))
+    noise = list(dict.fromkeys(condition_label(n.label, n.level) for n in comparison.noise))
     facts = [
         ("Problems", str(len(comparison.problems))),
         ("Solvers", str(len(comparison.solver))),
@@ -88,7 +89,7 @@ def _summary(results: Results, album: Album) -> Section:
     blocks: list[Block] = [Text(results.comparison.description)] if results.comparison.description else []
     titles = {"optimisation": "Optimisation: finding the best fit", "estimation": "Estimation: finding the truth"}
     for about, title in (*titles.items(), ("caution", "Limits of this comparison")):
-        said = [(verdict.text, "", verdict.grave) for verdict in results.sentences if verdict.about == about]
+        said = [(said.text, "", said.grave) for said in results.conclusions if said.about == about]
         if said:
             blocks += [Heading(title), Notes(said)]
     return Section("summary", "In short", blocks)
@@ -144,7 +145,7 @@ def _estimation(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             number(r["error_percent"], 3),
             number(r["efficiency"], 3),
@@ -174,7 +175,7 @@ def _estimation(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             str(r["parameter"]),
             number(r["truth"], 4),
@@ -221,9 +222,9 @@ def _ranks(results: Results, album: Album) -> Section | None:
 
 
 def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
-    caption = f"{count(made.blocks, made.block_is)}; Friedman: p = {number(made.p_friedman, 2)}."
-    if made.partly:
-        caption += f" Not in it, as they fit only some of the problems: {listed(list(made.partly))}."
+    caption = f"{count(made.blocks, made.block_kind)}; Friedman: p = {number(made.p_friedman, 2)}."
+    if made.incomplete:
+        caption += f" Not in it, as they fit only some of the problems: {listed(list(made.incomplete))}."
     order = ", ".join(f"{name} {rank:.2f}" for name, rank in zip(made.order, made.table["mean_rank"]))
     picture = album.picture(figures.ranks(made), f"Mean ranks: {order}.", caption)
     columns = [Column("pair"), Column("wins", "number"), Column("losses", "number"), Column("ties", "number")]
@@ -273,7 +274,7 @@ def _reaching(results: Results, album: Album) -> Section | None:
             str(r["problem"]),
             str(r["cost"]),
             str(r["solver"]),
-            level_label(str(r["noise"]), float(r["level"])),
+            condition_label(str(r["noise"]), float(r["level"])),
             str(r["budget"]),
             percent(r["success_rate"], 3) or "0 %",
             number(r["ert"], 3),

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from seatruth.text import listed as listed
+
 MINUS = "\N{MINUS SIGN}"
 _DIGITS = 10
 """Most significant digits of any number: more say nothing that a measurement could know."""
@@ -113,13 +115,6 @@ def times(ratio: Any) -> str:
 def count(many: int, one: str, more: str = "") -> str:
     """ "1 parameter", "3 parameters"."""
     return f"{many} {one if many == 1 else more or one + 's'}"
-
-
-def listed(names: list[str], most: int = 6) -> str:
-    """ "a, b and c"; beyond `most` the rest is counted."""
-    if len(names) > most:
-        return f"{', '.join(names[: most - 1])} and {len(names) - most + 1} more"
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
 
 
 def seconds(value: Any) -> str:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +17,7 @@ from seatruth.report.diagnosis import diagnosis_facts, diagnosis_sections
 from seatruth.report.numbers import moment
 from seatruth.report.sections import sections
 from seatruth.report.view import View, view
+from seatruth.storage.atomic import write_file
 
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate
@@ -31,25 +30,27 @@ _UNITS = (
 
 
 def write_report(result: Estimate | Diagnosis, path: str | Path) -> None:
-    """Writes the report of an estimate or a diagnosis as one HTML file; the same result gives the same bytes.
+    """Writes the report of an estimate or a diagnosis as one HTML file.
 
-    The file is written whole or not at all. Raises OSError where it cannot be written.
+    The file needs nothing else. It is written whole or not at all; the same result gives the same bytes.
+
+    Args:
+        result: what `identify` or `diagnose` returned, or what was loaded again.
+        path: the HTML file; its folder is made where it does not exist.
+
+    Raises:
+        OSError: the file cannot be written.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from pathlib import Path
+        >>> from seatruth import Budget, identify, write_report
+        >>> estimate = identify(seatruth.sample.load(), budget=Budget(evaluations=40))
+        >>> write_report(estimate, "report.html")
+        >>> Path("report.html").read_text().startswith("<!DOCTYPE html>")
+        True
     """
-    write_page(Path(path), render(result))
-
-
-def write_page(target: Path, text: str) -> None:
-    """Writes a text file whole or not at all."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_file(path, render(result))
 
 
 def render(result: Estimate | Diagnosis) -> str:

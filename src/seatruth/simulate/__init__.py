@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
-from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors
+from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, SquaredErrors, check_backend
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.compiled import CompiledSimulator
 from seatruth.simulate.compiler.program import fingerprint
@@ -46,24 +45,27 @@ def simulator(
     trials: Sequence[Trial],
     free: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
-    hold: Hold = "linear",
+    hold: Hold = "foh",
     max_step: float | None = None,
     threads: int | None = None,
     backend: Backend = "compiled",
 ) -> Simulator:
-    """A model bound to trials, ready to run.
+    """A model bound to trials, ready to run a population of candidates.
 
     Args:
         model: A Model of equations, or a BlackBox.
         trials: T trials that have the model's inputs.
         free: Names of the K parameters that each candidate sets.
         values: Values of the other parameters; the model's nominal ones where None.
-        hold: What inputs do between samples: "linear", or "zero" (zero-order hold: they keep the last sample's value).
+        hold: Input between samples: "foh" (first-order hold, straight lines) or "zoh" (zero-order hold, constant).
         max_step: Longest Runge-Kutta step in s. None takes one step a sample, more in a gap.
         threads: Threads of the compiled backend; one for each processor where None.
         backend: "compiled", or "reference" (plain Python: thousands of times slower, derivatives by differences).
 
     A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers.
+
+    Returns:
+        The simulator.
 
     Raises:
         BadInput: An unknown name, a missing value or input, a wrong option.
@@ -76,8 +78,7 @@ def simulator(
         >>> sim.outputs(np.zeros((1, 0)), np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])).y.shape
         (1, 11, 6)
     """
-    if backend not in ("compiled", "reference"):
-        raise BadInput(f"backend is {backend!r}", do=nearest(str(backend), ("compiled", "reference")))
+    check_backend(backend)
     count = thread_count(threads)
     setup = set_up(model, trials, free, model.nominal() if values is None else dict(values))
     if isinstance(model, BlackBox):

@@ -7,14 +7,21 @@ D outputs, F free initial states.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, get_args
 
 from seatruth.arrays import Array, Flags
+from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
 Backend = Literal["compiled", "reference"]
 """How a model's equations are run: compiled for populations, or step by step in plain Python."""
+
+
+def check_backend(backend: str) -> None:
+    """BadInput names the nearest backend where there is none of this name."""
+    if backend not in get_args(Backend):
+        raise BadInput(f"backend is {backend!r}", do=nearest(backend, get_args(Backend)))
 
 
 class SquaredErrors(NamedTuple):

@@ -28,12 +28,20 @@ class CompiledSimulator:
         self.free = setup.parameters.free
         self.rows = setup.rows
         self.measured = setup.measured
-        self.initial_states = setup.initial_states
-        self.assumed_zero = setup.assumed_zero
         self._hold, self._max_step, self._threads = hold, max_step, threads
         self._grid = time_grid(setup.model, setup.trials, hold, max_step)
         self.steps = self._grid.steps
         self._weighted: tuple[Array, Array, Array] | None = None
+
+    @property
+    def initial_states(self) -> Array:
+        """See `Simulator.initial_states`."""
+        return self._setup.initial_states
+
+    @property
+    def assumed_zero(self) -> tuple[tuple[str, str], ...]:
+        """See `Simulator.assumed_zero`."""
+        return self._setup.assumed_zero
 
     @cached_property
     def _program(self) -> Program:
@@ -53,7 +61,7 @@ class CompiledSimulator:
         """See `Simulator.outputs`."""
         values, starts = self._values(theta), self._setup.starts(x0, len(theta))
         y = np.empty((len(values), *self.measured.shape))
-        x_end = np.empty((len(values), *self.initial_states.shape))
+        x_end = np.empty((len(values), len(self.rows), len(self.model.states)))
         size = max(1, _MOST_RECORDED // max(1, y[:1].nbytes))
         for k in range(0, len(values), size):
             part = slice(k, k + size)

@@ -9,7 +9,7 @@ so both take the same Runge-Kutta steps and differ by rounding only. Its derivat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from seatruth.models.base import Environment, Model, record
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import ParameterLayout, Setup
 from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
+from seatruth.trials.trial import Trial
 
 Row = Sequence[float]
 

@@ -10,7 +10,7 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
-from seatruth.simulate.base import Backend
+from seatruth.simulate.base import Backend, check_backend
 from seatruth.simulate.compiler.program import program
 from seatruth.simulate.reference import rate_derivatives_on_rows, rates_on_rows
 from seatruth.simulate.setup import ParameterLayout, parameter_layout
@@ -35,6 +35,7 @@ def evaluate_rhs(
     a black box.
     """
     theta = np.asarray(theta, dtype=np.float64)
+    check_backend(backend)
     layout = _layout(model, free, values)
     candidates = layout.values(np.atleast_2d(theta))
     x, i, time = _rows(states, inputs, t)
@@ -62,6 +63,7 @@ def evaluate_rhs_jacobian(
     Exact with the compiled backend, central differences with the reference one.
     """
     theta = np.asarray(theta, dtype=np.float64)
+    check_backend(backend)
     layout = _layout(model, free, values)
     x, i, time = _rows(states, inputs, t)
     if not len(layout.free):

@@ -123,7 +123,7 @@ class Setup:
     def starts(self, x0: Array, size: int) -> Array:
         """x0, (T, S) or (P, T, S), as (P, T, S) for P = `size` candidates; ValueError for another shape."""
         x0 = np.asarray(x0, dtype=np.float64)
-        shape = self.initial_states.shape
+        shape = (len(self.trials), len(self.model.states))
         if x0.shape not in (shape, (size, *shape)):
             raise ValueError(f"x0 has shape {x0.shape}, {shape} or {(size, *shape)} is needed")
         return x0 if x0.ndim == 3 else np.broadcast_to(x0, (size, *shape))

@@ -17,7 +17,7 @@ from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
 Integers = NDArray[np.int64]
-Hold = Literal["linear", "zero"]
+Hold = Literal["foh", "zoh"]
 _GAP = 1.5
 """An interval longer than this many median sampling intervals is a gap and takes several steps. Chosen here [S]."""
 _MOST_STEPS = 200_000_000
@@ -58,12 +58,12 @@ class TimeGrid:
 def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float | None, finer: int = 1) -> TimeGrid:
     """The grid of some trials (at least one, of at least one sample each, with the model's inputs).
 
-    `hold`: "linear" or "zero" (zero-order hold). `max_step` s: the longest step, or None for one step an interval and
+    `hold`: "foh" or "zoh" (zero-order hold). `max_step` s: the longest step, or None for one step an interval and
     more in a gap; never longer than the model's own `longest_step`. `finer` divides every step further. Raises
     BadInput for an input that is not finite, a time that does not increase, or too many steps.
     """
-    if hold not in ("linear", "zero"):
-        raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("linear", "zero")))
+    if hold not in ("foh", "zoh"):
+        raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("foh", "zoh")))
     if max_step is not None and not (math.isfinite(max_step) and max_step > 0.0):
         raise BadInput(f"the longest step is {max_step} s", do="Give a positive number of seconds.")
     grids = [_of_trial(model, trial, hold, max_step, finer) for trial in trials]
@@ -122,7 +122,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     share = (number[:, None] + nodes) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
     stage_t = t[interval][:, None] + share * intervals[interval][:, None]
     before, after = inputs[:-1][interval], inputs[1:][interval]
-    if hold == "zero":
+    if hold == "zoh":
         stage_inputs = np.repeat(before[:, None, :], 3, axis=1)
     else:
         stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]

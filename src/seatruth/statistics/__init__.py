@@ -1,0 +1,1 @@
+"""Statistics that several packages use: noise models and rank tests. It knows nothing of models, trials or costs."""

@@ -1,8 +1,11 @@
-"""Residuals that remember: autoregressive models of their series, and what they leave of the number of samples.
+"""Autocorrelated residuals: autoregressive (AR) models and the effective sample size.
 
-The misfit of a real model is strongly coloured, and standard errors that take it for white noise come out several
-times too small. Here each series of residuals (one channel of one trial) gets an autoregressive model, fitted by
-Burg's method with the order that the corrected Akaike criterion picks (Burg 1975; Hurvich and Tsai 1989).
+The residuals of a real model are strongly autocorrelated. Standard errors that assume white noise are then several
+times too small. Here each residual series (one channel of one trial) gets an AR model, fitted by Burg's method; the
+corrected Akaike criterion chooses the order.
+
+Sources: Burg (1975), "Maximum entropy spectral analysis"; Hurvich and Tsai (1989), "Regression and time series model
+selection in small samples", Biometrika 76.
 """
 
 from __future__ import annotations
@@ -15,77 +18,112 @@ from scipy.signal import lfilter
 
 from seatruth.arrays import Array
 
-_HIGHEST = 12
-"""Highest order tried."""
-_FEWEST = 12
-"""Samples below which a series is taken as white."""
-_LARGEST_MEMORY = 0.9999
-"""Largest sum of the coefficients: a series that never forgets has no long-run variance."""
+MAX_ORDER = 12
+"""Highest order that is tried. Chosen here [S]: the criterion rarely picks more than 8 on residuals of trials."""
+MIN_SAMPLES = 12
+"""A shorter series is taken as white. Chosen here [S]: fewer samples do not determine a coefficient."""
+MAX_COEFFICIENT_SUM = 0.9999
+"""The sum of the coefficients is limited to this in the long-run variance, which is infinite at 1. Chosen here [S]: it
+stands for a correlation over ten thousand samples, longer than any trial's."""
+_MAX_REFLECTION = 1.0 - 1e-9
+"""A larger reflection coefficient means that the series repeats itself exactly, up to rounding."""
 
 
 @dataclass(frozen=True)
-class Colour:
-    """r_k = sum_j coefficients[j] r_(k-1-j) + innovation, of standard deviation `sd`."""
+class AutoregressiveModel:
+    """r[k] = sum over j of coefficients[j] r[k-1-j] + innovation[k].
+
+    Attributes:
+        coefficients: (order,), the latest sample first; empty for white noise.
+        innovation_sd: Standard deviation of the innovation, in the unit of the series.
+        variance: Variance of the series, in its unit squared.
+    """
 
     coefficients: Array
-    sd: float
+    innovation_sd: float
     variance: float
-    """Of the series itself."""
 
     @property
-    def long_run(self) -> float:
-        """Long-run variance: variance times the sum of all autocorrelations."""
-        memory = min(float(self.coefficients.sum()), _LARGEST_MEMORY)
-        return (self.sd / (1.0 - memory)) ** 2
+    def long_run_variance(self) -> float:
+        """Variance times the sum of all autocorrelations: what decides how slowly a mean converges."""
+        total = min(float(self.coefficients.sum()), MAX_COEFFICIENT_SUM)
+        return (self.innovation_sd / (1.0 - total)) ** 2
 
-    def effective(self, n: int) -> float:
-        """Independent samples that n of these are worth, between 1 and n."""
-        if n == 0 or self.long_run <= 0.0 or self.variance <= 0.0:
+    def effective_samples(self, n: int) -> float:
+        """Number of independent samples that carry as much information as n of these, between 1 and n."""
+        if n == 0 or self.long_run_variance <= 0.0 or self.variance <= 0.0:
             return float(n)
-        return float(min(n, max(1.0, n * self.variance / self.long_run)))
+        return float(min(n, max(1.0, n * self.variance / self.long_run_variance)))
 
-    def spread_back(self, columns: Array) -> Array:
-        """L' columns (n, K), where L L' is the covariance of n samples: filtered backwards in time."""
+    def multiply_by_factor_transpose(self, columns: Array) -> Array:
+        """L' columns, where L L' is the covariance matrix of n samples: (n, K) -> (n, K).
+
+        This is the AR filter run backwards in time, so the matrix is never built.
+        """
         denominator = np.concatenate([[1.0], -self.coefficients])
-        return np.asarray(lfilter([self.sd], denominator, columns[::-1], axis=0)[::-1])
+        return np.asarray(lfilter([self.innovation_sd], denominator, columns[::-1], axis=0)[::-1])
+
+    def innovations(self, series: Array) -> Array:
+        """Prediction errors (n,) of a series (n,); 0 for the first `order` samples, which have too short a past."""
+        errors = series.copy()
+        order = len(self.coefficients)
+        for lag in range(1, order + 1):
+            errors[lag:] -= self.coefficients[lag - 1] * series[:-lag]
+        errors[:order] = 0.0
+        return errors
 
 
-def colour_of(residuals: Array, ordered: bool = True) -> Colour:
-    """The autoregressive model of one series (n,); white where it is not `ordered` in time."""
+WHITE = AutoregressiveModel(np.zeros(0), 1.0, 1.0)
+"""White noise of unit variance."""
+
+
+def fit_autoregressive(residuals: Array, ordered: bool = True) -> AutoregressiveModel:
+    """Fits an AR model to one series by Burg's method.
+
+    Args:
+        residuals: (n,) with mean zero, in any unit, equally spaced in time.
+        ordered: Whether neighbours in the series are neighbours in time; otherwise the model is white.
+
+    Example:
+        >>> import numpy as np
+        >>> model = fit_autoregressive(np.random.default_rng(0).standard_normal(500))
+        >>> bool(model.effective_samples(500) > 400)
+        True
+    """
     series = np.asarray(residuals, dtype=np.float64)
     variance = float(np.mean(series**2)) if series.size else 0.0
-    white = Colour(np.zeros(0), math.sqrt(variance), variance)
-    if series.size < _FEWEST or variance == 0.0 or not ordered:
-        return white
-    best, best_score = white, _score(variance, series.size, 0)
+    best = AutoregressiveModel(np.zeros(0), math.sqrt(variance), variance)
+    if series.size < MIN_SAMPLES or variance == 0.0 or not ordered:
+        return best
+    best_criterion = corrected_akaike(variance, series.size, 0)
     forward, backward, coefficients, power = series[1:].copy(), series[:-1].copy(), np.zeros(0), variance
-    for order in range(1, min(_HIGHEST, series.size // 4) + 1):
-        both = float(forward @ forward + backward @ backward)
-        if both <= 0.0:
+    for order in range(1, min(MAX_ORDER, series.size // 4) + 1):
+        energy = float(forward @ forward + backward @ backward)
+        if energy <= 0.0:
             break
-        reflection = 2.0 * float(forward @ backward) / both
-        fixed = abs(reflection) > 1.0 - 1e-9  # a series that repeats itself exactly, such as a constant error
-        if fixed:
-            reflection = math.copysign(_LARGEST_MEMORY, reflection)
+        reflection = 2.0 * float(forward @ backward) / energy
+        exact = abs(reflection) > _MAX_REFLECTION  # such as a constant error
+        if exact:
+            reflection = math.copysign(MAX_COEFFICIENT_SUM, reflection)
         coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
         power *= 1.0 - reflection**2
-        score = _score(power, series.size, order)
-        if score < best_score:
-            best, best_score = Colour(coefficients, math.sqrt(power), variance), score
-        if fixed:
+        criterion = corrected_akaike(power, series.size, order)
+        if criterion < best_criterion:
+            best, best_criterion = AutoregressiveModel(coefficients, math.sqrt(power), variance), criterion
+        if exact:
             break
         forward, backward = (forward - reflection * backward)[1:], (backward - reflection * forward)[:-1]
     return best
 
 
-def autocorrelation(residuals: Array) -> float:
-    """Correlation of each sample with the next; NaN where there are too few."""
+def lag_one_autocorrelation(residuals: Array) -> float:
+    """Correlation of each sample with the next of a series (n,); NaN for fewer than three samples or all zeros."""
     series = np.asarray(residuals, dtype=np.float64)
-    square = float(series @ series)
-    return float(series[1:] @ series[:-1]) / square if series.size > 2 and square > 0 else math.nan
+    energy = float(series @ series)
+    return float(series[1:] @ series[:-1]) / energy if series.size > 2 and energy > 0 else math.nan
 
 
-def _score(power: float, n: int, order: int) -> float:
-    """Corrected Akaike criterion of a model of this order."""
+def corrected_akaike(innovation_variance: float, n: int, order: int) -> float:
+    """Corrected Akaike criterion (AICc) of an AR model fitted to n samples; the smaller is the better."""
     free = order + 1
-    return n * math.log(power) + 2.0 * free + 2.0 * free * (free + 1) / max(1.0, n - free - 1)
+    return n * math.log(innovation_variance) + 2.0 * free + 2.0 * free * (free + 1) / max(1.0, n - free - 1)

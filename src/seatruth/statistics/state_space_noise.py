@@ -13,6 +13,7 @@ whitens it exactly from the first sample on, in a number of operations linear in
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import lfilter
@@ -62,14 +63,16 @@ def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
     if shape.ratio == 0.0 or not len(t):
         return columns.copy(), 0.0
     values = columns[:, None] if columns.ndim == 1 else columns
-    variance, gain, fade = _filter(t, shape)
+    variance, gain, fade = _filter(np.ascontiguousarray(t, dtype=np.float64).tobytes(), shape)
     predicted = _predictions(values, gain, fade)
     found = (values - predicted) / np.sqrt(variance)[:, None]
     return (found[:, 0] if columns.ndim == 1 else found), float(np.log(variance).sum())
 
 
-def _filter(t: Array, shape: NoiseShape) -> tuple[Array, Array, Array]:
+@lru_cache(maxsize=4096)
+def _filter(times: bytes, shape: NoiseShape) -> tuple[Array, Array, Array]:
     """Variance of each sample given those before it (n,), gain (n,), and decay to the next sample (n,)."""
+    t = np.frombuffer(times)
     n = len(t)
     fade = np.exp(-np.diff(t) / shape.tau)
     power = shape.ratio**2

@@ -1,0 +1,1 @@
+"""Files that survive: atomic writes, locks, checksums, and checkpoints of finished jobs."""

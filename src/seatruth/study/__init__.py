@@ -1,7 +1,19 @@
-"""A study file: its schema, where its keys stand, what is wrong with it, and how it becomes a study."""
+"""A study: what a study file says, and how the file becomes one object."""
 
 from __future__ import annotations
 
-from seatruth.study.load import Plan, load_study, parse, parsed, read_plan, read_text
+from seatruth.study.load import load_study, parse, parsed, read_text, study_from
+from seatruth.study.study import OutputSettings, Study
+from seatruth.study.table import formula_study, table_trial
 
-__all__ = ["Plan", "load_study", "parse", "parsed", "read_plan", "read_text"]
+__all__ = [
+    "OutputSettings",
+    "Study",
+    "formula_study",
+    "load_study",
+    "parse",
+    "parsed",
+    "read_text",
+    "study_from",
+    "table_trial",
+]

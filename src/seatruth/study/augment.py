@@ -1,4 +1,4 @@
-"""A study file with what was found written into it: effects that its model left out, and identified values."""
+"""Writes a result into a study file: named effects and identified values."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ def augmented(
     model: dict[str, Any] = data.setdefault("model", {})
     if is_file(model.get("use", "")):
         model["use"] = _moved(model["use"], place, folder)
-    own = [_moved(spec, place, folder) if is_file(spec) else spec for spec in model.get("effects", [])]
+    present = [_moved(spec, place, folder) if is_file(spec) else spec for spec in model.get("effects", [])]
     added = [_moved(spec, place, folder) if is_file(spec) else spec for spec in effects.values()]
-    if own or added:
-        model["effects"] = [*own, *added]
+    if present or added:
+        model["effects"] = [*present, *added]
     if effects:
         model["vary"] = [*model.get("vary", []), *(f"{effect}_*" for effect in effects)]
     parameters: dict[str, Any] = data.setdefault("parameters", {})
     for parameter, value in values.items():
-        given = parameters.get(parameter)
-        table = dict(given) if isinstance(given, dict) else {}
+        stated = parameters.get(parameter)
+        table = dict(stated) if isinstance(stated, dict) else {}
         table["value"] = value
         if parameter in priors:
             table["prior"] = {"mean": priors[parameter].mean, "sd": priors[parameter].sd}

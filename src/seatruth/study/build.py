@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from seatruth.costs.options import OPTIONS, CostOptions, FormulaOptions, Kind, option_names
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
 from seatruth.study import expressions, formula, noise, parameters, trial_files
-from seatruth.study.schema import COST_KEYS, StudyFile
+from seatruth.study.schema import StudyFile
+from seatruth.study.study import Study
 from seatruth.study.validation import Problems
-
-if TYPE_CHECKING:
-    from seatruth.identification import Study
 
 
 def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
@@ -32,7 +31,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         plain, model = model, None
         with problems.at("model", "effects"):
             model = with_effects(plain, load_effects(file.model.effects, source.parent))
-    found = trial_files.recordings(file, source.parent, problems)
+    recordings = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)
@@ -43,15 +42,14 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         )
     sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
-    trials, holdout = trial_files.read(file, model, found, problems, synthetic=file.study.synthetic)
+    trials, holdout = trial_files.read(file, model, recordings, problems, synthetic=file.study.synthetic)
     if problems:
         return None
-    # Loaded here: the engine behind it takes half a second to import, and a wrong study file is told before that.
-    from seatruth.identification import Study
-
-    options: dict[str, Any] = {key: getattr(file.cost, key) for key in COST_KEYS[file.cost.kind]}
-    if "initial_sd" in options:
-        options["initial_sd"] = initial
+    options: CostOptions | None = None
+    with problems.at("cost"):
+        options = _options(file, initial)
+    if options is None:
+        return None
     with problems.at("study"):
         return Study(
             name=name,
@@ -60,10 +58,9 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
             holdout=holdout,
             parameters=declared,
             constraints=tuple(file.model.constraints),
-            cost=file.cost.kind,
+            cost=options,
             noise=sd,
-            provenance=_provenance(file, source, found),
-            **options,
+            provenance=_provenance(file, source, recordings),
         )
     return None
 
@@ -80,15 +77,13 @@ def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) ->
     trials = formula.read(file, made, problems)
     if problems:
         return None
-    from seatruth.identification import Study
-
     with problems.at("study"):
         return Study(
             name=name,
             model=made.model,
             trials=trials,
             parameters=made.parameters,
-            cost="formula",
+            cost=FormulaOptions(),
             noise=sd,
             provenance=_provenance(file, source, [made.table]),
         )
@@ -114,16 +109,24 @@ def _check_kind(file: StudyFile, problems: Problems) -> None:
         problems.add(("cost", "kind"), "a formula cost needs a formula", "Add [formula] with its expression.")
     elif file.model is None:
         problems.add((), "the study names no model", 'Add [model] with use = "...", see `seatruth list models`.')
-    own = "formula" if file.formula is not None else file.cost.kind
-    allowed = COST_KEYS[own]
-    for key in file.cost.model_fields_set - {"kind", *allowed}:
-        owners = [kind for kind, keys in COST_KEYS.items() if key in keys]
-        problems.add(("cost", key), f"{key!r} is no option of a {own} cost", f"It belongs to: {', '.join(owners)}.")
+    used: Kind = "formula" if file.formula is not None else file.cost.kind
+    for key in sorted(file.cost.model_fields_set - {"kind", *option_names(OPTIONS[used])}):
+        owners = [kind for kind, options in OPTIONS.items() if key in option_names(options)]
+        problems.add(("cost", key), f"{key!r} is no option of a {used} cost", f"It belongs to: {', '.join(owners)}.")
 
 
-def _provenance(file: StudyFile, source: Path, found: Sequence[trial_files.Recording]) -> dict[str, Any]:
+def _options(file: StudyFile, initial_sd: Mapping[str, Any]) -> CostOptions:
+    """The options of the file's cost; those that it does not state keep their defaults."""
+    kind = OPTIONS[file.cost.kind]
+    stated = {key: getattr(file.cost, key) for key in file.cost.model_fields_set - {"kind"}}
+    if "initial_sd" in stated:
+        stated["initial_sd"] = dict(initial_sd)
+    return kind(**{key: value for key, value in stated.items() if key in option_names(kind)})
+
+
+def _provenance(file: StudyFile, source: Path, recordings: Sequence[trial_files.Recording]) -> dict[str, Any]:
     """Which files the study came from, by the hash of their bytes; names without the folders of this machine."""
-    hashes = {recording.path.name: _sha256(recording.path) for recording in found}
+    hashes = {recording.path.name: _sha256(recording.path) for recording in recordings}
     return {"study_file": source.name, "study_sha256": _sha256(source), "file_sha256": hashes}
 
 

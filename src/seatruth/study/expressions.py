@@ -1,4 +1,4 @@
-"""Ties and constraints are arithmetic: anything else in them is refused before it could be evaluated by anyone."""
+"""Expressions of parameters and constraints are arithmetic; anything else is refused before it is evaluated."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from seatruth.study.validation import Problems
 
 
 def check(parameters: Sequence[Parameter], constraints: Sequence[str], problems: Problems) -> None:
-    """Notes every tie and constraint that is not arithmetic over the parameters, and ties that go in circles."""
+    """Notes every `expr` and constraint that is not arithmetic over the parameters, and circular expressions."""
     names = [parameter.name for parameter in parameters]
-    ties: dict[str, set[str]] = {}
+    used: dict[str, set[str]] = {}
     for parameter in parameters:
-        if parameter.tie is not None:
-            with problems.at("parameters", parameter.name, "tie"):
-                ties[parameter.name] = arithmetic(parameter.tie, names)
-    for name in ties:
-        if name in _reached(name, ties):
-            problems.add(("parameters", name, "tie"), f"the ties of {name!r} lead back to itself", "Free one of them.")
+        if parameter.expr is not None:
+            with problems.at("parameters", parameter.name, "expr"):
+                used[parameter.name] = arithmetic(parameter.expr, names)
+    for name in used:
+        if name in _reached(name, used):
+            problems.add(
+                ("parameters", name, "expr"), f"the expression of {name!r} leads back to itself", "Free one of them."
+            )
     for position, text in enumerate(constraints):
         with problems.at("model", "constraints", position):
             relation(text, names)
@@ -35,13 +37,13 @@ def relation(text: str, names: Collection[str]) -> set[str]:
     return set(Relation(text, names).names)
 
 
-def _reached(start: str, ties: dict[str, set[str]]) -> set[str]:
-    """Every parameter that a tie depends on, directly or through other ties."""
+def _reached(start: str, used: dict[str, set[str]]) -> set[str]:
+    """Every parameter on which an expression depends, directly or through other expressions."""
     found: set[str] = set()
-    ahead = list(ties.get(start, ()))
+    ahead = list(used.get(start, ()))
     while ahead:
         name = ahead.pop()
         if name not in found:
             found.add(name)
-            ahead.extend(ties.get(name, ()))
+            ahead.extend(used.get(name, ()))
     return found

@@ -18,7 +18,8 @@ from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, ColumnSpec, Trial, Trials
 from seatruth.trials.read import trial_from_table
-from seatruth.trials.tables import Table, read_table
+from seatruth.trials.read_table import read_table
+from seatruth.trials.tables import Table
 
 _MOST_TRIALS = 200
 _ROW = "row of the table"
@@ -40,9 +41,9 @@ def parts(file: StudyFile, folder: Path, problems: Problems) -> FormulaParts | N
         if key in file.model_fields_set:
             problems.add((key,), f"a formula study has no [{key}]: {why}", "Remove it.")
     entry = TrialTable(file=file.formula.file)
-    found = paths(entry, folder, ("formula", "file"), problems)
-    if len(found) > 1:
-        problems.add(("formula", "file"), f"{file.formula.file!r} takes {len(found)} files", "Name one.")
+    files = paths(entry, folder, ("formula", "file"), problems)
+    if len(files) > 1:
+        problems.add(("formula", "file"), f"{file.formula.file!r} takes {len(files)} files", "Name one.")
     declared = parameters.free_of_model(file.parameters, problems)
     model = None
     with problems.at("formula", "expression"):
@@ -55,9 +56,9 @@ def parts(file: StudyFile, folder: Path, problems: Problems) -> FormulaParts | N
             if name not in (*columns, output):
                 hint = nearest(name, [*columns, output])
                 problems.add(("channels", name), f"the formula has no column {name!r}", hint)
-    if model is None or len(found) != 1:
+    if model is None or len(files) != 1:
         return None
-    return FormulaParts(model, model.parameters, Recording(found[0].stem, found[0], 0, entry))
+    return FormulaParts(model, model.parameters, Recording(files[0].stem, files[0], 0, entry))
 
 
 def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
@@ -128,8 +129,8 @@ def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
     )
 
 
-def _as_in_file(channel: Channel, told: ChannelTable | None, table: Table) -> Channel:
+def _as_in_file(channel: Channel, stated: ChannelTable | None, table: Table) -> Channel:
     """The channel in the unit of the file, so that nothing is converted: a formula is written for its table."""
-    column = (told.column if told is not None else None) or channel.name
-    unit = (told.unit if told is not None else None) or table.units.get(column)
+    column = (stated.column if stated is not None else None) or channel.name
+    unit = (stated.unit if stated is not None else None) or table.units.get(column)
     return Channel(channel.name, unit) if unit else channel

@@ -1,7 +1,7 @@
-"""From a study file to a study: `load_study("study.toml")` gives what `identify` takes.
+"""From a study file to a study: what the file says is what runs.
 
-    plan = read_plan("study.toml")
-    estimate = identify(plan.study, plan.optimizer, budget=plan.budget, seed=plan.seed)
+    study = load_study("study.toml")
+    estimate = identify(study)
 
 Reading a study file never runs anything but the model file that it names. Everything wrong with it is said in one
 message, each problem with its line.
@@ -10,74 +10,53 @@ message, each problem with its line.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
-from seatruth.optimizers import Budget, Optimizer
 from seatruth.study import build, solver
 from seatruth.study.schema import StudyFile
+from seatruth.study.study import OutputSettings, Study
 from seatruth.study.toml_positions import Lines
 from seatruth.study.validation import Problems, add_schema_errors
-
-if TYPE_CHECKING:
-    from seatruth.identification import Study
 
 _LARGEST = 4_000_000
 """Bytes; a study file is written by hand, so anything larger is another kind of file."""
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Everything that a study file says: the study, and how to run it."""
-
-    study: Study
-    optimizer: Optimizer
-    budget: Budget
-    seed: int
-    folder: Path
-    """Folder of the result."""
-    report: bool = True
-    cross_validate: bool = False
-    profile: tuple[str, ...] = ()
-    """Names of the free parameters whose likelihood is profiled."""
-    source: Path | None = None
-
-    def but(
-        self,
-        *,
-        folder: Path | None = None,
-        seed: int | None = None,
-        evaluations: int | None = None,
-        profile: list[str] | None = None,
-    ) -> Plan:
-        """A copy in which what is not None replaces what the file says; `profile` takes names and patterns."""
-        profiled = self.profile
-        if profile:
-            problems = Problems("--profile")
-            profiled = build.profiled(profile, self.study.parameters, (), problems)
-            problems.stop()
-        return replace(
-            self,
-            folder=self.folder if folder is None else folder,
-            seed=self.seed if seed is None else seed,
-            budget=solver.but(self.budget, evaluations),
-            profile=profiled,
-        )
-
-
 def load_study(path: str | Path) -> Study:
-    """The study that a file describes: model, prepared trials, parameters and how they are compared."""
-    return read_plan(path).study
+    """Reads a study file.
 
+    Args:
+        path: the TOML file; the files that it names are relative to its folder.
 
-def read_plan(path: str | Path) -> Plan:
-    """A study file with everything it says. Raises BadInput that lists all problems with their lines."""
+    Returns:
+        The study: model, prepared trials, parameters, noise and cost, and the optimizer, budget, seed and output
+        settings with which `identify` runs it.
+
+    Raises:
+        BadInput: the file or anything that it names is wrong; the message lists all problems with their lines.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import load_study
+        >>> study = load_study(seatruth.sample.FOLDER / "study.toml")
+        >>> study.optimizer.name, study.budget.evaluations, study.seed
+        ('least_squares', 20000, 1)
+    """
     source = Path(path)
-    file, problems = parse(read_text(source), str(source))
+    return study_from(read_text(source), source)
+
+
+def study_from(text: str, source: Path) -> Study:
+    """The study that a study file's text describes; `source` is its path, to which files in it are relative.
+
+    Raises:
+        BadInput: see `load_study`.
+    """
+    file, problems = parse(text, str(source))
     name = file.study.name or source.stem
     optimizer = solver.optimizer(file.optimizer, problems)
     budget = solver.budget(file.budget, problems)
@@ -86,18 +65,21 @@ def read_plan(path: str | Path) -> Plan:
     problems.stop()
     assert study is not None  # otherwise there was a problem
     assert optimizer is not None
-    folder = source.parent / (file.output.folder or f"{source.stem}-result")
-    return Plan(
-        study=study,
-        optimizer=optimizer,
-        budget=budget,
-        seed=file.study.seed,
-        folder=folder,
+    output = OutputSettings(
+        folder=source.parent / (file.output.folder or f"{source.stem}-result"),
         report=file.output.report,
         cross_validate=file.output.cross_validate,
         profile=profile,
-        source=source,
     )
+    return study.replace(optimizer=optimizer, budget=budget, seed=file.study.seed, output=output, source=source)
+
+
+def profile_names(patterns: list[str], study: Study) -> tuple[str, ...]:
+    """The free parameters that names and patterns (`*`, `?`) match. Raises BadInput for one that matches none."""
+    problems = Problems("--profile")
+    names = build.profiled(patterns, study.parameters, (), problems)
+    problems.stop()
+    return names
 
 
 def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problems]:

@@ -17,17 +17,17 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 
 
 def deviations(
-    given: Mapping[str, float | str],
+    stated: Mapping[str, float | str],
     channels: Sequence[Channel],
     path: tuple[str, ...],
     problems: Problems,
     *,
     estimate: bool = True,
 ) -> dict[str, float | Literal["estimate"]]:
-    """The standard deviation of each channel that is given, in the channel's unit inside seatruth."""
+    """The standard deviation of each channel that is stated, in the channel's unit inside seatruth."""
     known = {channel.name: channel for channel in channels}
     result: dict[str, float | Literal["estimate"]] = {}
-    for name, value in given.items():
+    for name, value in stated.items():
         if name not in known:
             problems.add((*path, name), f"unknown channel {name!r}", nearest(name, known))
             continue

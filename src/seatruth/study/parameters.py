@@ -11,7 +11,7 @@ from seatruth.models.parameter import Parameter, Prior
 from seatruth.study.schema import ModelTable, ParameterTable
 from seatruth.study.validation import Problems
 
-_COPIED = ("value", "min", "max", "scale", "tie", "vary")
+_COPIED = ("value", "min", "max", "scale", "expr", "vary")
 
 
 def merged(
@@ -32,7 +32,7 @@ def merged(
         table = tables.get(parameter.name, ParameterTable())
         changes = _changes(parameter, table, parameter.name in freed, problems)
         with problems.at("parameters", parameter.name):
-            parameter = parameter.but(**changes)
+            parameter = parameter.replace(**changes)
         result.append(parameter)
     return tuple(result)
 
@@ -43,7 +43,7 @@ def free_of_model(tables: Mapping[str, ParameterTable], problems: Problems) -> t
     for name, table in tables.items():
         with problems.at("parameters", name):
             plain = Parameter(name, 0.0, unit=table.unit or "1")
-            result.append(plain.but(**_changes(plain, table, False, problems, unit_allowed=True)))
+            result.append(plain.replace(**_changes(plain, table, False, problems, unit_allowed=True)))
     return tuple(result)
 
 
@@ -53,21 +53,21 @@ def expand(
     """The known names that the patterns take, in their order; a pattern that takes none is a problem."""
     taken: set[str] = set()
     for position, pattern in enumerate(patterns):
-        found = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
-        if not found:
+        matching = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
+        if not matching:
             problems.add((*path, position), f"no {what} {pattern!r}", nearest(pattern, known))
-        taken.update(found)
+        taken.update(matching)
     return [name for name in known if name in taken]
 
 
 def _changes(
     parameter: Parameter, table: ParameterTable, freed: bool, problems: Problems, *, unit_allowed: bool = False
 ) -> dict[str, Any]:
-    given = table.model_dump(exclude_none=True)
-    changes: dict[str, Any] = {key: given[key] for key in _COPIED if key in given}
-    if freed and "vary" not in changes and "tie" not in changes:
+    stated = table.model_dump(exclude_none=True)
+    changes: dict[str, Any] = {key: stated[key] for key in _COPIED if key in stated}
+    if freed and "vary" not in changes and "expr" not in changes:
         changes["vary"] = True
-    if "tie" in changes and parameter.vary and "vary" not in changes:
+    if "expr" in changes and parameter.vary and "vary" not in changes:
         changes["vary"] = False
     if table.prior is not None:
         changes["prior"] = Prior(table.prior.mean, table.prior.sd)

@@ -115,7 +115,9 @@ class ParameterTable(Table):
     prior: PriorTable | None = Field(default=None, description="Prior knowledge, `{ mean = 0.3, sd = 0.05 }`.")
     scale: Literal["linear", "log"] | None = Field(default=None, description="Search in the value or in its logarithm.")
     start: Pair | None = Field(default=None, description="Region [low, high] of random starts; default: the bounds.")
-    tie: str | None = Field(default=None, description='Expression that sets it from other parameters, as "-0.5 * Y_v".')
+    expr: str | None = Field(
+        default=None, description='Expression that sets it from other parameters, as "-0.5 * Y_v".'
+    )
     unit: str | None = Field(default=None, description="Unit (formula studies only; a model states its own).")
 
 
@@ -198,15 +200,17 @@ class TrialTable(Table):
 
 
 class CostTable(Table):
-    """How a candidate is measured against the trials."""
+    """How a candidate is compared with the trials. Each kind has its own options."""
 
     kind: Literal["trajectory", "regression", "formula"] = Field(
         default="trajectory",
         description="trajectory: simulate the whole run, compare with the record. regression: fit accelerations "
         "equation by equation. formula: fit a static formula to a table.",
     )
-    hold: Literal["linear", "zero"] = Field(
-        default="linear", description="Inputs between samples: joined by lines, or held until the next sample."
+    hold: Literal["foh", "zoh"] = Field(
+        default="foh",
+        description="Inputs between samples: foh (first-order hold: straight lines) or zoh (zero-order hold: constant "
+        "until the next sample).",
     )
     max_step: PositiveFloat | None = Field(
         default=None, description="Longest integration step, s; default: the sampling step."
@@ -219,7 +223,7 @@ class CostTable(Table):
         description='How far the first samples may be off, by state, as { u = "0.05 m/s" }; with initial = "free".',
     )
     segments: PositiveFloat | None = Field(
-        default=None, description="Cut the trials into pieces of this length, s, each started from its own samples."
+        default=None, description="Cut the trials into segments of this length, s, each started from its own samples."
     )
     multiple_shooting: bool = Field(
         default=False, description="Join the segments: their initial states are free and must meet."
@@ -227,7 +231,7 @@ class CostTable(Table):
     criterion: Literal["weighted", "likelihood"] = Field(
         default="weighted",
         description="weighted: least squares with the noise of [noise]. likelihood: maximum likelihood with an "
-        "estimated innovation covariance.",
+        "estimated measurement-noise covariance R.",
     )
     form: Literal["euler", "central", "trapezoid"] = Field(
         default="trapezoid", description="How a regression differences the states."
@@ -235,15 +239,6 @@ class CostTable(Table):
     equations: list[str] | None = Field(
         default=None, description="States whose equations a regression uses; default: all that contain free parameters."
     )
-
-
-_TIMED = ("hold", "max_step", "initial", "initial_sd", "segments", "multiple_shooting", "criterion")
-COST_KEYS: dict[str, tuple[str, ...]] = {
-    "trajectory": _TIMED,
-    "regression": ("form", "equations"),
-    "formula": (),
-}
-"""Which keys of [cost] belong to which kind."""
 
 
 class OptimizerTable(OpenTable):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 from seatruth.errors import nearest
 from seatruth.optimizers import Budget, Chain, Optimizer, available, make
 from seatruth.study.schema import BudgetTable, OptimizerTable
@@ -23,22 +21,22 @@ def optimizer(tables: list[OptimizerTable], problems: Problems) -> Optimizer | N
         if shares[0] is not None:
             problems.add(("optimizer", 0, "share"), "a single optimizer has the whole budget", "Remove `share`.")
         return stages[0]
-    given = tuple(share for share in shares[:-1] if share is not None)
-    if shares[-1] is not None or (given and len(given) != len(stages) - 1):
+    stated = tuple(share for share in shares[:-1] if share is not None)
+    if shares[-1] is not None or (stated and len(stated) != len(stages) - 1):
         problems.add(("optimizer",), "`share` belongs to every stage but the last, or to none", "Complete them.")
         return None
     with problems.at("optimizer"):
-        return Chain(tuple(stages), given)
+        return Chain(tuple(stages), stated)
     return None
 
 
 def budget(table: BudgetTable, problems: Problems) -> Budget:
     """The budget; the usual number of evaluations where the file sets no limit at all."""
-    given = table.model_dump(exclude_none=True)
-    if not {"evaluations", "seconds", "stall"} & set(given):
-        return Budget(**given)
+    stated = table.model_dump(exclude_none=True)
+    if not {"evaluations", "seconds", "stall"} & set(stated):
+        return Budget(**stated)
     with problems.at("budget"):
-        return Budget(**{"evaluations": None, **given})
+        return Budget(**{"evaluations": None, **stated})
     return Budget()
 
 
@@ -60,8 +58,3 @@ def _stage(table: OptimizerTable, position: int, problems: Problems) -> Optimize
     with problems.at("optimizer", position):
         return make(table.use, **table.options)
     return None
-
-
-def but(base: Budget, evaluations: int | None) -> Budget:
-    """The same budget with another number of evaluations."""
-    return base if evaluations is None else dataclasses.replace(base, evaluations=evaluations)

@@ -35,11 +35,11 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     units = frame.attrs.get("units", {})
     columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
     back = {_titled(str(name), units): str(name) for name in frame.columns}
-    found = guess(columns, [Channel("t", "s"), *needed, *extra])
-    missing_inputs = [c for c in model.inputs if c.name not in found]
-    missing_outputs = [c for c in model.outputs if c.name not in found]
+    guesses = guess(columns, [Channel("t", "s"), *needed, *extra])
+    missing_inputs = [c for c in model.inputs if c.name not in guesses]
+    missing_outputs = [c for c in model.outputs if c.name not in guesses]
     notes = []
-    if "t" not in found:
+    if "t" not in guesses:
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:
         notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
@@ -50,10 +50,10 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
         [
             *_head(log, model, use),
             *_parameters(model),
-            *_time(found.get("t"), frame, back),
-            *_channels(found, needed, extra, missing_inputs, back),
+            *_time(guesses.get("t"), frame, back),
+            *_channels(guesses, needed, extra, missing_inputs, back),
             *_trials(log, missing_outputs),
-            *_steps([name for name in ("psi", "phi", "theta") if name in found and _wraps(columns, found[name])]),
+            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(columns, guesses[name])]),
             *_rest(model),
         ]
     )
@@ -78,7 +78,7 @@ def _head(log: str, model: Model, use: str) -> list[str]:
 
 def _parameters(model: Model) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
-    bounded = [p.name for p in model.parameters if p.tie is None and math.isfinite(p.min) and math.isfinite(p.max)]
+    bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
     free = declared or [name for name in bounded if name in _USUAL] or bounded[:4] or [model.parameters[0].name]
     listing = ", ".join(_text(name) for name in free)
     others = [p for p in model.parameters if p.name not in free]
@@ -88,7 +88,7 @@ def _parameters(model: Model) -> list[str]:
         "",
         "[parameters]",
         "# The others keep these values. Give yours: NAME = 1.0, or { value = 1.0, vary = true, min = 0.0, max = 2 },",
-        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or tied: { tie = "-0.5 * OTHER" }.',
+        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or computed: { expr = "-0.5 * OTHER" }.',
     ]
     for parameter in others:
         unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
@@ -97,18 +97,18 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(found: Guess | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
-    if found is None:
+def _time(guessed: Guess | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+    if guessed is None:
         return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
-    column = back[found.column]
+    column = back[guessed.column]
     lines = ["[time]", f"column = {_text(column)}"]
     if pd.api.types.is_numeric_dtype(frame[column].dtype):
-        lines.append(f"unit = {_text(found.unit)}   # {found.why}")
+        lines.append(f"unit = {_text(guessed.unit)}   # {guessed.why}")
     return [*lines, ""]
 
 
 def _channels(
-    found: dict[str, Guess],
+    guesses: dict[str, Guess],
     needed: Sequence[Channel],
     extra: Sequence[Channel],
     missing_inputs: Sequence[Channel],
@@ -120,7 +120,7 @@ def _channels(
         "[channels]",
     ]
     for channel in (*needed, *extra):
-        hit = found.get(channel.name)
+        hit = guesses.get(channel.name)
         if hit is not None:
             entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
             used = hit.why if channel in needed else f"{hit.why}; for the checks only"
@@ -156,11 +156,11 @@ def _steps(wrapped: Sequence[str]) -> list[str]:
     return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
 
 
-def _wraps(columns: Mapping[str, Numbers], found: Guess) -> bool:
+def _wraps(columns: Mapping[str, Numbers], guessed: Guess) -> bool:
     """Whether an angle jumps by most of a turn."""
-    numbers = columns[found.column]
+    numbers = columns[guessed.column]
     jumps = np.abs(np.diff(numbers[np.isfinite(numbers)]))
-    return bool(jumps.size) and float(jumps.max()) > (270.0 if found.unit == "deg" else 1.5 * np.pi)
+    return bool(jumps.size) and float(jumps.max()) > (270.0 if guessed.unit == "deg" else 1.5 * np.pi)
 
 
 def _rest(model: Model) -> list[str]:

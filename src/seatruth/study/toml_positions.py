@@ -30,7 +30,7 @@ class Lines:
     def __init__(self, text: str) -> None:
         self._text = text
         self._at = 0
-        self._starts = [0, *(found.end() for found in re.finditer("\n", text))]
+        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self._arrays: dict[Path, int] = {}
         self.positions: dict[Path, int] = {}
         self._document()
@@ -151,20 +151,20 @@ class Lines:
         self.positions.setdefault(path, bisect_right(self._starts, offset))
 
     def _skip(self, pattern: re.Pattern[str]) -> None:
-        found = pattern.match(self._text, self._at)
-        if found is not None:
-            self._at = found.end()
+        match = pattern.match(self._text, self._at)
+        if match is not None:
+            self._at = match.end()
 
     def _take(self, pattern: re.Pattern[str]) -> str:
-        found = pattern.match(self._text, self._at)
-        if found is None or (found.end() == self._at and pattern is not _SCALAR):
+        match = pattern.match(self._text, self._at)
+        if match is None or (match.end() == self._at and pattern is not _SCALAR):
             raise ValueError(f"no {pattern.pattern} at offset {self._at}")
-        self._at = found.end()
-        return found.group()
+        self._at = match.end()
+        return match.group()
 
 
-def _unescape(found: re.Match[str]) -> str:
-    code = found.group(1) or found.group(2)
+def _unescape(match: re.Match[str]) -> str:
+    code = match.group(1) or match.group(2)
     if code:
         return chr(int(code, 16))
-    return _ESCAPED.get(found.group(3), found.group(3))
+    return _ESCAPED.get(match.group(3), match.group(3))

@@ -31,7 +31,7 @@ class Recording(NamedTuple):
 
 def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Recording]:
     """Every file that [[trials]] names, patterns expanded; names distinct."""
-    found: list[Recording] = []
+    recorded: list[Recording] = []
     for entry, table in enumerate(file.trials):
         files = paths(table, folder, ("trials", entry, "file"), problems)
         if table.name is not None and len(files) > 1:
@@ -41,9 +41,9 @@ def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Record
                 "Remove `name`: each trial is then called after its file.",
             )
             continue
-        found.extend(Recording(table.name or path.stem, path, entry, table) for path in files)
+        recorded.extend(Recording(table.name or path.stem, path, entry, table) for path in files)
     first: dict[str, Recording] = {}
-    for recording in found:
+    for recording in recorded:
         other = first.setdefault(recording.name, recording)
         if other is not recording:
             same = " from the same file" if other.path == recording.path else ""
@@ -54,25 +54,25 @@ def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Record
             )
     if not file.trials:
         problems.add((), "the study has no trials", "Add a [[trials]] table with file = ... for each recorded run.")
-    return found
+    return recorded
 
 
 def read(
-    file: StudyFile, model: Model, found: Sequence[Recording], problems: Problems, *, synthetic: bool
+    file: StudyFile, model: Model, recordings: Sequence[Recording], problems: Problems, *, synthetic: bool
 ) -> tuple[Trials, Trials]:
     """The trials that are fitted and those held out, read and prepared."""
     known = {channel.name: channel for channel in (*model.inputs, *model.outputs)}
     _check_channels(file, known, problems)
-    _check_steps(file, [recording.name for recording in found], problems)
+    _check_steps(file, [recording.name for recording in recordings], problems)
     if problems:
         return Trials([]), Trials([])
     fitted: list[Trial] = []
     held: list[Trial] = []
-    for recording in found:
+    for recording in recordings:
         with problems.at("trials", recording.entry):
             trial = _read_one(file, model, recording, synthetic)
             (fitted if recording.table.role == "fit" else held).append(trial)
-    if found and not problems and not fitted:
+    if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)
 
@@ -80,9 +80,9 @@ def read(
 def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bool) -> Trial:
     table = recording.table
     maps = {**file.channels}
-    for name, own in table.channels.items():
+    for name, changes in table.channels.items():
         shared = maps.get(name, ChannelTable())
-        maps[name] = shared.model_copy(update=own.model_dump(exclude_unset=True))
+        maps[name] = shared.model_copy(update=changes.model_dump(exclude_unset=True))
     time = file.time if table.time is None else _merged_time(file.time, table.time)
     inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
     wanted = [c.name for c in model.outputs if c.name not in table.without]
@@ -106,7 +106,7 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
 
 
 def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
-    """Where a channel stands in the file; a channel that the study does not mention is a column of its own name."""
+    """The column of a channel; a channel that the study does not mention is a column of the same name."""
     table = maps.get(name, ChannelTable())
     return ColumnSpec(
         column=table.column or name,
@@ -118,8 +118,8 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
     )
 
 
-def _merged_time(shared: TimeTable, own: TimeTable) -> TimeTable:
-    return shared.model_copy(update=own.model_dump(exclude_unset=True))
+def _merged_time(shared: TimeTable, changes: TimeTable) -> TimeTable:
+    return shared.model_copy(update=changes.model_dump(exclude_unset=True))
 
 
 def _steps(file: StudyFile, table: TrialTable, name: str) -> list[tuple[str, Mapping[str, Any]]]:
@@ -172,8 +172,8 @@ def _check_channels(file: StudyFile, known: Mapping[str, Any], problems: Problem
             hint = nearest(name, known) or nearest(name, allowed)
             problems.add(("channels", name), f"unknown channel {name!r}", f"{hint} `extra = true` allows others.")
     for entry, table in enumerate(file.trials):
-        for name, own in table.channels.items():
-            if name not in allowed and not own.extra:
+        for name, changes in table.channels.items():
+            if name not in allowed and not changes.extra:
                 problems.add(("trials", entry, "channels", name), f"unknown channel {name!r}", nearest(name, known))
         for name in table.without:
             if name not in known:

@@ -28,7 +28,7 @@ from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
 STEP = 0.05
-"""s: short enough for quick models too, as a small vehicle that is told to go fast."""
+"""s: short enough for quick models too, such as a small vehicle at high revolutions."""
 
 
 class EffectConformance:
@@ -46,9 +46,9 @@ class EffectConformance:
         """Models that it can act on."""
         if not effect.dynamic:
             pytest.skip("it is noise, no term of the equations")
-        found = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
-        assert found, "no installed model lets it act"
-        return found
+        result = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
+        assert result, "no installed model lets it act"
+        return result
 
     def test_declares_itself(self, effect: Effect) -> None:
         assert effect.title
@@ -79,6 +79,9 @@ class EffectConformance:
                 assert prior.mean == effect.null[parameter.name]
                 if parameter.name in effect.shape_priors:
                     assert typical[parameter.name] == prior.mean
+            for start in effect.starting_points(model):
+                for parameter in effect.parameters:
+                    assert parameter.min <= start[parameter.name] <= parameter.max
                 assert np.isfinite(prior.sd)
                 assert prior.sd > 0.0
                 assert parameter.min <= typical[parameter.name] <= parameter.max

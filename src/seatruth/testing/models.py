@@ -74,9 +74,9 @@ class ModelConformance:
     def test_rates_and_outputs_are_finite_numbers(self, model: Model) -> None:
         stepper = Stepper(model)
         for state, inputs in self.samples(model, 300):
-            found = stepper.rate(0.0, state, inputs)
-            assert len(found) == len(model.states)
-            assert all(math.isfinite(x) for x in found), f"{found} at {state}, {inputs}"
+            result = stepper.rate(0.0, state, inputs)
+            assert len(result) == len(model.states)
+            assert all(math.isfinite(x) for x in result), f"{result} at {state}, {inputs}"
             outputs = stepper.outputs(state, inputs)
             assert list(outputs) == [channel.name for channel in model.outputs]
             assert all(math.isfinite(x) for x in outputs.values())
@@ -92,9 +92,9 @@ class ModelConformance:
 
     def test_same_question_same_answer(self, model: Model) -> None:
         first, second = Stepper(model), Stepper(model)
-        asked = self.samples(model, 20)
-        forwards = [first.rate(0.0, *question) for question in asked]
-        backwards = [second.rate(0.0, *question) for question in reversed(asked)]
+        questions = self.samples(model, 20)
+        forwards = [first.rate(0.0, *question) for question in questions]
+        backwards = [second.rate(0.0, *question) for question in reversed(questions)]
         assert forwards == backwards[::-1]
 
     def test_first_state_returns_the_outputs(self, model: Model) -> None:
@@ -186,8 +186,8 @@ class ModelConformance:
     def test_compiled_motion_is_the_plain_one(self, model: Model) -> None:
         trial, states = self.sailed(model)
         simulator = _simulator(model, trial)
-        found = simulator.states(np.empty(0), states[:1])
-        assert found == pytest.approx(states, rel=1e-9, abs=1e-11)
+        result = simulator.states(np.empty(0), states[:1])
+        assert result == pytest.approx(states, rel=1e-9, abs=1e-11)
         simulated = simulator.outputs(np.empty((1, 0)), states[:1])
         assert not simulated.diverged.any()
         measured = np.array([trial.outputs[channel.name] for channel in model.outputs]).T
@@ -199,13 +199,13 @@ class ModelConformance:
         free = tuple(p.name for p in model.parameters if p.value != 0.0)[-12:]
         nominal = model.nominal()
         theta = np.array([nominal[name] for name in free])
-        found = _simulator(model, trial, free).jacobian(theta, states[:1], free_states=())
+        result = _simulator(model, trial, free).jacobian(theta, states[:1], free_states=())
         for k, name in enumerate(free):
             h = 1e-5 * abs(nominal[name])
             ahead, behind = (self.replay(model, trial, states[0], {name: nominal[name] + x}) for x in (h, -h))
             expected = (ahead - behind) / (2 * h)
             scale = np.abs(expected).max()
-            assert found.dy[:, :, k] == pytest.approx(expected, abs=1e-5 * scale + 1e-9 / h), name
+            assert result.dy[:, :, k] == pytest.approx(expected, abs=1e-5 * scale + 1e-9 / h), name
 
     def sailed(self, model: Model) -> tuple[Trial, Array]:
         """A short trial under gently moved inputs, integrated in plain Python: the trial and its states (n, S)."""
@@ -240,8 +240,8 @@ class ModelConformance:
         return np.array(states)
 
     def _outputs(self, stepper: Stepper, trial: Trial, states: Array) -> Array:
-        found = [stepper.outputs(tuple(s), i) for s, i in zip(states.tolist(), _rows(trial))]
-        return np.array([list(row.values()) for row in found])
+        result = [stepper.outputs(tuple(s), i) for s, i in zip(states.tolist(), _rows(trial))]
+        return np.array([list(row.values()) for row in result])
 
     def samples(self, model: Model, size: int) -> list[tuple[tuple[float, ...], dict[str, float]]]:
         """Random states and inputs from the ranges."""
@@ -267,7 +267,7 @@ def _simulator(model: Model, trial: Trial, free: tuple[str, ...] = ()) -> Any:
     engine = importlib.import_module("seatruth.simulate")
     if not hasattr(engine, "simulator"):
         pytest.skip("seatruth.simulate has no engine here, so there is nothing compiled to compare")
-    return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="linear")
+    return engine.simulator(model, [trial], free=free, values=model.nominal(), hold="foh")
 
 
 def _constant(environment: Environment) -> Any:

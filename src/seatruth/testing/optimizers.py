@@ -28,7 +28,7 @@ import pytest
 from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Cost
 from seatruth.errors import BadInput
-from seatruth.optimizers import Budget, Chain, Coordinates, Ledger, Optimizer, Outcome, Problem, Stop, minimise
+from seatruth.optimizers import Budget, Chain, Coordinates, Evaluator, Optimizer, Outcome, Problem, Stop, minimise
 from seatruth.testing.problems import Known, Wrapped, known_problems
 
 NAMES = tuple(known.name for known in known_problems())
@@ -128,9 +128,9 @@ class OptimizerConformance:
 
     def test_lets_the_stop_through(self, optimizer: Optimizer) -> None:
         known = self._known(optimizer)
-        ledger = Ledger(known.cost, Coordinates(known.cost.parameters), Budget(seconds=1e-9))
+        evaluator = Evaluator(known.cost, Coordinates(known.cost.parameters), Budget(seconds=1e-9))
         with pytest.raises(Stop) as stop:
-            optimizer.run(Problem(ledger), np.random.default_rng(0))
+            optimizer.run(Problem(evaluator), np.random.default_rng(0))
         assert stop.value.code == "deadline"
 
     def test_keeps_the_best_when_interrupted(self, optimizer: Optimizer) -> None:

@@ -22,23 +22,23 @@ def parquet(file: Path, data: bytes) -> Table:
     import pyarrow.parquet
 
     try:
-        table = pyarrow.parquet.read_table(io.BytesIO(data))
-        names, units = named(table.column_names, str(file))
-        columns = {name: table.column(k).to_pandas() for k, name in enumerate(names)}
+        content = pyarrow.parquet.read_table(io.BytesIO(data))
+        names, units = named(content.column_names, str(file))
+        columns = {name: content.column(k).to_pandas() for k, name in enumerate(names)}
     except BadInput:
         raise
     except Exception as problem:  # pyarrow raises many kinds for a damaged file
         raise BadInput(
             f"it cannot be read as Parquet ({_first_line(problem)})", where=str(file), do="Write the file again."
         ) from None
-    for name, field in zip(names, table.schema, strict=True):
+    for name, field in zip(names, content.schema, strict=True):
         unit = (field.metadata or {}).get(b"unit")
         if unit and name not in units:
             units[name] = unit.decode("utf-8", "replace")
-    found = Table(str(file), {name: pd.Series(c).reset_index(drop=True) for name, c in columns.items()}, units)
-    if not len(found):
+    table = Table(str(file), {name: pd.Series(c).reset_index(drop=True) for name, c in columns.items()}, units)
+    if not len(table):
         raise BadInput("it has no rows", where=str(file), do="Check how it was exported.")
-    return found
+    return table
 
 
 def matlab(file: Path, data: bytes, variable: str | None = None) -> Table:

@@ -9,7 +9,17 @@ from dataclasses import dataclass
 class Channel:
     """One quantity with its unit.
 
-    `unit` is the unit used inside seatruth (SI; rad; rev/s). `angle` marks quantities that wrap at a full turn.
+    Args:
+        name: identifier.
+        unit: unit inside seatruth (SI; rad; rev/s).
+        description: what it is, in a few words.
+        angle: True for a quantity that wraps at a full turn.
+
+    Example:
+        >>> from seatruth import Channel
+        >>> Channel("psi", "rad", "heading", angle=True).unit
+        'rad'
+
     Standard names, which checks, effects and manoeuvre figures rely on: t; x, y, z (earth position, z down),
     phi, theta, psi (psi clockwise); u, v, w (velocity over ground in body axes, x forward, y starboard, z down);
     p, q, r; delta (rudder, positive turns to starboard unless the model says otherwise), delta_s (stern plane),

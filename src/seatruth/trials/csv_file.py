@@ -95,17 +95,17 @@ def _utf8(data: bytes, source: str, encoding: str | None) -> bytes:
 
 def _first_lines(data: bytes) -> list[tuple[int, str]]:
     """The first lines with anything in them, as (line number, text)."""
-    found: list[tuple[int, str]] = []
+    lines: list[tuple[int, str]] = []
     start = number = 0
-    while start < len(data) and len(found) < _SAMPLE_LINES:
+    while start < len(data) and len(lines) < _SAMPLE_LINES:
         stop = data.find(b"\n", start)
         stop = len(data) if stop < 0 else stop
         number += 1
         text = data[start:stop].decode("utf-8", "replace")
         if text.strip(" \t,;|"):
-            found.append((number, text))
+            lines.append((number, text))
         start = stop + 1
-    return found
+    return lines
 
 
 def _split(text: str, separator: str) -> list[str]:

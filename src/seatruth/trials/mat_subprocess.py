@@ -27,32 +27,32 @@ def main() -> int:
     try:
         stream: Any = io.BytesIO(data)
         content = scipy.io.loadmat(stream, simplify_cells=True)
-        found = vectors({name: value for name, value in content.items() if not name.startswith("__")})
+        arrays = vectors({name: value for name, value in content.items() if not name.startswith("__")})
     except Exception as problem:  # scipy raises many kinds for a damaged file
         text = str(problem).strip().splitlines()
         sys.stderr.write(text[0][:200] if text else type(problem).__name__)
         return REFUSED
     out = io.BytesIO()
-    names = np.array([name for name, _ in found], dtype=np.str_)
-    np.savez(out, names, *[values for _, values in found])
+    names = np.array([name for name, _ in arrays], dtype=np.str_)
+    np.savez(out, names, *[values for _, values in arrays])
     sys.stdout.buffer.write(out.getvalue())
     return 0
 
 
 def vectors(content: Mapping[str, Any], prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:
     """All vectors in nested structs, as ("struct.field", values); a matrix gives one vector a column."""
-    found: list[tuple[str, Any]] = []
+    arrays: list[tuple[str, Any]] = []
     for name, value in content.items():
         full = f"{prefix}{name}"
         if isinstance(value, Mapping) and depth < 8:
-            found += vectors(value, f"{full}.", depth + 1)
+            arrays += vectors(value, f"{full}.", depth + 1)
         elif isinstance(value, np.ndarray) and value.dtype.kind in "buif" and value.size:
             native = value.astype(value.dtype.newbyteorder("="))
             if native.ndim == 1 or (native.ndim == 2 and min(native.shape) == 1):
-                found.append((full, native.ravel()))
+                arrays.append((full, native.ravel()))
             elif native.ndim == 2:
-                found += [(f"{full}({k + 1})", native[:, k]) for k in range(native.shape[1])]
-    return found
+                arrays += [(f"{full}({k + 1})", native[:, k]) for k in range(native.shape[1])]
+    return arrays
 
 
 def _limit_memory(most: int) -> None:

@@ -26,8 +26,10 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.trials.condition import rows_where
+from seatruth.trials.places import place
+from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.trials.tables import Table, read_table
+from seatruth.trials.tables import Table
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 
@@ -74,18 +76,38 @@ def read_trial(
 ) -> Trial:
     """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
 
-    `inputs` and `outputs` say which columns hold which channels (a bare name is a column in the channel's own unit, or
-    in the one that the header states); `channels` gives the units inside seatruth (a model's
-    channels), and the standard channels (STANDARD_CHANNELS) need no entry. Outputs may have missing samples (NaN).
-    Inputs must be complete once the steps in `prepare`, as (name, options), have run; without any they must be
-    complete in the file. `repeated_time` keeps the "first" or the "last" of samples with the same time instead of
-    refusing them. `table` names the variable of a MATLAB file that holds the columns.
+    Args:
+        path: the file.
+        time: column of the time, and its unit.
+        inputs: channel name -> column; a bare name is a column in the channel's own unit, or in the one that the header
+            states. Inputs must be complete once the steps in `prepare` have run.
+        outputs: the same for outputs; they may have missing samples (NaN).
+        channels: the channels with their units inside seatruth, such as a model's; standard channels need no entry.
+        name: name of the trial; None takes the file's name.
+        conditions: what held during the run.
+        synthetic: True if a simulator made it.
+        table: variable of a MATLAB file that holds the columns.
+        separator, decimal, encoding: how a CSV file is written; None guesses.
+        repeated_time: samples with the same time: "refuse" the file, or keep the "first" or the "last".
+        prepare: preparation steps as (name, options), in their order.
 
-    Raises BadInput naming the file, the line and the column, and what to do.
+    Returns:
+        The trial, in SI units.
+
+    Raises:
+        BadInput: the message names the file, the line and the column, and what to do.
+
+    Example:
+        >>> from pathlib import Path
+        >>> from seatruth import read_trial
+        >>> written = Path("run.csv").write_text("t,rudder,psi\\n0,0,0\\n1,10,1\\n2,10,3\\n")
+        >>> run = read_trial("run.csv", inputs={"delta": "rudder"}, outputs={"psi": "psi"})
+        >>> run.inputs["delta"].tolist()
+        [0.0, 10.0, 10.0]
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
     return trial_from_table(
-        found,
+        content,
         time=time,
         inputs=inputs,
         outputs=outputs,
@@ -98,8 +120,8 @@ def read_trial(
     )
 
 
-def _spec(given: ColumnSpec | str) -> ColumnSpec:
-    return ColumnSpec(given) if isinstance(given, str) else given
+def _spec(spec: ColumnSpec | str) -> ColumnSpec:
+    return ColumnSpec(spec) if isinstance(spec, str) else spec
 
 
 def trial_from_table(
@@ -164,25 +186,10 @@ def read_columns(
 
     The units that the header states are in `frame.attrs["units"]`, the file's name in `frame.attrs["source"]`.
     """
-    found = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    frame = pd.DataFrame(found.columns)
-    frame.attrs.update(units=dict(found.units), source=found.source)
+    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    frame = pd.DataFrame(content.columns)
+    frame.attrs.update(units=dict(content.units), source=content.source)
     return frame
-
-
-def place(trial: Trial, samples: NDArray[np.int64] | Sequence[int]) -> str:
-    """Where samples of a trial stand in its file, for messages: "run.csv, lines 12-14" (or in the trial, by time)."""
-    from seatruth.trials.tables import runs
-
-    where = trial.source or f"trial {trial.name!r}"
-    index = np.asarray(samples, dtype=np.int64)
-    if index.size == 0:
-        return where
-    if trial.lines is not None and bool((trial.lines[index] > 0).all()):
-        numbers = trial.lines[index].tolist()
-        text = where.lower().endswith((".parquet", ".pq", ".mat"))
-        return f"{where}, {'row' if text else 'line'}{'s' if len(numbers) > 1 else ''} {runs(numbers)}"
-    return f"{where}, t = {trial.t[index[0]]:g}" + (f" to {trial.t[index[-1]]:g} s" if index.size > 1 else " s")
 
 
 def require_complete_inputs(trial: Trial) -> None:

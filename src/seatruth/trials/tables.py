@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
+from seatruth.units import is_unit
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,6 @@ MISSING = ("", "-", "--", "---", "NaN", "nan", "NAN", "NA", "N/A", "n/a", "null"
 
 def name_and_unit(header: str) -> tuple[str, str | None]:
     """("u", "m/s") from "u [m/s]" or "u (m/s)"; no unit where the bracket holds none."""
-    from seatruth.units import is_unit
-
     text = header.strip()
     for opening, closing in ("[]", "()"):
         if text.endswith(closing) and opening in text:
@@ -121,96 +119,15 @@ def named(headers: Iterable[str], source: str) -> tuple[list[str], dict[str, str
 def runs(numbers: Iterable[int], most: int = 5) -> str:
     """Whole numbers as runs: "3-7, 12 and 4 more"."""
     ordered = sorted(numbers)
-    found: list[list[int]] = []
+    ranges: list[list[int]] = []
     for number in ordered:
-        if found and number <= found[-1][1] + 1:
-            found[-1][1] = number
+        if ranges and number <= ranges[-1][1] + 1:
+            ranges[-1][1] = number
         else:
-            found.append([number, number])
-    shown = ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in found[:most])
-    rest = sum(b - a + 1 for a, b in found[most:])
+            ranges.append([number, number])
+    shown = ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:most])
+    rest = sum(b - a + 1 for a, b in ranges[most:])
     return f"{shown} and {rest} more" if rest else shown
-
-
-def read_table(
-    path: str | Path,
-    *,
-    table: str | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
-    encoding: str | None = None,
-) -> Table:
-    """Reads a CSV, Parquet or MATLAB file (told by its content). BadInput for anything that is not one.
-
-    `table` names the variable of a MATLAB file that holds the columns; `separator`, `decimal` and `encoding` settle
-    what is otherwise guessed from a text file.
-    """
-    file = Path(path)
-    data = _bytes_of(file)
-    if not data.strip():
-        raise BadInput("the file is empty", where=str(file), do="Check how it was exported.")
-    kind = _kind(data, file.suffix.lower())
-    if kind in ("parquet", "mat"):
-        from seatruth.trials import binary_files
-
-        return binary_files.parquet(file, data) if kind == "parquet" else binary_files.matlab(file, data, table)
-    if kind != "text":
-        raise BadInput(f"it looks like {kind}", where=str(file), do="Export it as CSV, Parquet or MATLAB (-v7).")
-    from seatruth.trials import csv_file
-
-    return csv_file.read(file, data, separator=separator, decimal=decimal, encoding=encoding)
-
-
-def _bytes_of(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except FileNotFoundError:
-        raise _not_found(file) from None
-    except IsADirectoryError:
-        raise BadInput("it is a folder", where=str(file), do="Name one file in it.") from None
-    except PermissionError:
-        raise BadInput("no permission to read it", where=str(file), do="Change its permissions.") from None
-    except (OSError, ValueError) as problem:
-        raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
-
-
-def _not_found(file: Path) -> BadInput:
-    try:
-        beside = [entry.name for entry in file.parent.iterdir()][:500] if file.parent.is_dir() else []
-    except OSError:
-        beside = []
-    hint = nearest(file.name, beside).split(" Known:")[0] if beside else ""
-    hint = "" if hint.startswith("Known:") else hint
-    folder = "" if file.parent.is_dir() else f"The folder {str(file.parent)!r} does not exist."
-    return BadInput("no such file", where=str(file), do=hint or folder or "Check the path.")
-
-
-_MAGIC = (
-    (b"PAR1", "parquet"),
-    (b"MATLAB 5.0 MAT-file", "mat"),
-    (b"MATLAB 7.3 MAT-file", "mat"),
-    (b"\x89HDF", "mat"),
-    (b"PK\x03\x04", "a spreadsheet or a zip archive"),
-    (b"\xd0\xcf\x11\xe0", "an old spreadsheet"),
-    (b"\x1f\x8b", "a gzip archive"),
-    (b"%PDF", "a PDF document"),
-    (b"#ROSBAG", "a ROS bag"),
-    (b"SQLite format 3", "a database"),
-)
-
-
-def _kind(data: bytes, suffix: str) -> str:
-    for magic, kind in _MAGIC:
-        if data.startswith(magic):
-            return kind
-    if suffix in (".parquet", ".pq"):
-        return "no Parquet file, though its name says so"
-    if suffix == ".mat" and b"\0" in data[:4096]:
-        return "mat"
-    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    if not wide and b"\0" in data:
-        return "a binary file"
-    return "text"
 
 
 def _short(text: str, most: int = 40) -> str:

@@ -26,12 +26,27 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One recorded run in SI units.
+    """One recorded run in SI units. Its arrays are read-only; a preparation step returns a new Trial.
 
-    `t` (n,) s, strictly increasing. `inputs` and `outputs` map channel names to (n,) arrays on the same time axis;
-    a sample of an output that is NaN is not valid and takes no part in any fit; inputs are finite everywhere.
-    `lines` (n,) gives the line of the source file each sample came from (0 where there is none).
-    Arrays are read-only: a step returns a new Trial.
+    Args:
+        name: name of the run.
+        t: time (n,) s, strictly increasing.
+        inputs: channel name -> (n,), finite everywhere.
+        outputs: channel name -> (n,); a sample that is NaN is not valid and takes no part in any fit.
+        conditions: what held during the run (loading, depth, sea state).
+        steps: what was done to the data.
+        source: the file it came from.
+        synthetic: True if a simulator made it.
+        lines: line (n,) of the source file of each sample, 0 where there is none.
+
+    Raises:
+        BadInput: shapes differ, or time does not increase.
+
+    Example:
+        >>> from seatruth import Trial
+        >>> run = Trial("run", [0.0, 0.5, 1.0], {"delta": [0.0, 0.1, 0.1]}, {"r": [0.0, 0.01, 0.02]})
+        >>> run.duration, len(run)
+        (1.0, 3)
     """
 
     name: str
@@ -110,7 +125,20 @@ class Trial:
 
 
 class Trials(Sequence[Trial]):
-    """Several trials of one vehicle, with distinct names."""
+    """Several trials of one vehicle, with distinct names.
+
+    Args:
+        trials: the trials, in their order.
+
+    Raises:
+        BadInput: two trials have the same name.
+
+    Example:
+        >>> from seatruth import Trial, Trials
+        >>> runs = Trials([Trial("a", [0.0, 1.0], {}, {}), Trial("b", [0.0, 2.0], {}, {})])
+        >>> runs["b"].duration, runs[:1].names
+        (2.0, ('a',))
+    """
 
     def __init__(self, trials: Sequence[Trial]) -> None:
         names = [trial.name for trial in trials]

@@ -1,38 +1,48 @@
-"""How sure an estimate is: standard errors, bounds, what cannot be told apart, profiles, trials left out."""
+"""Uncertainty of an estimate: standard errors, bounds, identifiability, profiles, cross-validation."""
 
 from __future__ import annotations
 
-from seatruth.statistics.autoregressive import Colour, autocorrelation, colour_of
+from seatruth.statistics.autoregressive import (
+    AutoregressiveModel,
+    fit_autoregressive,
+    lag_one_autocorrelation,
+)
 from seatruth.uncertainty.covariance import Covariance, covariance
 from seatruth.uncertainty.cross_validation import leave_one_out
-from seatruth.uncertainty.identifiability import identifiability, scale_of, tied, trade_offs, verdict
-from seatruth.uncertainty.model_comparison import Preference, folds, left_out_errors, prefer
+from seatruth.uncertainty.identifiability import (
+    correlated_pairs,
+    identifiability,
+    plausible_range,
+    strongly_correlated,
+    verdict,
+)
+from seatruth.uncertainty.model_comparison import ModelComparison, compare_models, held_out_errors, repeated_folds
 from seatruth.uncertainty.prediction import Prediction, prediction_intervals
-from seatruth.uncertainty.prior_identifiability import excitation
+from seatruth.uncertainty.prior_identifiability import prior_identifiability
 from seatruth.uncertainty.profile import profiles
 from seatruth.uncertainty.sensitivity import sensitivity
-from seatruth.uncertainty.structural_identifiability import degeneracies
+from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
 __all__ = [
-    "Colour",
+    "AutoregressiveModel",
     "Covariance",
+    "ModelComparison",
     "Prediction",
-    "Preference",
-    "autocorrelation",
-    "colour_of",
+    "compare_models",
+    "correlated_pairs",
     "covariance",
-    "degeneracies",
-    "excitation",
-    "folds",
+    "fit_autoregressive",
+    "held_out_errors",
     "identifiability",
+    "lag_one_autocorrelation",
     "leave_one_out",
-    "left_out_errors",
+    "plausible_range",
     "prediction_intervals",
-    "prefer",
+    "prior_identifiability",
     "profiles",
-    "scale_of",
+    "repeated_folds",
     "sensitivity",
-    "tied",
-    "trade_offs",
+    "strongly_correlated",
+    "unidentifiable_directions",
     "verdict",
 ]

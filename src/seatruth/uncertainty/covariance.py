@@ -1,9 +1,10 @@
-"""Standard errors that hold when residuals are coloured, and the bound that no estimate can beat.
+"""Standard errors that hold for autocorrelated residuals, and the Cramer-Rao bound.
 
-With residuals r over their noise and derivatives J, H = J'J (priors and joints included) and the estimate moves by
-H^-1 J' r. Its covariance is H^-1 M H^-1 with M = J' C J, where C is the covariance that the residuals themselves show:
-an autoregressive model for each channel of each trial, with the correlation of the channels' innovations (Morelli and
-Klein 1997 do the same with raw autocovariances). The Cramer-Rao bound takes C = I: white noise of the stated size.
+With residuals r over their noise and their derivatives J (priors and continuity constraints included), H = J'J and the
+estimate's error is H^-1 J' r. Its covariance is H^-1 M H^-1 (the sandwich estimator) with M = J' C J. C is the
+covariance of the residuals: an autoregressive model for each channel of each trial, and the correlation of the
+channels' innovations (Morelli and Klein 1997 do the same with sample autocovariances). The Cramer-Rao bound takes
+C = I: white noise of the stated size.
 """
 
 from __future__ import annotations
@@ -16,48 +17,62 @@ import numpy as np
 from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
-from seatruth.costs.study_cost import Group
-from seatruth.statistics.autoregressive import Colour, colour_of
+from seatruth.costs.study_cost import ResidualBlock
+from seatruth.statistics.autoregressive import WHITE, AutoregressiveModel, fit_autoregressive
 
-_BLIND = 1e-12
-"""Directions whose part of the scaled information is below this are not seen by the data."""
+_RANK_TOLERANCE = 1e-12
+"""Eigenvalue of the scaled information, over the largest, below which the data do not determine its direction.
+Rounding leaves about 1e-15 times the number of parameters; chosen here [S] with room for derivatives by iteration."""
 _AT_BOUND = 1e-6
-"""Distance from a bound, as a part of the range, at which a parameter is at it."""
-_WHITE = Colour(np.zeros(0), 1.0, 1.0)
-_IN_IT = 1e-4
-"""Part of such a direction from which a parameter counts as not seen itself."""
+"""Distance from a bound, over the range, below which a parameter is at the bound. Chosen here [S]."""
+_NULL_SPACE_SHARE = 1e-4
+"""A parameter is unidentifiable if this share of it (squared length) lies in undetermined directions. Chosen here [S]:
+one per cent of its length."""
+_MIN_CORRELATION = 2.0
+"""Correlation of two channels' innovations, in its standard errors 1/sqrt(n), below which it is taken as zero: the
+usual two-sided 5 % test."""
+_MIN_SHARED_SAMPLES = 5
+"""Fewer common samples give no correlation. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
 class Covariance:
-    """Of the K free parameters and nuisances. Rows and columns of `held` (at a bound) and `unseen` ones are NaN."""
+    """Uncertainty of the K free parameters and nuisances.
+
+    Attributes:
+        covariance: (K, K), in the parameters' units. NaN in the rows and columns of `fixed` and `unidentifiable`.
+        crlb: (K,), Cramer-Rao bound of each standard deviation.
+        degrees_of_freedom: Effective samples less parameters, at least 1.
+        residual_models: The autoregressive model of the residuals by (trial, channel).
+        fixed: (K,), parameters that the cost presses on a bound; they count as known.
+        unidentifiable: (K,), parameters that the data do not determine.
+    """
 
     covariance: Array
     crlb: Array
-    """Cramer-Rao bound of each standard deviation, (K,)."""
-    freedom: float
-    """Degrees of freedom: effective samples less parameters, at least 1."""
-    colours: dict[tuple[str, str], Colour]
-    held: Flags
-    unseen: Flags
+    degrees_of_freedom: float
+    residual_models: dict[tuple[str, str], AutoregressiveModel]
+    fixed: Flags
+    unidentifiable: Flags
 
     @property
     def stderr(self) -> Array:
-        """Standard errors (K,); infinite where the data do not see the parameter, NaN where it is held."""
+        """Standard errors (K,); infinite where a parameter is unidentifiable, NaN where it is fixed."""
         with np.errstate(invalid="ignore"):
-            found = np.sqrt(np.diag(self.covariance))
-        found[self.unseen] = math.inf
-        return np.asarray(found)
+            errors = np.sqrt(np.diag(self.covariance))
+        errors[self.unidentifiable] = math.inf
+        return np.asarray(errors)
 
     @property
     def correlation(self) -> Array:
+        """Correlation matrix (K, K) of the estimates; NaN where the covariance is."""
         with np.errstate(invalid="ignore", divide="ignore"):
             sd = np.sqrt(np.diag(self.covariance))
             return np.asarray(np.clip(self.covariance / np.outer(sd, sd), -1.0, 1.0))
 
     def half_width(self, level: float = 0.95) -> Array:
-        """Half the interval of this confidence, (K,): Student's t with the degrees of freedom."""
-        return np.asarray(student.ppf(0.5 + level / 2.0, self.freedom) * self.stderr)
+        """Half the confidence interval of this level, (K,): Student's t with the degrees of freedom."""
+        return np.asarray(student.ppf(0.5 + level / 2.0, self.degrees_of_freedom) * self.stderr)
 
 
 def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:
@@ -68,104 +83,110 @@ def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:
         return np.asarray((x - low <= _AT_BOUND * width) | (high - x <= _AT_BOUND * width))
 
 
-def pressed(x: Array, bounds: tuple[Array, Array], slope: Array) -> Flags:
-    """Which entries of x lie on a bound that the cost, of this slope (K,), would cross."""
+def active_bounds(x: Array, bounds: tuple[Array, Array], gradient: Array) -> Flags:
+    """Which entries of x (K,) lie on a bound that a step down the cost's gradient (K,) would cross."""
     low, high = bounds
-    return at_bound(x, bounds) & np.where(np.abs(x - low) <= np.abs(high - x), slope > 0, slope < 0)
+    return at_bound(x, bounds) & np.where(np.abs(x - low) <= np.abs(high - x), gradient > 0, gradient < 0)
 
 
 def covariance(
-    residuals: Array, jacobian: Array, groups: Sequence[Group], held: Flags | None = None, *, white: bool = False
+    residuals: Array,
+    jacobian: Array,
+    groups: Sequence[ResidualBlock],
+    fixed: Flags | None = None,
+    *,
+    white: bool = False,
 ) -> Covariance:
-    """Covariance at a minimum: residuals (M,), jacobian (M, K); `held` (K,) marks parameters pressed on a bound.
+    """Covariance of the estimate at a minimum of the cost.
 
-    With `white` the residuals' own size and colour are left aside: the errors are those of white noise as stated.
+    Args:
+        residuals: (M,), measured less predicted over the noise's standard deviation.
+        jacobian: (M, K), their derivatives by the parameters.
+        groups: Which rows belong to which channel of which trial, or to a prior.
+        fixed: (K,), parameters on an active bound (`active_bounds`); none where None.
+        white: Whether to take the noise as white and of the stated size, whatever the residuals show.
     """
     size = jacobian.shape[1]
-    held = np.zeros(size, dtype=np.bool_) if held is None else held
-    used = np.flatnonzero(~held)
+    fixed = np.zeros(size, dtype=np.bool_) if fixed is None else fixed
+    used = np.flatnonzero(~fixed)
     J = jacobian[:, used]
-    inverse, blind = _inverse(J.T @ J)
-    colours = {
-        (group.trial, group.channel): _WHITE if white else colour_of(residuals[group.rows], group.ordered)
-        for group in groups
-        if group.kind == "data" and len(group.rows)
+    inverse, undetermined = _inverse(J.T @ J)
+    data = [group for group in groups if group.kind == "data" and len(group.rows)]
+    models = {
+        (group.trial, group.channel): WHITE if white else fit_autoregressive(residuals[group.rows], group.ordered)
+        for group in data
     }
-    effective = sum(
-        colours[group.trial, group.channel].effective(len(group.rows))
-        for group in groups
-        if group.kind == "data" and len(group.rows)
-    )
+    effective = sum(models[group.trial, group.channel].effective_samples(len(group.rows)) for group in data)
     freedom = max(1.0, effective - len(used))
-    # The parameters have taken their share of the residuals; what is left is smaller than the noise by this much.
     if white:
         meat = J.T @ J - sum((J[g.rows].T @ J[g.rows] for g in groups if g.kind == "prior"), np.zeros((len(used),) * 2))
     else:
-        meat = _meat(residuals, J, groups, colours) * (effective / freedom if effective > 0 else 1.0)
+        # The fit has made the residuals smaller than the noise; this factor undoes that on average.
+        meat = _meat(residuals, J, groups, models) * (effective / freedom if effective > 0 else 1.0)
     for group in groups:
         if group.kind == "prior":
             meat += J[group.rows].T @ J[group.rows]
-    found = np.full((size, size), math.nan)
-    found[np.ix_(used, used)] = inverse @ meat @ inverse
+    matrix = np.full((size, size), math.nan)
+    matrix[np.ix_(used, used)] = inverse @ meat @ inverse
     bound = np.full(size, math.nan)
     bound[used] = np.sqrt(np.diag(inverse))
-    unseen = np.zeros(size, dtype=np.bool_)
-    unseen[used] = blind
-    found[unseen, :] = math.nan
-    found[:, unseen] = math.nan
-    bound[unseen] = math.inf
-    return Covariance(found, bound, freedom, colours, held.copy(), unseen)
+    unidentifiable = np.zeros(size, dtype=np.bool_)
+    unidentifiable[used] = undetermined
+    matrix[unidentifiable, :] = math.nan
+    matrix[:, unidentifiable] = math.nan
+    bound[unidentifiable] = math.inf
+    return Covariance(matrix, bound, freedom, models, fixed.copy(), unidentifiable)
 
 
 def _inverse(information: Array) -> tuple[Array, Flags]:
-    """Inverse of H on what the data see, and which parameters lie in what they do not."""
+    """Pseudo-inverse of the information matrix, and the parameters (K,) that lie in its null space."""
     scale = np.sqrt(np.diag(information))
-    dead = ~(scale > 0)
-    scale[dead] = 1.0
+    without_effect = ~(scale > 0)
+    scale[without_effect] = 1.0
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    seen = values > _BLIND * max(1.0, float(values.max(initial=0.0)))
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale)
-    blind = dead | ((vectors[:, ~seen] ** 2).sum(axis=1) > _IN_IT)
-    return np.asarray(inverse), blind
+    determined = values > _RANK_TOLERANCE * max(1.0, float(values.max(initial=0.0)))
+    inverse = (vectors[:, determined] / values[determined]) @ vectors[:, determined].T / np.outer(scale, scale)
+    in_null_space = (vectors[:, ~determined] ** 2).sum(axis=1) > _NULL_SPACE_SHARE
+    return np.asarray(inverse), without_effect | in_null_space
 
 
-def _meat(residuals: Array, J: Array, groups: Sequence[Group], colours: dict[tuple[str, str], Colour]) -> Array:
-    """J' C J: trial by trial, channels of one trial with the correlation of their innovations."""
+def _meat(
+    residuals: Array, J: Array, groups: Sequence[ResidualBlock], models: dict[tuple[str, str], AutoregressiveModel]
+) -> Array:
+    """J' C J, summed over trials; the channels of one trial are correlated through their innovations."""
     total = np.zeros((J.shape[1], J.shape[1]))
     for trial in dict.fromkeys(group.trial for group in groups if group.kind == "data"):
-        own = [group for group in groups if group.kind == "data" and group.trial == trial and len(group.rows)]
-        spread = [colours[trial, g.channel].spread_back(J[g.rows]) for g in own]
-        correlation = _innovations(residuals, own, [colours[trial, g.channel] for g in own])
-        for a, first in enumerate(own):
-            total += spread[a].T @ spread[a]
+        channels = [group for group in groups if group.kind == "data" and group.trial == trial and len(group.rows)]
+        channel_models = [models[trial, group.channel] for group in channels]
+        factors = [model.multiply_by_factor_transpose(J[g.rows]) for model, g in zip(channel_models, channels)]
+        correlation = _innovation_correlation(residuals, channels, channel_models)
+        for a, first in enumerate(channels):
+            total += factors[a].T @ factors[a]
             for b in range(a):
                 if correlation[a, b] == 0.0:
                     continue
-                _, i, j = np.intersect1d(first.sample, own[b].sample, assume_unique=True, return_indices=True)
-                cross = correlation[a, b] * spread[a][i].T @ spread[b][j]
+                _, i, j = np.intersect1d(first.sample, channels[b].sample, assume_unique=True, return_indices=True)
+                cross = correlation[a, b] * factors[a][i].T @ factors[b][j]
                 total += cross + cross.T
     return total
 
 
-def _innovations(residuals: Array, groups: Sequence[Group], colours: Sequence[Colour]) -> Array:
-    """Correlation of the channels' innovations (d, d) on the samples that they share."""
+def _innovation_correlation(
+    residuals: Array, groups: Sequence[ResidualBlock], models: Sequence[AutoregressiveModel]
+) -> Array:
+    """Correlation of the channels' innovations (d, d) over the samples that they share."""
     size = len(groups)
-    found = np.eye(size)
-    white = []
-    for group, colour in zip(groups, colours):
-        series = residuals[group.rows]
-        order = len(colour.coefficients)
-        innovation = series.copy()
-        for lag in range(1, order + 1):
-            innovation[lag:] -= colour.coefficients[lag - 1] * series[:-lag]
-        innovation[:order] = 0.0
-        white.append(innovation)
+    correlation = np.eye(size)
+    innovations = [model.innovations(residuals[group.rows]) for group, model in zip(groups, models)]
     for a in range(size):
         for b in range(a):
             _, i, j = np.intersect1d(groups[a].sample, groups[b].sample, assume_unique=True, return_indices=True)
-            x, y = white[a][i], white[b][j]
+            x, y = innovations[a][i], innovations[b][j]
             length = math.sqrt(float(x @ x) * float(y @ y))
-            # Correlations that chance alone would give are noise in the result, not information.
-            if length > 0 and len(i) > 4 and abs(float(x @ y) / length) > 2.0 / math.sqrt(len(i)):
-                found[a, b] = found[b, a] = float(x @ y) / length
-    return found
+            if length <= 0 or len(i) < _MIN_SHARED_SAMPLES:
+                continue
+            value = float(x @ y) / length
+            # A correlation that chance alone would give is noise, not information.
+            if abs(value) > _MIN_CORRELATION / math.sqrt(len(i)):
+                correlation[a, b] = correlation[b, a] = value
+    return correlation

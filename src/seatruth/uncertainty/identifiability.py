@@ -1,4 +1,8 @@
-"""What the data cannot tell apart, in words: singular value decomposition of the scaled derivatives."""
+"""Practical identifiability: which parameters, and which combinations of them, the data determine, in words.
+
+It rests on the singular value decomposition of the derivatives, each parameter scaled by how far it might plausibly be
+off.
+"""
 
 from __future__ import annotations
 
@@ -13,29 +17,34 @@ from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
 from seatruth.uncertainty.covariance import Covariance
 
-_MOST_WEAK = 6
-_NAMED = 0.99
-"""Length of the part of a combination, itself of length 1, that lies in those named already."""
-_IN_IT = 0.25
+# All limits here are chosen here [S]: they decide which words a report uses, no number depends on them.
+_MAX_LISTED = 6
+"""Combinations and pairs that are listed at most."""
+_COVERED = 0.99
+"""Length of the part of a unit combination inside the span of known directions from which it is not listed again."""
+_MEMBER = 0.25
 """Part of the largest coefficient from which a parameter is named in a combination."""
-_NOT_AT_ALL = 1e3
-"""Standard error along a combination, in scales, from which the data say nothing of it."""
-_CANCELS = 0.02
-"""Part of the largest share in the outputs' change from which a parameter is named in such a combination."""
-_POOR = 0.5
-"""Standard error along a combination, in scales, from which it is called weak."""
-_TIED = 0.98
-"""Correlation from which two parameters trade off."""
-_UNTOLD = 0.5
+_UNDETERMINED = 1e3
+"""Standard error along a combination, in plausible ranges, from which the data say nothing about it."""
+_CANCELLING_MEMBER = 0.02
+"""Part of the largest share in the outputs' change from which a parameter is named in an undetermined combination."""
+_WEAK_COMBINATION = 0.5
+"""Standard error along a combination, in plausible ranges, from which it is called weak."""
+_STRONG_CORRELATION = 0.98
+"""Correlation of two estimates from which they are said to trade off."""
+_WEAK = 0.5
 """Standard error over value from which a parameter is weakly identified."""
-_TIED_UNTOLD = 0.1
-"""The same for a parameter that is tied to another: their common error is no longer a detail."""
-_PRIOR_LED = 0.8
-"""Standard error over the prior's from which the value is the prior's rather than the data's."""
+_WEAK_IF_CORRELATED = 0.1
+"""The same for a parameter that is strongly correlated with another: their common error then matters earlier."""
+_FROM_PRIOR = 0.8
+"""Standard error over the prior's from which the value comes from the prior rather than from the data."""
 
 
-def scale_of(parameter: Parameter) -> float:
-    """How far a parameter might reasonably be off: its prior, half its bounds, or its own size."""
+def plausible_range(parameter: Parameter) -> float:
+    """How far a parameter might plausibly be off, in its unit.
+
+    The prior's standard deviation, or half the distance of the bounds, or the parameter's own size (1 where it is 0).
+    """
     if parameter.prior is not None:
         return parameter.prior.sd
     width = 0.5 * (parameter.max - parameter.min)
@@ -45,16 +54,25 @@ def scale_of(parameter: Parameter) -> float:
 
 
 def identifiability(
-    data_jacobian: Array, parameters: Sequence[Parameter], inflation: float = 1.0, named: Array | None = None
+    data_jacobian: Array,
+    parameters: Sequence[Parameter],
+    inflation: float = 1.0,
+    known_directions: Array | None = None,
 ) -> dict[str, Any]:
-    """Singular values of the data's derivatives in scales, their condition, and the weak combinations with words.
+    """Singular values, condition number and weak combinations of parameters.
 
-    data_jacobian (M, K) are the derivatives of residuals over noise by the parameters, without priors. `inflation` is
-    how many times larger standard errors are than under white noise. A combination's `ratio` is its standard error in
-    scales: 1 says that the data narrow it no further than the bounds or priors do. Combinations inside the span of
-    `named` (d, K), steps that are known to change nothing, are not listed again.
+    Args:
+        data_jacobian: (M, K), derivatives of residuals over noise by the parameters, without priors.
+        parameters: The K parameters.
+        inflation: How many times larger standard errors are than under white noise.
+        known_directions: (d, K), steps that are known to change nothing; combinations in their span are not listed.
+
+    Returns:
+        `singular_values` (K) of the derivatives by plausible ranges; `condition`, largest over smallest; `weak`, a list
+        with `combination` (parameter -> coefficient), `ratio` (its standard error in plausible ranges: at 1 the data
+        narrow it no further than bounds or priors do) and `sentence`.
     """
-    scales = np.array([scale_of(parameter) for parameter in parameters])
+    scales = np.array([plausible_range(parameter) for parameter in parameters])
     if not len(parameters):
         return {"singular_values": [], "condition": math.nan, "weak": []}
     scaled = np.nan_to_num(data_jacobian * scales)
@@ -68,82 +86,101 @@ def identifiability(
     weak: list[dict[str, Any]] = []
     for k in np.argsort(values):
         ratio = inflation / float(values[k]) if values[k] > 0 else math.inf
-        if ratio < _POOR or len(weak) == _MOST_WEAK:
+        if ratio < _WEAK_COMBINATION or len(weak) == _MAX_LISTED:
             break
-        if _inside(vectors[k], named, scales):
+        if _is_covered(vectors[k], known_directions, scales):
             continue
         weak.append(_combination(vectors[k], parameters, ratio, lengths))
     return {"singular_values": values.tolist(), "condition": condition, "weak": weak}
 
 
-def _inside(vector: Array, named: Array | None, scales: Array) -> bool:
-    if named is None or not len(named):
+def _is_covered(vector: Array, directions: Array | None, scales: Array) -> bool:
+    """Whether a unit combination lies in the span of these directions."""
+    if directions is None or not len(directions):
         return False
-    basis = np.linalg.qr((named / scales).T)[0]
-    return float(np.linalg.norm(basis.T @ vector)) > _NAMED
+    basis = np.linalg.qr((directions / scales).T)[0]
+    return float(np.linalg.norm(basis.T @ vector)) > _COVERED
 
 
 def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float, lengths: Array) -> dict[str, Any]:
     largest = int(np.abs(vector).argmax())
     vector = vector / vector[largest]
-    part, least = np.abs(vector), _IN_IT
-    if ratio > _NOT_AT_ALL and lengths[largest] > 0:
-        # What changes nothing cancels: whatever moves the outputs against the others is in it, however little it moves.
-        part, least = part * lengths / float((part * lengths).max()), _CANCELS
-    order = [int(k) for k in np.argsort(-np.abs(vector)) if part[k] >= least]
+    share, least = np.abs(vector), _MEMBER
+    if ratio > _UNDETERMINED and lengths[largest] > 0:
+        # The effects of an undetermined combination's members cancel. Each that moves the outputs belongs to it,
+        # however small its coefficient.
+        share, least = share * lengths / float((share * lengths).max()), _CANCELLING_MEMBER
+    order = [int(k) for k in np.argsort(-np.abs(vector)) if share[k] >= least]
     names = [parameters[k].name for k in order]
     combination = {parameters[k].name: float(vector[k]) for k in order}
-    said = "not at all" if ratio > _NOT_AT_ALL else f"only to {_percent(ratio)} of the range that was thought possible"
+    precision = (
+        "not at all" if ratio > _UNDETERMINED else f"only to {_percent(ratio)} of the range that was thought possible"
+    )
     if len(names) == 1:
-        sentence = f"{names[0]} is hardly seen by these trials: they fix it {said}."
+        sentence = f"{names[0]} is hardly seen by these trials: they fix it {precision}."
     else:
         listing = f"{', '.join(names[:-1])} and {names[-1]}"
-        sentence = f"{listing} trade off: these trials fix their common direction {said}."
+        sentence = f"{listing} trade off: these trials fix their common direction {precision}."
     return {"combination": combination, "ratio": ratio, "sentence": sentence}
 
 
-def trade_offs(found: Covariance, parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
-    """Pairs whose estimates are nearly one: named even where both are known well against their ranges."""
-    correlation = found.correlation
+def correlated_pairs(uncertainty: Covariance, parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
+    """Pairs of parameters whose estimates are strongly correlated, the strongest first, as `identifiability` lists weak
+    combinations. They are listed even where both are known well compared with their plausible ranges.
+    """
+    correlation = uncertainty.correlation
     pairs = []
     for a in range(len(parameters)):
         for b in range(a):
             rho = float(correlation[a, b])
-            if math.isfinite(rho) and abs(rho) > _TIED:
+            if math.isfinite(rho) and abs(rho) > _STRONG_CORRELATION:
                 pairs.append((abs(rho), a, b, rho))
     listed = []
-    for _, a, b, rho in sorted(pairs, reverse=True)[:_MOST_WEAK]:
-        one, two = parameters[b].name, parameters[a].name
+    for _, a, b, rho in sorted(pairs, reverse=True)[:_MAX_LISTED]:
+        first, second = parameters[b].name, parameters[a].name
         listed.append(
             {
-                "combination": {one: 1.0, two: -math.copysign(1.0, rho)},
+                "combination": {first: 1.0, second: -math.copysign(1.0, rho)},
                 "ratio": abs(rho),
-                "sentence": f"{one} and {two} trade off: their estimates are correlated by {rho:+.3f}, so a change of "
-                "one is made up by the other.",
+                "sentence": f"{first} and {second} trade off: their estimates are correlated by {rho:+.3f}, so a "
+                "change of one is made up by the other.",
             }
         )
     return listed
 
 
-def verdict(parameter: Parameter, value: float, stderr: float, at_bound: bool, unseen: bool, tied: bool) -> str:
-    """One word on a parameter: identified, weak, not identifiable, at bound, from prior."""
+def verdict(
+    parameter: Parameter, value: float, stderr: float, at_bound: bool, unidentifiable: bool, correlated: bool
+) -> str:
+    """One word on a parameter: identified, weak, not identifiable, at bound, from prior.
+
+    Args:
+        parameter: Its bounds and prior.
+        value: Its estimate.
+        stderr: Its standard error.
+        at_bound: Whether it lies on a bound.
+        unidentifiable: Whether the data do not determine it.
+        correlated: Whether it is strongly correlated with another (`strongly_correlated`).
+    """
     if at_bound:
         return "at bound"
-    if unseen or not math.isfinite(stderr):
+    if unidentifiable or not math.isfinite(stderr):
         return "not identifiable"
-    if parameter.prior is not None and stderr > _PRIOR_LED * parameter.prior.sd:
+    if parameter.prior is not None and stderr > _FROM_PRIOR * parameter.prior.sd:
         return "from prior"
-    if stderr > scale_of(parameter):
+    if stderr > plausible_range(parameter):
         return "not identifiable"
-    null = abs(value) if value else scale_of(parameter)
-    return "weak" if stderr > (_TIED_UNTOLD if tied else _UNTOLD) * null else "identified"
+    size = abs(value) if value else plausible_range(parameter)
+    return "weak" if stderr > (_WEAK_IF_CORRELATED if correlated else _WEAK) * size else "identified"
 
 
-def tied(found: Covariance) -> NDArray[np.bool_]:
-    """Which parameters are correlated with another beyond telling apart, (K,)."""
-    correlation = np.abs(np.nan_to_num(found.correlation))
+def strongly_correlated(uncertainty: Covariance) -> NDArray[np.bool_]:
+    """Which parameters (K,) have an estimate that is strongly correlated with another's."""
+    correlation = np.abs(np.nan_to_num(uncertainty.correlation))
     np.fill_diagonal(correlation, 0.0)
-    return np.asarray((correlation > _TIED).any(axis=1)) if correlation.size else np.zeros(0, dtype=np.bool_)
+    if not correlation.size:
+        return np.zeros(0, dtype=np.bool_)
+    return np.asarray((correlation > _STRONG_CORRELATION).any(axis=1))
 
 
 def _percent(ratio: float) -> str:

@@ -1,4 +1,4 @@
-"""Before any fit: which parameters these trials can move at all."""
+"""A-priori identifiability: the best standard errors that these trials allow, from the Fisher information."""
 
 from __future__ import annotations
 
@@ -6,17 +6,28 @@ import numpy as np
 import pandas as pd
 
 from seatruth.costs.formula import FormulaCost
-from seatruth.costs.study import Study, cost_of
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
 from seatruth.errors import BadInput
 from seatruth.uncertainty.covariance import covariance
-from seatruth.uncertainty.identifiability import tied, verdict
+from seatruth.uncertainty.identifiability import strongly_correlated, verdict
 
 
-def excitation(study: Study, threads: int | None = None) -> pd.DataFrame:
-    """Best possible standard error of each free parameter at its start value: index parameter; value, crlb, verdict.
+def prior_identifiability(study: EstimationProblem, threads: int | None = None) -> pd.DataFrame:
+    """Cramer-Rao bound of each free parameter at its start value, before any fit.
 
-    The bound takes the stated noise as white (where it is to be estimated: what the model leaves at its start values),
-    so the errors of a real fit are larger. Raises BadInput where the model cannot be simulated at its start values.
+    The bound takes the noise as white, so the errors of a real fit are larger. Its size is the stated one; where the
+    study estimates the noise, it is the residuals' at the start values.
+
+    Args:
+        study: The study.
+        threads: Threads of a simulation; None for all processors.
+
+    Returns:
+        Index parameter; columns value, crlb (both in its unit), verdict.
+
+    Raises:
+        BadInput: The model cannot be simulated at its start values.
     """
     cost = cost_of(study, threads=threads)
     x = cost.start
@@ -25,22 +36,23 @@ def excitation(study: Study, threads: int | None = None) -> pd.DataFrame:
     if not np.isfinite(cost.residuals(x)).all():
         raise BadInput(
             "the formula has no finite value at its start values"
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "the model diverges on these trials at its start values",
             where=f"study {study.name!r}",
             do="Start from other values."
-            if study.cost == "formula"
+            if study.cost.kind == "formula"
             else "Check units and signs (`seatruth simulate` shows where), or start from other values.",
         )
     cost.reweight(x)
-    found = covariance(cost.residuals(x), cost.jacobian(x), cost.groups, white=True)
-    related = tied(found)
+    uncertainty = covariance(cost.residuals(x), cost.jacobian(x), cost.residual_blocks, white=True)
+    correlated = strongly_correlated(uncertainty)
     rows = {}
     for k, parameter in enumerate(cost.parameters):
         if parameter.name not in cost.nuisances:
-            bound = float(found.crlb[k])
-            said = verdict(parameter, float(x[k]), bound, False, bool(found.unseen[k]), bool(related[k]))
-            rows[parameter.name] = (float(x[k]), bound, said)
+            bound = float(uncertainty.crlb[k])
+            unidentifiable = bool(uncertainty.unidentifiable[k])
+            word = verdict(parameter, float(x[k]), bound, False, unidentifiable, bool(correlated[k]))
+            rows[parameter.name] = (float(x[k]), bound, word)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "crlb", "verdict"])
     frame.index.name = "parameter"
     return frame

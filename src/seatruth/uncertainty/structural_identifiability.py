@@ -1,8 +1,9 @@
-"""What no data of this kind can fix: parameters whose scales cancel, and those of which only a sum counts.
+"""Structural identifiability: directions in which no data of this kind can determine the parameters.
 
-A direction is found from derivatives at several points at once. Of exponents w, those for which J(x) diag(x) w = 0 at
-every point are multiplicative (x_k -> x_k f^w_k changes nothing), of steps n, those for which J(x) n = 0 at every point
-are additive. Each is then tried with a large step on the predictions themselves before it is named.
+Either scales cancel (a product or a ratio alone counts), or only a sum counts. A direction must do nothing at several
+points at once. Exponents w with J(x) diag(x) w = 0 at every point are multiplicative (x_k -> x_k f^w_k changes
+nothing); steps n with J(x) n = 0 at every point are additive. Each is then tried with a large step on the predictions
+themselves before it is reported.
 """
 
 from __future__ import annotations
@@ -16,157 +17,167 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.study_cost import StudyCost
-from seatruth.uncertainty.identifiability import scale_of
+from seatruth.text import listed
+from seatruth.uncertainty.identifiability import plausible_range
 
+# Without a source these are chosen here [S].
 _POINTS = 3
+"""Points at which a direction must do nothing; one could be a coincidence, two must remain if one diverges."""
 _SPREAD = 0.2
+"""Relative distance of these points from the estimate."""
 _NULL = 1e-9
-"""Singular value over the largest from which a direction does nothing; rounding leaves 1e-12 at most."""
-_SIMPLE = 12
-"""Exponents are multiples of 1 / this: powers that stand in formulas."""
+"""Singular value over the largest below which a direction does nothing; rounding leaves 1e-12 at most."""
+_DENOMINATOR = 12
+"""Exponents and steps are multiples of 1/12: the powers and factors that stand in formulas."""
+_ROUNDING = 1e-5
+"""Largest distance of an exponent from such a multiple."""
 _FACTOR = 1.5
+"""Factor of the large step with which a direction is tried."""
 
 
-def degeneracies(cost: StudyCost, x: Array) -> list[dict[str, Any]]:
-    """Directions along which the predictions do not change at all: combination, ratio (inf), sentence, kind, step.
+def unidentifiable_directions(cost: StudyCost, x: Array) -> list[dict[str, Any]]:
+    """Directions along which the predictions do not change at all.
 
-    `kind` is "scale" (combination: exponents) or "sum" (combination: steps), `step` (K,) the direction at `x`. Empty
-    where the derivatives at `x` have full rank, which is all that it costs then.
+    Where the derivatives at `x` have full rank, the list is empty and nothing else is computed.
+
+    Args:
+        cost: The cost of a study.
+        x: (K,), the estimate.
+
+    Returns:
+        A list with `combination` (parameter -> exponent or step), `ratio` (inf), `sentence`, `kind` ("scale" or "sum")
+        and `step` (K,), the direction at `x`.
     """
-    own = [k for k, name in enumerate(cost.names) if name not in cost.nuisances]
-    rows = np.concatenate([group.rows for group in cost.groups if group.kind == "data"])
-    if not own or not len(rows) or not _null(_slopes(cost, x, rows, own)).size:
+    parameters = [k for k, name in enumerate(cost.names) if name not in cost.nuisances]
+    rows = np.concatenate([group.rows for group in cost.residual_blocks if group.kind == "data"])
+    if not parameters or not len(rows) or not _null_space(_derivatives(cost, x, rows, parameters)).size:
         return []
-    points = _points(cost, x, own)
-    slopes = [_slopes(cost, point, rows, own) for point in points]
-    usable = [k for k, J in enumerate(slopes) if np.isfinite(J).all()]
+    points = _nearby_points(cost, x, parameters)
+    derivatives = [_derivatives(cost, point, rows, parameters) for point in points]
+    usable = [k for k, J in enumerate(derivatives) if np.isfinite(J).all()]
     if len(usable) < 2:
         return []
-    scales = np.vstack([slopes[k] * points[k][own] for k in usable])
-    sums = np.vstack([slopes[k] for k in usable])
-    names = [cost.names[k] for k in own]
-    reference = cost.predict(points[usable[0]])
-    found = []
-    for kind, stacked in (("scale", scales), ("sum", sums)):
-        for vector in _simple(_null(stacked)):
-            used = np.flatnonzero(vector)
-            if len(used) < 2:
+    multiplicative = np.vstack([derivatives[k] * points[k][parameters] for k in usable])
+    additive = np.vstack([derivatives[k] for k in usable])
+    names = [cost.names[k] for k in parameters]
+    base = points[usable[0]]
+    reference = cost.predict(base)
+    directions = []
+    for kind, stacked in (("scale", multiplicative), ("sum", additive)):
+        for vector in _simple_basis(_null_space(stacked)):
+            members = np.flatnonzero(vector)
+            if len(members) < 2:
                 continue
-            moved = points[usable[0]].copy()
+            moved = base.copy()
             step = np.zeros(len(x))
             if kind == "scale":
-                moved[own] *= _FACTOR**vector
-                step[own] = x[own] * vector
+                moved[parameters] *= _FACTOR**vector
+                step[parameters] = x[parameters] * vector
             else:
-                moved[own] += vector * np.abs(moved[own][used]).max()
-                step[own] = vector
-            if not _same(reference, cost.predict(moved)):
+                moved[parameters] += vector * np.abs(moved[parameters][members]).max()
+                step[parameters] = vector
+            if not _equal(reference, cost.predict(moved)):
                 continue
-            combination = {names[k]: float(vector[k]) for k in used}
-            sentence = _scale_words(combination) if kind == "scale" else _sum_words(combination)
-            found.append(
+            combination = {names[k]: float(vector[k]) for k in members}
+            sentence = _scale_sentence(combination) if kind == "scale" else _sum_sentence(combination)
+            directions.append(
                 {"combination": combination, "ratio": math.inf, "sentence": sentence, "kind": kind, "step": step}
             )
-    return found
+    return directions
 
 
-def _slopes(cost: StudyCost, x: Array, rows: NDArray[np.intp], own: Sequence[int]) -> Array:
-    return np.asarray(cost.jacobian(x)[rows][:, list(own)])
+def _derivatives(cost: StudyCost, x: Array, rows: NDArray[np.intp], parameters: Sequence[int]) -> Array:
+    return np.asarray(cost.jacobian(x)[rows][:, list(parameters)])
 
 
-def _points(cost: StudyCost, x: Array, own: Sequence[int]) -> list[Array]:
+def _nearby_points(cost: StudyCost, x: Array, parameters: Sequence[int]) -> list[Array]:
     """Points around x, inside the bounds, at which no parameter is zero."""
     rng = np.random.default_rng(0)
     low, high = cost.bounds
-    scale = np.array([scale_of(parameter) for parameter in cost.parameters])
-    towards = np.where(x - low <= high - x, 1.0, -1.0)
-    base = np.where(np.abs(x) < 1e-3 * scale, x + 0.1 * scale * towards, x)
-    found = []
+    scale = np.array([plausible_range(parameter) for parameter in cost.parameters])
+    inward = np.where(x - low <= high - x, 1.0, -1.0)
+    base = np.where(np.abs(x) < 1e-3 * scale, x + 0.1 * scale * inward, x)
+    points = []
     for _ in range(_POINTS):
         point = x.copy()
         near = base * (1.0 + _SPREAD * rng.uniform(-1.0, 1.0, len(x)))
-        point[list(own)] = np.clip(near, low, high)[list(own)]
-        found.append(point)
-    return found
+        point[list(parameters)] = np.clip(near, low, high)[list(parameters)]
+        points.append(point)
+    return points
 
 
-def _null(A: Array) -> Array:
-    """Basis (d, K) of the directions that A (M, K) does not see; columns that are zero are another matter."""
+def _null_space(A: Array) -> Array:
+    """Basis (d, K) of the null space of A (M, K). Columns that are zero are left out: they have no partner."""
     size = np.linalg.norm(A, axis=0)
-    seen = np.flatnonzero(size > 0)
-    if not np.isfinite(A).all() or not len(seen):
+    nonzero = np.flatnonzero(size > 0)
+    if not np.isfinite(A).all() or not len(nonzero):
         return np.zeros((0, A.shape[1]))
-    # Of the triangle alone: all right singular vectors are wanted, and none of the left ones (samples squared).
-    triangle = np.linalg.qr(A[:, seen] / size[seen], mode="r")
+    # The triangular factor has the same right singular vectors, and its left ones are small (K, not M squared).
+    triangle = np.linalg.qr(A[:, nonzero] / size[nonzero], mode="r")
     _, values, vectors = np.linalg.svd(triangle, full_matrices=True)
-    values = np.concatenate([values, np.zeros(len(seen) - len(values))])
-    basis = vectors[values < _NULL * values.max()]
-    found = np.zeros((len(basis), A.shape[1]))
-    found[:, seen] = basis / size[seen]
-    return found
+    values = np.concatenate([values, np.zeros(len(nonzero) - len(values))])
+    null = vectors[values < _NULL * values.max()]
+    basis = np.zeros((len(null), A.shape[1]))
+    basis[:, nonzero] = null / size[nonzero]
+    return basis
 
 
-def _simple(basis: Array) -> list[Array]:
-    """The same space spanned by directions with as few and as simple numbers as elimination gives."""
+def _simple_basis(basis: Array) -> list[Array]:
+    """Directions with few and simple numbers that span the same space, by elimination; others are dropped."""
     rows = basis / np.abs(basis).max(axis=1, keepdims=True) if len(basis) else basis
     rows = rows.copy()
-    done: list[int] = []
     for k in range(len(rows)):
         pivot = int(np.abs(rows[k]).argmax())
         rows[k] /= rows[k, pivot]
         for other in range(len(rows)):
             if other != k:
                 rows[other] -= rows[other, pivot] * rows[k]
-        done.append(pivot)
-    found = []
+    simple = []
     for row in rows:
         row = row / np.abs(row).max()
-        tidy = np.round(_SIMPLE * row) / _SIMPLE
-        if np.abs(tidy - row).max() < 1e-5:
-            found.append(tidy * (1.0 if tidy[np.flatnonzero(tidy)[0]] > 0 else -1.0))
-    return found
+        rounded = np.round(_DENOMINATOR * row) / _DENOMINATOR
+        if np.abs(rounded - row).max() < _ROUNDING:
+            simple.append(rounded * (1.0 if rounded[np.flatnonzero(rounded)[0]] > 0 else -1.0))
+    return simple
 
 
-def _same(one: Sequence[Array], other: Sequence[Array]) -> bool:
-    for a, b in zip(one, other):
+def _equal(first: Sequence[Array], second: Sequence[Array]) -> bool:
+    """Whether two sets of predictions are the same up to rounding."""
+    for a, b in zip(first, second):
         size = float(np.nanmax(np.abs(a), initial=0.0))
         if not np.allclose(a, b, rtol=1e-6, atol=1e-7 * size, equal_nan=True):
             return False
     return True
 
 
-def _scale_words(powers: dict[str, float]) -> str:
-    if len(set(powers.values())) == 1:
+def _scale_sentence(exponents: dict[str, float]) -> str:
+    if len(set(exponents.values())) == 1:
         return (
-            f"Scales cancel: {_listed(list(powers))} can be multiplied by one factor and nothing changes. No data "
-            "of this kind tell that factor: fix one of them."
+            f"Scales cancel: {listed(list(exponents))} can be multiplied by one factor and nothing changes. No data "
+            "of this kind determine that factor: fix one of them."
         )
-    up = [_power(name, power) for name, power in powers.items() if power > 0]
-    down = [_power(name, -power) for name, power in powers.items() if power < 0]
+    up = [_with_power(name, power) for name, power in exponents.items() if power > 0]
+    down = [_with_power(name, -power) for name, power in exponents.items() if power < 0]
     return (
-        f"Scales cancel: {_listed(up)} can be multiplied by a factor and {_listed(down)} divided by it, and nothing "
-        "changes. No data of this kind tell that factor: fix one of them."
+        f"Scales cancel: {listed(up)} can be multiplied by a factor and {listed(down)} divided by it, and nothing "
+        "changes. No data of this kind determine that factor: fix one of them."
     )
 
 
-def _sum_words(steps: dict[str, float]) -> str:
-    up = [_times(name, size) for name, size in steps.items() if size > 0]
-    down = [_times(name, -size) for name, size in steps.items() if size < 0]
+def _sum_sentence(steps: dict[str, float]) -> str:
+    up = [_with_factor(name, size) for name, size in steps.items() if size > 0]
+    down = [_with_factor(name, -size) for name, size in steps.items() if size < 0]
     if not down:
-        return f"{_listed(up)} can grow together and nothing changes: fix one of them."
+        return f"{listed(up)} can grow together and nothing changes: fix one of them."
     return (
-        f"Only a sum counts: {_listed(up)} can grow while {_listed(down)} shrink{'s' if len(down) == 1 else ''} as "
-        "much, and nothing changes. No data of this kind tell them apart: fix one of them."
+        f"Only a sum counts: {listed(up)} can grow while {listed(down)} shrink{'s' if len(down) == 1 else ''} as "
+        "much, and nothing changes. No data of this kind distinguish them: fix one of them."
     )
 
 
-def _power(name: str, power: float) -> str:
+def _with_power(name: str, power: float) -> str:
     return name if power == 1.0 else f"{name} (to the power {1 / power:.3g})"
 
 
-def _times(name: str, size: float) -> str:
+def _with_factor(name: str, size: float) -> str:
     return name if size == 1.0 else f"{name} ({size:.3g} times)"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -14,21 +14,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
-from seatruth.models.base import Model, record, takes_surroundings
+from seatruth.models.base import Equations, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
+from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 
-class DiscrepancyModel(Model):
+class DiscrepancyModel(ModelWrapper):
     """A model with missing forces.
 
     Args:
@@ -39,25 +40,50 @@ class DiscrepancyModel(Model):
     """
 
     def __init__(self, base: Model, knots: int, duration: float, scales: Mapping[str, float]) -> None:
-        self.base, self.scales = base, dict(scales)
+        self.scales = dict(scales)
         self.knots, self.spacing = knots, duration / (knots - 1)
         self.equations = equations(base)
-        # What a model lacks does not depend on where north is: that would be an environment.
-        self.terms: tuple[Term, ...] = tuple(
-            term for term in terms_of(base) if not any(kind in ("cosine", "sine") for kind, _ in term.factors)
-        )
-        self.name, self.title, self.kind, self.source = base.name, base.title, base.kind, base.source
-        self.states, self.outputs = base.states, base.outputs
-        self.hidden, self.follows, self.longest_step = base.hidden, base.follows, base.longest_step
-        self.dimensions, self.thrust, self.drag, self.standard = base.dimensions, base.thrust, base.drag, base.standard
-        forces = [Channel(force_input(state), acceleration_unit(base, state)) for state in self.equations]
-        self.inputs = (*base.inputs, *forces)
+        self.terms: tuple[Term, ...] = tuple(terms_of(base))
         self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
-        own = [Parameter(n, 0.0, acceleration_unit(base, s)) for s, names in self.knot_names.items() for n in names]
-        own += [Parameter(term.name, 0.0, acceleration_unit(base, term.state)) for term in self.terms]
-        self.parameters = (*base.parameters, *own)
-        self.rhs, self.output, self.initial_state = _rhs(self), _output(self), _initial_state(self)
-        super().__init__()
+        units = {state: acceleration_unit(base, state) for state in self.equations}
+        parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
+        parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
+        inputs = [Channel(force_input(state), units[state]) for state in self.equations]
+        super().__init__(base, inputs=inputs, parameters=parameters)
+
+    def make_rhs(self) -> Equations:
+        split_p, split_i, base = self.split_parameters(), self.split_inputs(), self.base.rhs
+        order = [channel.name for channel in self.base.states]
+        rows = [order.index(state) for state in self.equations]
+        knots, spacing, scales, terms = self.knots, self.spacing, self.scales, self.terms
+        term_rows = [order.index(term.state) for term in terms]
+
+        def factor(which: tuple[str, str], s: Any, i: Any) -> Any:
+            what, name = which
+            x = getattr(i if what == "input" or not hasattr(s, name) else s, name) / scales[name]
+            return math.sqrt(x * x + 1e-12) if what == "absolute" else x
+
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            p, own = split_p(p)
+            i, forces = split_i(i)
+            rates = list(base(s, i, p, e))
+            for place, (row, force) in enumerate(zip(rows, forces)):
+                total = force
+                for k in range(knots):
+                    total = total + own[place * knots + k] * max(0.0, 1.0 - abs(e.t / spacing - float(k)))
+                rates[row] = rates[row] + total
+            for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
+                product = coefficient
+                for which in term.factors:
+                    product = product * factor(which, s, i)
+                rates[row] = rates[row] + product
+            return tuple(rates)
+
+        return rhs
+
+    def size(self, term: Term) -> float:
+        """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
+        return math.prod(self.scales[name] for _, name in term.factors)
 
 
 def force_input(state: str) -> str:
@@ -66,7 +92,7 @@ def force_input(state: str) -> str:
 
 
 def hats(t: Array, spacing: float, knots: int) -> Array:
-    """Linear B-splines at times t (n,): (n, knots)."""
+    """Linear B-splines at times t (n,), s: (n, knots)."""
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(t[:, None] / spacing - np.arange(knots))))
 
 
@@ -85,78 +111,9 @@ def can_carry(model: Model) -> bool:
     return not isinstance(model, BlackBox) and bool(equations(model))
 
 
-def _split(model: DiscrepancyModel) -> Callable[[Any], tuple[Any, dict[str, list[Any]], list[Any]]]:
-    base, size, knots = record("Parameters", model.base.parameters), len(model.base.parameters), model.knots
-    states = list(model.equations)
-
-    def split(p: Any) -> tuple[Any, dict[str, list[Any]], list[Any]]:
-        values = tuple(p)
-        at = size + knots * len(states)
-        own = {state: list(values[size + knots * k : size + knots * (k + 1)]) for k, state in enumerate(states)}
-        return base(*values[:size]), own, list(values[at:])
-
-    return split
-
-
-def _rhs(model: DiscrepancyModel) -> Callable[..., tuple[Any, ...]]:
-    split, base, scales, spacing = _split(model), model.base.rhs, model.scales, model.spacing
-    kind, count, full = record("Inputs", model.base.inputs), len(model.base.inputs), takes_surroundings(model.base.rhs)
-    order, terms, states = [channel.name for channel in model.states], model.terms, list(model.equations)
-
-    def factor(which: tuple[str, str], s: Any, i: Any) -> Any:
-        what, name = which
-        x = getattr(i if what == "input" or not hasattr(s, name) else s, name) / scales[name]
-        return math.sqrt(x * x + 1e-12) if what == "absolute" else x
-
-    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        p, own, coefficients = split(p)
-        plain = kind(*tuple(i)[:count])
-        rates = list(base(s, plain, p, e) if full else base(s, plain, p))
-        for state in states:
-            total = getattr(i, force_input(state))
-            for k, value in enumerate(own[state]):
-                total = total + value * max(0.0, 1.0 - abs(e.t / spacing - float(k)))
-            rates[order.index(state)] += total
-        for term, coefficient in zip(terms, coefficients):
-            product = coefficient
-            for which in term.factors:
-                product = product * factor(which, s, plain)
-            rates[order.index(term.state)] += product
-        return tuple(rates)
-
-    return rhs
-
-
-def _output(model: DiscrepancyModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.output
-    if base is None:
-        return None
-    split, full = _split(model), takes_surroundings(base)
-    kind, count = record("Inputs", model.base.inputs), len(model.base.inputs)
-
-    def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        p, plain = split(p)[0], kind(*tuple(i)[:count])
-        return tuple(base(s, plain, p, e) if full else base(s, plain, p))
-
-    return output
-
-
-def _initial_state(model: DiscrepancyModel) -> Callable[..., tuple[Any, ...]] | None:
-    base = model.base.initial_state
-    if base is None:
-        return None
-    split = _split(model)
-    kind, count = record("Inputs", model.base.inputs), len(model.base.inputs)
-
-    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return tuple(base(y, kind(*tuple(i)[:count]), split(p)[0]))
-
-    return initial_state
-
-
 def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
     """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero."""
-    found = {}
+    sizes = {}
     for channel in (*model.states, *model.inputs):
         parts = [
             np.asarray(source[channel.name])
@@ -167,5 +124,5 @@ def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
         values = np.concatenate(parts) if parts else np.zeros(0)
         values = values[np.isfinite(values)]
         size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-        found[channel.name] = size if size > 0.0 else 1.0
-    return found
+        sizes[channel.name] = size if size > 0.0 else 1.0
+    return sizes

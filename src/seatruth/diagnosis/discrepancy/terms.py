@@ -1,26 +1,12 @@
-"""Questions put to the trials without naming a cause: what if something acted here?
-
-A probed model is a model with extra terms that vanish at zero:
-
-* in each equation of motion and on each input a function of time, straight lines between knots (`Place`);
-* in each equation of motion a sum of simple terms in the states and inputs (`Term`): what a missing force would look
-  like if it depends on the motion.
-
-In an equation the terms are accelerations (m/s2, rad/s2) added to the rate of its state, so that any model can be
-probed.
-"""
+"""The terms in which a missing force is looked for: products of the motion and the inputs, equation by equation."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from seatruth.effects import ExtendedModel
-from seatruth.models.base import Equations, Model
-from seatruth.models.parameter import Parameter
-from seatruth.models.wrapper import ModelWrapper
+from seatruth.models.base import Model
 
 EQUATIONS: Mapping[str, str] = {
     **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
@@ -33,6 +19,9 @@ KINEMATIC = frozenset(
 )
 """States whose rates follow from the other states alone."""
 
+DEPTHS = frozenset(("z", "depth", "zeta"))
+"""States on which a hull's forces may depend though it does not move: it is compressed with depth."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -44,7 +33,7 @@ class Term:
     text: str
     """The function in words, with the scales that make it dimensionless left out: "v r"."""
     factors: tuple[tuple[str, str], ...]
-    """("state" | "input" | "absolute" | "cosine" | "sine", channel) whose product it is."""
+    """("state" | "input" | "absolute", channel) whose product it is."""
 
 
 def equations(model: Model) -> dict[str, str]:
@@ -58,11 +47,13 @@ def equations(model: Model) -> dict[str, str]:
 
 
 def terms_of(model: Model) -> list[Term]:
-    """The terms that a missing force is looked for in: products of two motions, motions with inputs, a fixed course."""
+    """Products of two motions, of motions with inputs, and depth.
+
+    None depends on the course over the earth: what does is not the model's structure but its environment.
+    """
     base = model.base if isinstance(model, ExtendedModel) else model
     moving = list(equations(model))
     ahead = next((name for name in moving if EQUATIONS.get(name) == "surge"), moving[0] if moving else "")
-    heading = next((c.name for c in base.states if c.name == "psi"), "")
     few = len(moving) <= 3
     shapes: list[tuple[str, tuple[tuple[str, str], ...]]] = [("1", ())]
     for k, a in enumerate(moving):
@@ -70,6 +61,8 @@ def terms_of(model: Model) -> list[Term]:
         for b in moving[k + 1 :]:
             if few or ahead in (a, b):
                 shapes.append((f"{a} {b}", (("state", a), ("state", b))))
+    for depth in (channel.name for channel in base.states if channel.name in DEPTHS):
+        shapes.append((depth, (("state", depth),)))
     for channel in base.inputs:
         i = channel.name
         shapes += [
@@ -78,8 +71,6 @@ def terms_of(model: Model) -> list[Term]:
         ]
         if few:
             shapes.append((i, (("input", i),)))
-    if heading:
-        shapes += [(f"cos {heading}", (("cosine", heading),)), (f"sin {heading}", (("sine", heading),))]
     return [
         Term(label, state, f"term_{state}_{k}", text, factors)
         for state, label in equations(model).items()

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from contextlib import suppress
 from pathlib import Path
+
+from seatruth.storage.atomic import write_file
 
 CACHE = "SEATRUTH_CACHE"
 """Environment variable: folder of the compiled kernels, or "off"."""
@@ -45,16 +46,12 @@ def read(path: Path) -> bytes | None:
 
 
 def write(path: Path, code: bytes) -> None:
-    """Writes a file at once or not at all, then removes the kernels that were not used for longest."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=".kernel-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(_FORMAT + hashlib.sha256(code).digest() + code)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    """Writes a file at once or not at all, then removes the kernels that were not used for longest.
+
+    Raises CannotWrite where the disk is full or the folder is read-only.
+    """
+    # Not durable: a file that a power failure tears is noticed by its checksum and compiled again.
+    write_file(path, _FORMAT + hashlib.sha256(code).digest() + code, mode=0o600, durable=False)
     _trim(path.parent)
 
 

@@ -24,6 +24,7 @@ import llvmlite.binding as llvm
 from seatruth.errors import SeatruthError
 from seatruth.simulate.compiler import cache
 from seatruth.simulate.compiler.vector_math import LIBRARY
+from seatruth.storage.atomic import CannotWrite
 
 PROCESSOR = "SEATRUTH_CPU"
 """Environment variable: compile for this processor (LLVM's name, such as x86-64-v3) instead of this machine's own."""
@@ -133,7 +134,7 @@ def _object_code(key: str, text: str) -> bytes:
     code = _compile(text)
     if path:
         # A full disk or a read-only home costs the next process a second, nothing else.
-        with suppress(OSError):
+        with suppress(CannotWrite):
             cache.write(path, code)
     return code
 

@@ -29,7 +29,25 @@ __all__ = ["check_tables", "check_trial", "check_trials", "excitation_table"]
 
 
 def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list[Finding]:
-    """All findings about trials, gravest first; `model` adds its units, and the channels that it needs."""
+    """All findings about trials, gravest first.
+
+    Args:
+        trials: the trials.
+        model: a model, whose units and required channels are checked as well; or None.
+
+    Returns:
+        The findings, each with severity, code, message, where, and what to do.
+
+    Raises:
+        Nothing: what is wrong with the data is a finding.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import check_trials
+        >>> study = seatruth.sample.load("study.toml")
+        >>> [finding for finding in check_trials(study.trials, study.model) if finding.severity == "error"]
+        []
+    """
     runs = list(trials)
     findings = [finding for trial in runs for finding in check_trial(trial, model)]
     findings += check_duplicates(runs)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import found
+from seatruth.trials.check.helpers import make_finding
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -23,7 +23,7 @@ def check_duplicates(trials: Sequence[Trial]) -> Iterator[Finding]:
             if common < limits.SAME_ROWS:
                 continue
             part = common / max(1, min(len(rows[k]), len(rows[j])))
-            yield found(
+            yield make_finding(
                 later,
                 "error" if part > 0.9 else "warning",
                 "duplicate",
@@ -46,6 +46,6 @@ def _rows(trial: Trial) -> set[bytes]:
     if not names or len(trial) < 2:
         return set()
     table = np.ascontiguousarray(np.column_stack([trial.channel(name) for name in names]))
-    table = np.where(table == 0.0, 0.0, table)  # one zero, not two
+    table = np.where(table == 0.0, 0.0, table)  # -0.0 and 0.0 have different bytes
     moved = np.concatenate([[False], (np.diff(table, axis=0) != 0.0).sum(axis=1) >= min(2, len(names))])
     return {row.tobytes() for row in table[moved]}

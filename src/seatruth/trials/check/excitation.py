@@ -9,7 +9,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, degrees, found, has, unit_of
+from seatruth.trials.check.helpers import Channels, degrees, has_channels, make_finding, unit_of
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -26,7 +26,7 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
             still.append(name)
             continue
         if unit_of(name, model) == "rad" and span < limits.SMALL_ANGLE_INPUT:
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "input-small",
@@ -37,19 +37,19 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
         jump = np.abs(np.diff(finite))
         crossing = np.flatnonzero(jump > limits.COARSE_INPUT_STEP * span)
         if crossing.size and unit_of(name, model) == "rad":
-            yield found(
+            yield make_finding(
                 trial,
                 "note",
                 "input-jumps",
                 f"It crosses more than {100 * limits.COARSE_INPUT_STEP:.0f} % of its range between two samples in "
                 f"{crossing.size} place(s): it is a command, or sampled more slowly than the actuator moves.",
-                'If it is a command, use hold = "zero" and expect the actuator\'s lag in the residuals.',
+                'If it is a command, use hold = "zoh" and expect the actuator\'s lag in the residuals.',
                 channel=name,
                 samples=crossing[:1] + 1,
             )
     if still and len(still) == len(trial.inputs):
         names = ", ".join(still)
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "input-constant",
@@ -61,12 +61,12 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
 def check_rate(trial: Trial) -> Iterator[Finding]:
     """Whether angular rates stay correlated over several samples."""
     for name in ("r", "q", "p"):
-        if name not in trial.outputs or not has(trial, name):
+        if name not in trial.outputs or not has_channels(trial, name):
             continue
         samples = correlation_samples(trial.outputs[name])
         if samples is not None and samples < limits.CORRELATION_SAMPLES:
             step = float(np.median(np.diff(trial.t)))
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "slow-sampling",
@@ -101,11 +101,13 @@ def correlation_samples(values: Array) -> float | None:
 def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
     """Headings and speeds over all trials together."""
     spans = [
-        float(np.nanmax(t.channel("psi")) - np.nanmin(t.channel("psi"))) for t in trials if has(t, "x", "y", "psi")
+        float(np.nanmax(t.channel("psi")) - np.nanmin(t.channel("psi")))
+        for t in trials
+        if has_channels(t, "x", "y", "psi")
     ]
     if spans:
         headings = np.concatenate(
-            [t.channel("psi")[np.isfinite(t.channel("psi"))] for t in trials if has(t, "x", "y", "psi")]
+            [t.channel("psi")[np.isfinite(t.channel("psi"))] for t in trials if has_channels(t, "x", "y", "psi")]
         )
         span = float(np.ptp(headings)) if max(spans) < limits.HEADING_COVERAGE else max(spans)
         if span < limits.HEADING_COVERAGE:
@@ -118,7 +120,7 @@ def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
                 "Add a run on another course, best a full turn.",
                 channel="psi",
             )
-    moving = [t.channel("u")[np.isfinite(t.channel("u"))] for t in trials if has(t, "u")]
+    moving = [t.channel("u")[np.isfinite(t.channel("u"))] for t in trials if has_channels(t, "u")]
     if moving:
         speeds = np.concatenate(moving)
         low, middle, high = np.quantile(speeds, [0.01, 0.5, 0.99])

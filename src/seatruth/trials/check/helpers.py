@@ -13,7 +13,7 @@ from seatruth.arrays import Array
 from seatruth.trials.channel import Channel
 from seatruth.trials.check import limits
 from seatruth.trials.finding import Finding, Severity
-from seatruth.trials.read import place
+from seatruth.trials.places import place
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
 
@@ -27,7 +27,7 @@ class Channels(Protocol):
     def outputs(self) -> Sequence[Channel]: ...
 
 
-def found(
+def make_finding(
     trial: Trial,
     severity: Severity,
     code: str,
@@ -43,7 +43,7 @@ def found(
     return Finding(severity, code, message, where, do, trial.name, channel)
 
 
-def has(trial: Trial, *names: str) -> bool:
+def has_channels(trial: Trial, *names: str) -> bool:
     """Whether the trial has all these channels, each with at least two valid samples."""
     return all(
         (name in trial.outputs or name in trial.inputs) and int(np.isfinite(trial.channel(name)).sum()) > 1
@@ -77,9 +77,9 @@ def resolution(values: Array) -> float:
     finite = np.unique(values[np.isfinite(values)])
     if finite.size < 2:
         return 0.0
-    apart = np.diff(finite)
-    real = apart[apart > 1e-9 * max(1e-30, float(np.abs(finite).max()))]
-    return float(real.min()) if real.size else 0.0
+    steps = np.diff(finite)
+    distinct = steps[steps > 1e-9 * max(1e-30, float(np.abs(finite).max()))]
+    return float(distinct.min()) if distinct.size else 0.0
 
 
 def integral(t: Array, rate: Array) -> Array:
@@ -105,13 +105,13 @@ class Windows:
 def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) -> Windows | None:
     """About limits.WINDOWS windows in a row, in which `inside` is valid throughout and `at_ends` at both ends.
 
-    None if fewer than limits.FEWEST_WINDOWS remain.
+    None if fewer than limits.MIN_WINDOWS remain.
     """
-    if t.size < 2 * limits.FEWEST_WINDOWS:
+    if t.size < 2 * limits.MIN_WINDOWS:
         return None
     step = float(np.median(np.diff(t)))
     wanted = max(5, t.size // limits.WINDOWS)
-    length = int(max(2, min(wanted, round(limits.WINDOW_MOST / step)))) if step > 0 else wanted
+    length = int(max(2, min(wanted, round(limits.MAX_WINDOW / step)))) if step > 0 else wanted
     ends_ok = np.ones(t.size, dtype=bool)
     for values in at_ends:
         ends_ok &= np.isfinite(values)
@@ -127,7 +127,7 @@ def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) ->
     first, last = edges[:-1], edges[1:]
     whole = (broken[last + 1] - broken[first + 1] == 0) & (last - first >= max(1, length // 2))
     whole &= last - first <= 2 * length
-    if int(whole.sum()) < limits.FEWEST_WINDOWS:
+    if int(whole.sum()) < limits.MIN_WINDOWS:
         return None
     first, last = first[whole], last[whole]
     return Windows(first, last, t[last] - t[first])

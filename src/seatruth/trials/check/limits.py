@@ -2,11 +2,11 @@
 
 # Time
 GAP_STEPS = 5.0
-"""A pause longer than this many sampling steps: straight lines or holds of the inputs stop being a fair guess."""
+"""A pause longer than this many sampling steps: interpolating or holding the inputs over it is then a poor guess."""
 JITTER = 0.1
 """Sampling steps that differ from their median by this part of it: filters and derivatives need resampled data."""
 FEW_SAMPLES = 20
-"""Below this a manoeuvre cannot be told from noise."""
+"""Below this a manoeuvre cannot be distinguished from noise."""
 MISSING_PART = 0.5
 """A channel that is mostly not valid hardly constrains anything."""
 LONG_MISSING_PART = 0.05
@@ -24,7 +24,7 @@ YAW_RATE = 6.0
 SPEED = 40.0
 """m/s, 78 knots."""
 PROPELLER = 60.0
-"""rev/s, 3600 rpm: beyond what propellers of ships, models and AUVs turn at; below it rpm cannot be told."""
+"""rev/s, 3600 rpm: beyond what propellers of ships, models and AUVs turn at; a smaller number may be either unit."""
 DEPTH_ABOVE = 1.0
 """m above the surface for half of the time: the depth counts upward, or it is a height."""
 
@@ -32,9 +32,10 @@ DEPTH_ABOVE = 1.0
 WINDOWS = 40
 """The record is cut into about this many windows, over which changes of one channel are compared with integrals of
 another: integrals keep the noise of derivatives out."""
-FEWEST_WINDOWS = 8
-WINDOW_MOST = 10.0
-"""s: longest window, so that an unsteady current does not pass for a fault of the sensors."""
+MIN_WINDOWS = 8
+"""With fewer windows, a correlation by chance is too likely."""
+MAX_WINDOW = 10.0
+"""s: longest window, so that an unsteady current is not mistaken for a fault of the sensors."""
 ROTATION_NEEDED = 0.05
 """rad, rms change of an angle over a window: below it there is nothing to compare."""
 AGREEMENT = 0.6
@@ -55,10 +56,10 @@ DISAGREEMENT = 0.1
 """rms disagreement of displacements over their rms: below it no fault of sign or axes is looked for."""
 DRIFT_PART = 0.05
 """Steady drift of the position against u, v and psi, as a part of the speed, that is worth knowing."""
-ARM_LEAST = 0.1
+MIN_ARM = 0.1
 """m: a position sensor farther than this from the point whose velocity is recorded is worth knowing ..."""
 ARM_PART = 0.05
-"""... if it also explains this part of the disagreement and is less than ARM_MOST lengths of travel."""
+"""... if it also explains this part of the disagreement and is less than MAX_ARM lengths of travel."""
 STEERING_CORRELATION = 0.3
 """Partial correlation of turning acceleration with the rudder below which no sense of turning is claimed."""
 
@@ -67,8 +68,8 @@ TREND_SAMPLES = 6
 """Samples to each side over which a channel's local speed is taken: long against one hold."""
 HELD_PART = 0.01
 """Part of the samples in fast motion (the fastest quarter) that repeat the one before exactly."""
-HELD_LEAST = 8
-"""Fewest holds in fast motion from which the catching-up can be told."""
+MIN_HOLDS = 8
+"""Smallest number of holds in fast motion from which the step after a hold can be estimated."""
 HELD_CATCH_UP = 1.25
 """Step after a repeated value over the usual step: 2 after one held sample, 1 if rounding made the repeat."""
 STUCK_PART = 0.1
@@ -79,9 +80,9 @@ QUANTISED_PART = 0.02
 COARSER = 8.0
 """Resolution in a part of the record over that in the rest."""
 COARSE_STEPS = 8
-"""Fewest plateaus whose steps agree from which a coarser resolution is told ..."""
+"""Smallest number of plateaus with equal steps that show a coarser resolution ..."""
 COARSE_PART = 0.05
-"""... and the least part of the record that they must fill."""
+"""... and the smallest part of the record that they must fill."""
 OUTLIER_SIGMAS = 8.0
 """Distance from the median of eleven neighbours, in their robust standard deviation: one in 1e15 for normal noise."""
 OUTLIER_STEPS = 10.0
@@ -94,14 +95,14 @@ JUMP_STEPS = 15.0
 STILL = 1e-9
 """Relative range below which an input is constant."""
 SMALL_ANGLE_INPUT = 0.02
-"""rad, 1.1 deg: rudder movements below it drown in play and noise."""
+"""rad, 1.1 deg: smaller rudder movements are lost in play and noise."""
 COARSE_INPUT_STEP = 0.35
-"""Part of an input's range that it crosses between two samples: how it moved in between is then a guess."""
+"""Part of an input's range that it crosses between two samples: its course between them is then unknown."""
 CORRELATION_SAMPLES = 1.5
 """A rate must stay correlated (above 1/e) for more samples than this: a sine has then eight samples a period."""
 HEADING_COVERAGE = 1.5708
-"""rad: below a quarter turn a current cannot be told from a speed error or a heading offset."""
+"""rad: below a quarter turn, a current looks like a speed error or a heading offset."""
 SPEED_RANGE = 0.1
-"""Relative speed range below which linear and quadratic drag cannot be told apart."""
+"""Relative speed range below which linear and quadratic drag cannot be distinguished."""
 SAME_ROWS = 20
 """Distinct samples that two trials must have in common, in every channel, to hold the same recording."""

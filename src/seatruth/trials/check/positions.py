@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Windows, degrees, found, has, integral, rms, squared_correlation, windows
+from seatruth.trials.check.helpers import (
+    Windows,
+    degrees,
+    has_channels,
+    integral,
+    make_finding,
+    rms,
+    squared_correlation,
+    windows,
+)
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -36,7 +45,7 @@ class _Motion:
 
 def check_positions(trial: Trial) -> Iterator[Finding]:
     """x and y against u, v and psi."""
-    if not has(trial, "x", "y", "u", "psi"):
+    if not has_channels(trial, "x", "y", "u", "psi"):
         return
     w = _windows(trial)
     if w is None:
@@ -45,17 +54,17 @@ def check_positions(trial: Trial) -> Iterator[Finding]:
     travel = rms(np.abs(plain.measured))
     if travel == 0.0 or rms(np.abs(plain.expected)) == 0.0:
         return
-    apart = rms(np.abs(plain.measured - plain.expected)) / travel
-    if apart > limits.DISAGREEMENT:
-        named = _named_fault(trial, w, plain, apart)
+    mismatch = rms(np.abs(plain.measured - plain.expected)) / travel
+    if mismatch > limits.DISAGREEMENT:
+        named = _named_fault(trial, w, plain, mismatch)
         if named is not None:
             yield named
             return
-    yield from _fine(trial, plain, apart)
+    yield from _fine(trial, plain, mismatch)
 
 
 def _windows(trial: Trial) -> Windows | None:
-    inside = [trial.channel(name) for name in ("u", "v", "psi") if has(trial, name)]
+    inside = [trial.channel(name) for name in ("u", "v", "psi") if has_channels(trial, name)]
     return windows(trial.t, inside, [trial.channel("x"), trial.channel("y")])
 
 
@@ -67,11 +76,11 @@ def _motion(
     earth: Callable[[Complex], Complex] = lambda position: position,
 ) -> _Motion:
     psi = heading(trial.channel("psi"))
-    sway = trial.channel("v") if has(trial, "v") else np.zeros(len(trial))
+    sway = trial.channel("v") if has_channels(trial, "v") else np.zeros(len(trial))
     forward = trial.channel("u")
-    if has(trial, "theta"):
+    if has_channels(trial, "theta"):
         forward = forward * np.cos(trial.channel("theta"))
-        if has(trial, "w"):
+        if has_channels(trial, "w"):
             forward = forward + trial.channel("w") * np.sin(trial.channel("theta"))
     turn = np.exp(1j * psi)
     velocity = body(forward + 1j * sway) * turn
@@ -114,17 +123,17 @@ _FAULTS: tuple[tuple[str, str, str, dict[str, Callable[..., object]]], ...] = (
 )
 
 
-def _named_fault(trial: Trial, w: Windows, plain: _Motion, apart: float) -> Finding | None:
+def _named_fault(trial: Trial, w: Windows, plain: _Motion, mismatch: float) -> Finding | None:
     """The one fault that, undone, explains the disagreement; nothing where two faults explain it as well."""
     scores: list[tuple[float, int]] = []
     for number, (_, _, channel, undo) in enumerate(_FAULTS):
-        if channel == "v" and not has(trial, "v"):
+        if channel == "v" and not has_channels(trial, "v"):
             continue
         motion = _motion(trial, w, **undo)  # type: ignore[arg-type]
         scores.append((rms(np.abs(motion.measured - motion.expected)) / rms(np.abs(motion.measured)), number))
     scores.sort()
     best, number = scores[0]
-    if best > limits.EXPLAINED * apart or abs(_scale(plain)) == 0.0:
+    if best > limits.EXPLAINED * mismatch or abs(_scale(plain)) == 0.0:
         return None
     # A similarity (a scale or a turn) that explains as much is the simpler fault, and is named where scales are.
     if _rest(plain) < 1.5 * best:
@@ -132,11 +141,12 @@ def _named_fault(trial: Trial, w: Windows, plain: _Motion, apart: float) -> Find
     alike = [_FAULTS[other][0] for score, other in scores[1:] if score < 1.5 * best]
     text, do, channel, _ = _FAULTS[number]
     also = f" It would also fit that {alike[0][0].lower()}{alike[0][1:]}" if alike else ""
-    return found(
+    return make_finding(
         trial,
         "error",
         "position-axes",
-        f"Displacements disagree with u, v and psi by {100 * apart:.0f} %, and by {100 * best:.0f} % if {text}{also}",
+        f"Displacements disagree with u, v and psi by {100 * mismatch:.0f} %, and by {100 * best:.0f} % if {text}"
+        f"{also}",
         do,
         channel=channel,
     )
@@ -152,18 +162,19 @@ def _rest(motion: _Motion) -> float:
     return rms(np.abs(motion.measured - _scale(motion) * motion.expected)) / rms(np.abs(motion.measured))
 
 
-def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
+def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
     """Scale, rotation, drift and lever arm, each with its standard error."""
     fit = _regression(motion)
     if fit is None:
         return
     (a, drift, arm), (a_error, drift_error, arm_error), explained = fit
     if explained < limits.AGREEMENT:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "position-disagree",
-            f"Displacements and the integral of u, v and psi have little in common (disagreement {100 * apart:.0f} %).",
+            "Displacements and the integral of u, v and psi have little in common (disagreement "
+            f"{100 * mismatch:.0f} %).",
             "Check the columns, their units and their clocks.",
             channel="x",
         )
@@ -174,7 +185,7 @@ def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
         if scaled:
             yield _scale_finding(trial, size, a_error)
         if abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "heading-offset",
@@ -185,7 +196,7 @@ def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
             )
     speed = rms(np.abs(motion.measured) / motion.seconds)
     if abs(drift) > max(limits.SIGNIFICANT * drift_error, limits.DRIFT_PART * speed):
-        yield found(
+        yield make_finding(
             trial,
             "note",
             "drift",
@@ -194,13 +205,13 @@ def _fine(trial: Trial, motion: _Motion, apart: float) -> Iterator[Finding]:
             "Either u and v are through the water and there is a current, or they have an offset.",
             channel="x",
         )
-    if abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.ARM_LEAST):
+    if abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.MIN_ARM):
         without = rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds)) ** 2
         with_arm = (
             rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds - arm * motion.turned)) ** 2
         )
         if without - with_arm > limits.ARM_PART * without:
-            yield found(
+            yield make_finding(
                 trial,
                 "note",
                 "lever-arm",
@@ -241,7 +252,7 @@ def _regression(
 def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
     for factor, unit in _KNOWN_SCALES:
         if abs(size / factor - 1.0) < limits.KNOWN_SCALE:
-            return found(
+            return make_finding(
                 trial,
                 "error",
                 "unit",
@@ -249,7 +260,7 @@ def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
                 f"State unit = '{unit}' for u and v.",
                 channel="u",
             )
-    return found(
+    return make_finding(
         trial,
         "warning",
         "speed-scale",
@@ -261,14 +272,14 @@ def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
 
 def check_depth(trial: Trial) -> Iterator[Finding]:
     """Depth against pitch and speed: nose up must bring the vehicle up."""
-    name = next((name for name in ("z", "depth") if has(trial, name, "theta")), None)
+    name = next((name for name in ("z", "depth") if has_channels(trial, name, "theta")), None)
     if name is None:
         return
     theta = trial.channel("theta")
-    speed = trial.channel("u") if has(trial, "u") else np.ones(len(trial))
+    speed = trial.channel("u") if has_channels(trial, "u") else np.ones(len(trial))
     sinking = -speed * np.sin(theta)
-    complete = has(trial, "u") and has(trial, "w")
-    if has(trial, "w"):
+    complete = has_channels(trial, "u") and has_channels(trial, "w")
+    if has_channels(trial, "w"):
         sinking = sinking + trial.channel("w") * np.cos(theta)
     w = windows(trial.t, [sinking], [trial.channel(name)])
     if w is None:
@@ -278,7 +289,7 @@ def check_depth(trial: Trial) -> Iterator[Finding]:
         return
     agreement = squared_correlation(change, expected)
     if change @ expected < 0 and agreement > (limits.AGREEMENT if complete else 0.3):
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "depth-pitch-sign",

@@ -11,9 +11,9 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
     Channels,
-    found,
-    has,
+    has_channels,
     integral,
+    make_finding,
     rms,
     squared_correlation,
     windows,
@@ -28,7 +28,7 @@ _DEGREES = 180.0 / np.pi
 def check_rates(trial: Trial) -> Iterator[Finding]:
     """Sign, scale and agreement of each angle with its rate."""
     for angle, rate in _PAIRS:
-        if has(trial, angle, rate):
+        if has_channels(trial, angle, rate):
             yield from _angle_against_rate(trial, angle, rate)
 
 
@@ -36,7 +36,7 @@ def euler_rate(trial: Trial, angle: str) -> Array:
     """Rate (n,) of an Euler angle from body rates; attitudes and rates that are not recorded count as zero."""
 
     def get(name: str) -> Array:
-        return trial.channel(name) if has(trial, name) else np.zeros(len(trial))
+        return trial.channel(name) if has_channels(trial, name) else np.zeros(len(trial))
 
     phi, theta, p, q, r = (get(name) for name in ("phi", "theta", "p", "q", "r"))
     if angle == "theta":
@@ -58,16 +58,16 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     turning = np.abs(expected) > 0.3 * rms(expected)
     in_degrees = bool(turning.any()) and float(np.median(np.abs(change[turning]) / np.abs(expected[turning]))) > 20.0
     half_turn = 180.0 if in_degrees else np.pi
-    quiet = np.abs(change) < half_turn  # a window with the jump of a wrapped angle tells nothing
+    quiet = np.abs(change) < half_turn  # a window with the jump of a wrapped angle has no meaning
     change, expected = change[quiet], expected[quiet]
-    if change.size < limits.FEWEST_WINDOWS or min(rms(change), rms(expected)) == 0.0:
+    if change.size < limits.MIN_WINDOWS or min(rms(change), rms(expected)) == 0.0:
         return
     if max(rms(change), rms(expected)) < limits.ROTATION_NEEDED:
         return
     agreement = squared_correlation(change, expected)
     scale = float(np.sign(change @ expected)) * rms(change) / rms(expected)
     if agreement < limits.AGREEMENT:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             f"{angle}-{rate}-disagree",
@@ -78,7 +78,7 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
         )
         return
     if scale < 0:
-        yield found(
+        yield make_finding(
             trial,
             "error",
             f"{angle}-{rate}-sign",
@@ -91,7 +91,7 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     for factor, text, other in ((_DEGREES, angle, rate), (1.0 / _DEGREES, rate, angle)):
         if abs(size / factor - 1.0) < 4 * limits.KNOWN_SCALE:
             unit, other_unit = ("deg", "rad/s") if text == angle else ("deg/s", "rad")
-            yield found(
+            yield make_finding(
                 trial,
                 "error",
                 "unit",
@@ -104,7 +104,7 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     if agreement > limits.SCALE_AGREEMENT and abs(size - 1.0) > limits.SCALE_OFF:
         error = np.sqrt((1.0 - agreement) / max(change.size - 1, 1)) / np.sqrt(agreement)
         if abs(size - 1.0) > limits.SIGNIFICANT * error * size:
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 f"{angle}-{rate}-scale",
@@ -115,8 +115,12 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
 
 
 def check_steering(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
-    """Whether a positive rudder turns to starboard: turning acceleration against rudder at a given turning rate."""
-    if not (has(trial, "delta") and has(trial, "u") and (has(trial, "r") or has(trial, "psi"))):
+    """Whether a positive rudder turns to starboard: turning acceleration against rudder at the same turning rate."""
+    if not (
+        has_channels(trial, "delta")
+        and has_channels(trial, "u")
+        and (has_channels(trial, "r") or has_channels(trial, "psi"))
+    ):
         return
     for channel in model.inputs if model is not None else ():
         if channel.name == "delta" and "port" in channel.description.lower():
@@ -126,7 +130,7 @@ def check_steering(trial: Trial, model: Channels | None = None) -> Iterator[Find
         return
     gain, error, partial = fit
     if gain < 0 and abs(gain) > limits.SIGNIFICANT * error and abs(partial) > limits.STEERING_CORRELATION:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "rudder-sign",
@@ -147,10 +151,10 @@ def steering_gain(trial: Trial) -> tuple[float, float, float] | None:
     t, delta, u = trial.t, trial.channel("delta"), trial.channel("u")
     fast = float(np.nanquantile(np.abs(u), 0.9))
     ahead = u > 0.3 * fast
-    if has(trial, "n"):
+    if has_channels(trial, "n"):
         ahead &= trial.channel("n") > 0  # a propeller astern turns the flow at the rudder round
     step = float(np.median(np.diff(t)))
-    if has(trial, "r"):
+    if has_channels(trial, "r"):
         r = trial.channel("r")
     else:
         psi = trial.channel("psi")
@@ -159,7 +163,7 @@ def steering_gain(trial: Trial) -> tuple[float, float, float] | None:
     # Turning builds up over ship lengths: windows near a tenth of the time of the rudder's own movements.
     length = _window(delta, step)
     starts = np.arange(0, t.size - 2 * length, length)
-    if starts.size < limits.FEWEST_WINDOWS:
+    if starts.size < limits.MIN_WINDOWS:
         return None
     mean_delta, mean_r = _means(delta, starts, length), _means(r, starts, length)
     good = _means(ahead.astype(np.float64), starts, length) > 0.99
@@ -167,14 +171,14 @@ def steering_gain(trial: Trial) -> tuple[float, float, float] | None:
         length * step
     )
     good &= np.isfinite(mean_delta + mean_r + change) & (starts >= length // 2)
-    if good.sum() < 2 * limits.FEWEST_WINDOWS or np.ptp(mean_delta[good]) < limits.SMALL_ANGLE_INPUT:
+    if good.sum() < 2 * limits.MIN_WINDOWS or np.ptp(mean_delta[good]) < limits.SMALL_ANGLE_INPUT:
         return None
     a = np.column_stack([mean_delta[good], mean_r[good], np.ones(int(good.sum()))])
     y = change[good]
     coefficients, _, rank, _ = np.linalg.lstsq(a, y, rcond=None)
     rest = y - a @ coefficients
     freedom = y.size - 3
-    if rank < 3 or freedom < limits.FEWEST_WINDOWS:
+    if rank < 3 or freedom < limits.MIN_WINDOWS:
         return None
     variance = float(rest @ rest) / freedom
     error = float(np.sqrt(variance * np.linalg.inv(a.T @ a)[0, 0]))

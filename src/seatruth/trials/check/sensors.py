@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import found, resolution, typical_step
+from seatruth.trials.check.helpers import make_finding, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.filters import hampel_outliers
@@ -23,7 +23,7 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
         if finite.size < limits.FEW_SAMPLES:
             continue
         if np.ptp(finite) == 0.0:
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "constant",
@@ -56,7 +56,7 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     rows = np.arange(starts[longest], starts[longest] + repeats[longest] + 1)
     moved = _change_elsewhere(trial, name, rows)
     if seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration) and moved:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "stuck",
@@ -68,7 +68,7 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
         return
     held = held_samples(values)
     if held.size:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "held",
@@ -102,7 +102,7 @@ def held_samples(values: Array) -> NDArray[np.int64]:
     catching_up = np.concatenate([[False], same[:-1]]) & (steps > 0) & fast
     usual = (steps > 0) & fast & ~catching_up
     held = np.flatnonzero(same & fast) + 1
-    enough = catching_up.sum() >= limits.HELD_LEAST and held.size > limits.HELD_PART * fast.sum()
+    enough = catching_up.sum() >= limits.MIN_HOLDS and held.size > limits.HELD_PART * fast.sum()
     if not enough or not usual.any():
         return nothing
     ratio = float(np.median(steps[catching_up]) / np.median(steps[usual]))
@@ -143,7 +143,7 @@ def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     lsb = resolution(values)
     span = float(np.quantile(finite, 0.95) - np.quantile(finite, 0.05))
     if span > 0 and lsb > limits.QUANTISED_PART * span and np.unique(finite).size < 0.2 * finite.size:
-        yield found(
+        yield make_finding(
             trial,
             "note",
             "quantised",
@@ -154,7 +154,7 @@ def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
         return
     rows, step = _coarse_stretch(values, lsb)
     if rows.size:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "quantised-part",
@@ -199,7 +199,7 @@ def _outliers(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     # An outlier comes back: the sample before and the sample after it agree better with each other than with it.
     rows = np.array([k for k in np.flatnonzero(bad) if _comes_back(values, int(k))], dtype=np.int64)
     if rows.size:
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "outliers",
@@ -230,7 +230,7 @@ def _jumps(trial: Trial, name: str, values: Array, outliers: NDArray[np.int64]) 
         return
     sizes = np.abs(steps - median)[rows - 1] * np.diff(trial.t)[rows - 1]
     k = int(np.argmax(sizes))
-    yield found(
+    yield make_finding(
         trial,
         "warning",
         "jumps",

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatruth.errors import nearest
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, found
+from seatruth.trials.check.helpers import Channels, make_finding
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
@@ -17,13 +17,15 @@ from seatruth.trials.trial import Trial
 def check_time(trial: Trial) -> Iterator[Finding]:
     """Increasing, regular, without pauses, long enough."""
     if len(trial) < limits.FEW_SAMPLES:
-        yield found(trial, "warning", "few-samples", f"It has only {len(trial)} samples.", "Use a longer record.")
+        yield make_finding(
+            trial, "warning", "few-samples", f"It has only {len(trial)} samples.", "Use a longer record."
+        )
     if len(trial) < 3:
         return
     steps = np.diff(trial.t)
     if not (np.isfinite(trial.t).all() and (steps > 0).all()):
         back = np.flatnonzero(~(steps > 0)) + 1
-        yield found(
+        yield make_finding(
             trial,
             "error",
             "time-order",
@@ -36,7 +38,7 @@ def check_time(trial: Trial) -> Iterator[Finding]:
     pauses = np.flatnonzero(steps > limits.GAP_STEPS * step)
     if pauses.size:
         longest = pauses[np.argmax(steps[pauses])]
-        yield found(
+        yield make_finding(
             trial,
             "warning",
             "time-gap",
@@ -48,7 +50,7 @@ def check_time(trial: Trial) -> Iterator[Finding]:
     usual = np.delete(steps, pauses)
     uneven = float(np.mean(np.abs(usual - step) > limits.JITTER * step))
     if uneven > 0.01:
-        yield found(
+        yield make_finding(
             trial,
             "note",
             "time-irregular",
@@ -63,7 +65,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
     for name, values in trial.inputs.items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            yield found(
+            yield make_finding(
                 trial,
                 "error",
                 "input-missing",
@@ -75,7 +77,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
     for name, values in trial.outputs.items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size == values.size:
-            yield found(
+            yield make_finding(
                 trial,
                 "error",
                 "output-empty",
@@ -84,7 +86,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 channel=name,
             )
         elif bad.size > limits.MISSING_PART * values.size:
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "output-missing",
@@ -95,7 +97,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
         elif bad.size:
             late = int(np.flatnonzero(np.isfinite(values))[0])
             if late > limits.LATE_START:
-                yield found(
+                yield make_finding(
                     trial,
                     "warning",
                     "output-late",
@@ -107,7 +109,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 )
             first, stop = max(gaps(values), key=lambda gap: gap[1] - gap[0])
             if stop - first > max(10, limits.LONG_MISSING_PART * values.size):
-                yield found(
+                yield make_finding(
                     trial,
                     "note",
                     "output-gap",
@@ -122,7 +124,7 @@ def check_model_channels(trial: Trial, model: Channels) -> Iterator[Finding]:
     """Channels that the model needs and the trial has not."""
     for channel in model.inputs:
         if channel.name not in trial.inputs:
-            yield found(
+            yield make_finding(
                 trial,
                 "error",
                 "channel-missing",
@@ -132,7 +134,7 @@ def check_model_channels(trial: Trial, model: Channels) -> Iterator[Finding]:
             )
     for channel in model.outputs:
         if channel.name not in trial.outputs:
-            yield found(
+            yield make_finding(
                 trial,
                 "warning",
                 "channel-missing",

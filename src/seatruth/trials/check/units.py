@@ -8,7 +8,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, found, has, unit_of
+from seatruth.trials.check.helpers import Channels, has_channels, make_finding, unit_of
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP
 from seatruth.trials.trial import Trial
@@ -21,7 +21,7 @@ _SPEEDS = ("u", "v", "w")
 def check_units(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
     """Numbers that the declared unit cannot have, and angles that jump by a turn."""
     for name in (*trial.inputs, *trial.outputs):
-        if not has(trial, name):
+        if not has_channels(trial, name):
             continue
         values = trial.channel(name)
         finite = values[np.isfinite(values)]
@@ -41,7 +41,7 @@ def check_units(trial: Trial, model: Channels | None = None) -> Iterator[Finding
 
 
 def _unit(trial: Trial, name: str, what: str, unit: str, severity: str = "error") -> Finding:
-    return found(
+    return make_finding(
         trial,
         "error" if severity == "error" else "warning",
         "unit",
@@ -64,7 +64,7 @@ def _heading(trial: Trial, finite: Array) -> Iterator[Finding]:
     turns = np.flatnonzero((np.abs(steps) > WRAP_JUMP) & (np.abs(steps) < 2.5 * np.pi))
     if turns.size:
         rows = np.flatnonzero(np.isfinite(trial.channel("psi")))[turns + 1]
-        yield found(
+        yield make_finding(
             trial,
             "error",
             "wrapped",
@@ -76,7 +76,7 @@ def _heading(trial: Trial, finite: Array) -> Iterator[Finding]:
 
 
 def _above_water(trial: Trial, name: str, median: float) -> Finding:
-    return found(
+    return make_finding(
         trial,
         "warning",
         "depth-up",

@@ -5,7 +5,7 @@
         ...
 
 The function returns the new trial and, in words and numbers, what it did. The decorated name is called as
-`change_sign(trial, channels=["delta"])`, and found under its name in STEPS for study files.
+`change_sign(trial, channels=["delta"])`, and listed under its name in STEPS for study files.
 """
 
 from __future__ import annotations
@@ -171,5 +171,5 @@ def bridged(t: Array, values: Array) -> Array:
 
 def counted(parts: Mapping[str, int], total: int, verb: str) -> str:
     """ "removed 14 of 6000 samples of u, 2 of v", or that there was nothing to do."""
-    found = [f"{count} of {name}" for name, count in parts.items() if count]
-    return f"{verb} {', '.join(found)} ({total} samples each)" if found else f"{verb} none of {total} samples"
+    counts = [f"{count} of {name}" for name, count in parts.items() if count]
+    return f"{verb} {', '.join(counts)} ({total} samples each)" if counts else f"{verb} none of {total} samples"

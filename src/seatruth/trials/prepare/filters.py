@@ -155,14 +155,14 @@ def _zero_phase(t: Array, values: Array, cutoff: float, order: int, step: float)
 
 
 class Resample(Options):
-    """`rate` Hz; `inputs`: between samples joined by lines ("linear") or held ("zero").
+    """`rate` Hz; `inputs`: between samples joined by lines ("foh") or held ("zoh").
 
     `max_gap` s: outputs are only interpolated between valid samples at most this far apart; by default 1.5 sampling
     steps, so that no sample is made up. `anti_alias`: filter before lowering the rate.
     """
 
     rate: float = Field(gt=0)
-    inputs: Literal["linear", "zero"] = "linear"
+    inputs: Literal["foh", "zoh"] = "foh"
     max_gap: float | None = Field(default=None, gt=0)
     anti_alias: bool = True
 
@@ -196,11 +196,11 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     lines = None
     if trial.lines is not None:
         lines = trial.lines[np.clip(np.searchsorted(trial.t, t + 1e-9 * step, side="right") - 1, 0, len(trial) - 1)]
-    found = replace(
+    resampled = replace(
         trial,
         t=t,
         inputs={n: _between(t, trial.t, source[n], options.inputs, np.inf) for n in trial.inputs},
-        outputs={n: _between(t, trial.t, source[n], "linear", max_gap) for n in trial.outputs},
+        outputs={n: _between(t, trial.t, source[n], "foh", max_gap) for n in trial.outputs},
         lines=lines,
     )
     effect = f"{len(trial)} samples at {1 / step:.4g} Hz to {count} at {options.rate:g} Hz"
@@ -210,7 +210,7 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     wide = pauses > max(5.0 * step, 5.0 / options.rate)
     if wide.any() and trial.inputs:
         effect += f"; inputs carried over {int(wide.sum())} pause(s) of up to {pauses.max():.3g} s without samples"
-    return found, effect
+    return resampled, effect
 
 
 def _between(t: Array, known_t: Array, values: Array, how: str, max_gap: float) -> Array:
@@ -221,12 +221,12 @@ def _between(t: Array, known_t: Array, values: Array, how: str, max_gap: float) 
     at, y = known_t[ok], values[ok]
     slack = 1e-9 * float(np.median(np.diff(known_t)))
     before = np.clip(np.searchsorted(at, t + slack, side="right") - 1, 0, at.size - 1)
-    if how == "zero":
+    if how == "zoh":
         return np.asarray(y[before], dtype=np.float64)
     after = np.clip(np.searchsorted(at, t - slack, side="left"), 0, at.size - 1)
-    found = np.interp(t, at, y)
+    values = np.interp(t, at, y)
     outside = (t < at[0] - slack) | (t > at[-1] + slack)
-    return np.where((at[after] - at[before] > max_gap * (1 + 1e-9)) | outside, np.nan, found)
+    return np.where((at[after] - at[before] > max_gap * (1 + 1e-9)) | outside, np.nan, values)
 
 
 class Differentiate(Options):

@@ -120,10 +120,10 @@ def fuse_depth(trial: Trial, options: FuseDepth) -> tuple[Trial, str]:
     if options.inertial is not None:
         sources[options.inertial] = (trial.channel(options.inertial), options.inertial_sd)
     biased = frozenset([options.inertial] if options.inertial else [])
-    found = fuse(trial.t, sources, biased, options.acceleration, options.bias_walk)
-    changed = {options.into: found.depth, f"{options.into}_sd": found.sd}
+    fused = fuse(trial.t, sources, biased, options.acceleration, options.bias_walk)
+    changed = {options.into: fused.depth, f"{options.into}_sd": fused.sd}
     effect = (
-        f"{options.into} from {', '.join(sources)}: sd {float(np.median(found.sd)):.3g} m, mean square of the "
-        f"normalised innovations {float(found.innovation):.2f} (1 if the standard deviations are right)"
+        f"{options.into} from {', '.join(sources)}: sd {float(np.median(fused.sd)):.3g} m, mean square of the "
+        f"normalised innovations {float(fused.innovation):.2f} (1 if the standard deviations are right)"
     )
     return with_channels(trial, changed), effect

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.trials.places import place
 from seatruth.trials.prepare.base import (
     Options,
     bridged,
@@ -21,7 +22,6 @@ from seatruth.trials.prepare.base import (
     refuse_wrapped,
     with_channels,
 )
-from seatruth.trials.read import place
 from seatruth.trials.trial import Trial
 
 
@@ -53,8 +53,8 @@ def cut(trial: Trial, options: Cut) -> tuple[Trial, str]:
             do="Choose limits inside the trial.",
         )
     rows = np.flatnonzero(keep)
-    found = trial.section(int(rows[0]), int(rows[-1]) + 1)
-    return found, f"kept {len(found)} of {len(trial)} samples, {found.t[0]:g} to {found.t[-1]:g} s"
+    kept = trial.section(int(rows[0]), int(rows[-1]) + 1)
+    return kept, f"kept {len(kept)} of {len(trial)} samples, {kept.t[0]:g} to {kept.t[-1]:g} s"
 
 
 class MarkInvalid(Options):
@@ -170,8 +170,8 @@ def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
         values[ok] = np.unwrap(values[ok])
         changed[name] = values
         counts[name] = int((np.abs(np.diff((values - trial.channel(name))[ok])) > 1.0).sum())
-    found = [f"{count} jump(s) of {name}" for name, count in counts.items() if count]
-    return with_channels(trial, changed), f"removed {', '.join(found)}" if found else "no jumps"
+    jumps = [f"{count} jump(s) of {name}" for name, count in counts.items() if count]
+    return with_channels(trial, changed), f"removed {', '.join(jumps)}" if jumps else "no jumps"
 
 
 class ShiftTime(Options):

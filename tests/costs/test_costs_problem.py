@@ -10,25 +10,35 @@ import numpy as np
 import pytest
 from known_runs import Yaw, YawGain, yaw_trials
 
-from seatruth.costs import KINDS, Study, cost_of
+from seatruth.costs import KINDS, cost_of
+from seatruth.costs.options import FormulaOptions, RegressionOptions, TrajectoryOptions, option_names
 from seatruth.errors import BadInput
 from seatruth.models.parameter import Prior
+from seatruth.study import Study
 from seatruth.trials.trial import Trials
 
 TRIALS = yaw_trials(("a", "b", "c"))
 
 
 def study(**changes: Any) -> Study:
-    return Study(**{"name": "yaw", "model": Yaw(), "trials": TRIALS[:2], "holdout": TRIALS[2:], **changes})
+    options = {name: changes.pop(name) for name in option_names(TrajectoryOptions) if name in changes}
+    fields = {"name": "yaw", "model": Yaw(), "trials": TRIALS[:2], "holdout": TRIALS[2:]}
+    return Study(**{**fields, "cost": TrajectoryOptions(**options), **changes})
 
 
 def test_a_study_knows_its_parts() -> None:
     made = study()
     assert [parameter.name for parameter in made.free] == ["K", "T", "c"]
     assert made.synthetic
-    assert made.cost_options["kind"] == "trajectory"
-    assert made.cost_options["initial"] == "fixed"
-    assert made.but(cost="regression").cost_options == {"kind": "regression", "form": "trapezoid", "equations": None}
+    assert made.cost == TrajectoryOptions()
+    assert made.cost.kind == "trajectory"
+    assert made.replace(cost=RegressionOptions()).cost.describe() == {
+        "kind": "regression",
+        "form": "trapezoid",
+        "equations": None,
+        "hold": "foh",
+        "max_step": None,
+    }
     shuffled = study(parameters=tuple(reversed(Yaw.parameters)))
     assert [parameter.name for parameter in shuffled.parameters] == ["K", "T", "c", "K_over_T"]
     assert set(KINDS) == {"trajectory", "regression", "formula"}
@@ -37,7 +47,7 @@ def test_a_study_knows_its_parts() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"cost": "trajectry"}, "cost is 'trajectry'.*Did you mean 'trajectory'"),
+        ({"cost": "trajectory"}, "cost is 'trajectory'.*Give TrajectoryOptions"),
         ({"criterion": "likely"}, "Did you mean 'likelihood'"),
         ({"noise": {"rr": 0.1}}, "unknown output 'rr'.*Did you mean 'r'"),
         ({"noise": {"r": -0.1}}, "noise of 'r' is -0.1"),
@@ -48,17 +58,22 @@ def test_a_study_knows_its_parts() -> None:
         ({"segments": 0.0}, "segments is 0"),
         ({"max_step": -1.0}, "max_step is -1"),
         ({"multiple_shooting": True}, "there are none"),
-        ({"equations": ["rr"]}, "no equation of 'rr'"),
+        ({"cost": RegressionOptions(equations=["rr"])}, "no equation of 'rr'"),
         ({"parameters": Yaw.parameters[:3]}, "'K_over_T' of model 'yaw' is missing"),
-        ({"parameters": (*Yaw.parameters, Yaw.parameters[0].but(name="Kk"))}, "no parameter 'Kk'.*Did you mean 'K'"),
+        (
+            {"parameters": (*Yaw.parameters, Yaw.parameters[0].replace(name="Kk"))},
+            "no parameter 'Kk'.*Did you mean 'K'",
+        ),
         ({"parameters": (*Yaw.parameters, Yaw.parameters[0])}, "twice|called 'K'"),
         ({"trials": Trials([])}, "no trial to fit"),
         ({"constraints": ["K > 1"]}, "start values break"),
-        ({"cost": "formula"}, "is no formula"),
+        ({"cost": FormulaOptions()}, "is no formula"),
     ],
 )
 def test_what_does_not_fit_together_is_said(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(BadInput, match=message):
+        cost_of(study(**changes))
+    with pytest.raises(ValueError, match=message):
         cost_of(study(**changes))
 
 
@@ -74,7 +89,7 @@ def test_trials_that_cannot_be_used_are_named() -> None:
         with pytest.raises(BadInput, match=message):
             study(trials=Trials([broken]))
     with pytest.raises(BadInput, match=r"no 'trails'.*Did you mean 'trials'"):
-        study().but(trails=TRIALS)
+        study().replace(trails=TRIALS)
 
 
 def test_the_hash_is_of_what_decides_the_result() -> None:
@@ -92,9 +107,9 @@ def test_the_hash_is_of_what_decides_the_result() -> None:
         study(segments=60.0),
         study(initial="free"),
         study(constraints=["K > 0"]),
-        study(cost="regression"),
-        study(parameters=tuple(q.but(prior=Prior(1, 1)) if q.name == "K" else q for q in Yaw.parameters)),
-        study(parameters=tuple(q.but(vary=False) if q.name == "K" else q for q in Yaw.parameters)),
+        study(cost=RegressionOptions()),
+        study(parameters=tuple(q.replace(prior=Prior(1, 1)) if q.name == "K" else q for q in Yaw.parameters)),
+        study(parameters=tuple(q.replace(vary=False) if q.name == "K" else q for q in Yaw.parameters)),
         Study("yaw", YawGain(), TRIALS[:2], holdout=TRIALS[2:]),
     ]
     hashes = {made.content_hash for made in [base, *others]}
@@ -105,7 +120,7 @@ def test_the_hash_is_of_what_decides_the_result() -> None:
 def test_costs_on_other_trials() -> None:
     cost = cost_of(study(), trials=TRIALS[2:], threads=1)
     assert [trial.name for trial in cost.trials] == ["c"]
-    assert {group.trial for group in cost.groups} == {"c"}
+    assert {group.trial for group in cost.residual_blocks} == {"c"}
 
 
 def test_studies_travel_to_other_processes() -> None:

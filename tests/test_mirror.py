@@ -1,0 +1,198 @@
+"""The tests mirror the sources: each module has a test file of its own name, or is listed here under another one."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatch
+from pathlib import Path
+
+TESTS = Path(__file__).parent
+SOURCES = TESTS.parent / "src" / "seatruth"
+MODULES = sorted(path.relative_to(SOURCES).as_posix() for path in SOURCES.rglob("*.py") if path.name != "__init__.py")
+
+# Files that test modules under another name, with those modules (or a pattern of them). A module leaves the list once a
+# file has its name.
+ELSEWHERE = {
+    # A list of types, nothing that runs.
+    "test_layers.py": ("arrays",),
+    # Every effect passes the same checks.
+    "effects/test_effects_library.py": ("effects/*",),
+    # Every figure is drawn with data and without.
+    "report/test_report_figures.py": ("report/figures/*",),
+    # Published numbers, tested with the model that takes them.
+    "models/test_mmg.py": ("models/ship_parameters",),
+    "models/test_models_glider.py": ("models/glider_parameters",),
+    "models/test_models_torpedo.py": ("models/torpedo_channels", "models/torpedo_parameters"),
+    # Running, storing and resuming are one thing to a user.
+    "comparison/test_comparison_runs.py": (
+        "comparison/realisation",
+        "comparison/results",
+        "comparison/runner",
+        "comparison/store",
+        "comparison/worker",
+    ),
+    # Sections are read on the page.
+    "report/test_report_diagnosis.py": ("report/diagnosis/*",),
+    "report/test_report_page.py": ("report/sections/*", "report/blocks", "report/view", "report/words"),
+    # Stages of `identify` and what they give.
+    "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
+    # Stages of the compiler, tested by the expression that comes out.
+    "simulate/test_simulate_compiler_trace.py": (
+        "simulate/compiler/derivatives",
+        "simulate/compiler/graph",
+        "simulate/compiler/lowering",
+        "simulate/compiler/operations",
+    ),
+    # Stages of the compiler, tested by the kernel that comes out.
+    "simulate/test_simulate_compiler_cache.py": (
+        "simulate/compiler/kernels",
+        "simulate/compiler/llvm_ir",
+        "simulate/compiler/machine_code",
+    ),
+    # Stages of the simulation, tested by its outputs.
+    "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
+    # A user's simulator, run one call after another.
+    "simulate/test_simulate_blackbox.py": ("simulate/serial",),
+    # Suites for others are tested by the classes that inherit them.
+    "effects/test_effects_installed.py": ("effects/base", "effects/noise", "testing/effects"),
+    "models/test_model_conformance.py": ("testing/models",),
+    "optimizers/test_conformance.py": ("optimizers/chain", "testing/optimizers", "testing/problems"),
+    # The measures of a comparison are tested against known distributions, whatever module computes them.
+    "comparison/test_comparison_measures.py": (
+        "comparison/estimation",
+        "comparison/noise",
+        "comparison/optimisation",
+        "comparison/ranks",
+    ),
+    # What a command does is tested as a user calls it; errors by what it then says.
+    "test_cli.py": ("commands/*", "__main__", "errors"),
+    # Steps of one calculation, tested by its result.
+    "comparison/test_comparison_file.py": (
+        "commands/compare",
+        "comparison/problem",
+        "comparison/spec",
+        "comparison/text",
+        "report/comparison",
+    ),
+    "costs/test_costs_formula.py": ("models/formula", "study/table"),
+    "costs/test_costs_parameter_space.py": ("models/parameter",),
+    "costs/test_costs_regression.py": ("costs/finite_differences", "costs/linear"),
+    "costs/test_costs_problem.py": (
+        "costs/base",
+        "costs/content",
+        "costs/registry",
+        "costs/study_cost",
+        "study/study",
+    ),
+    "costs/test_costs_trajectory.py": ("costs/initial", "costs/open_loop", "costs/segments"),
+    "diagnosis/test_diagnose_command.py": (
+        "commands/diagnose",
+        "diagnosis/pipeline",
+        "diagnosis/result_builder",
+        "diagnosis/results",
+        "study/augment",
+    ),
+    "diagnosis/test_diagnosis_discrepancy.py": (
+        "diagnosis/discrepancy/random_force",
+        "diagnosis/discrepancy/score_test",
+        "diagnosis/discrepancy/terms",
+        "diagnosis/sentences",
+    ),
+    "diagnosis/test_diagnosis_experiment_design.py": (
+        "diagnosis/experiment_design/candidates",
+        "diagnosis/experiment_design/discrimination",
+        "diagnosis/experiment_design/select",
+    ),
+    "diagnosis/test_diagnosis_fit.py": (
+        "diagnosis/evidence",
+        "diagnosis/hypotheses",
+        "diagnosis/posterior",
+        "diagnosis/problem",
+    ),
+    "diagnosis/test_diagnosis_localization.py": (
+        "diagnosis/cross_validation/gap_explained",
+        "diagnosis/cross_validation/retain_predictive",
+    ),
+    "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
+    "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
+    "models/test_model_laws.py": ("models/base", "models/geometry"),
+    "models/test_model_registry.py": ("models/registry", "models/user_file"),
+    "optimizers/test_checkpoint.py": ("optimizers/journal",),
+    "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
+    "sample/test_sample.py": ("sample/make",),
+    "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
+    "study/test_study_expressions.py": ("study/validation",),
+    "study/test_study_parse.py": ("study/reference", "study/schema"),
+    "study/test_study_parts.py": (
+        "study/build",
+        "study/load",
+        "study/noise",
+        "study/parameters",
+        "study/solver",
+        "study/template",
+        "study/trial_files",
+    ),
+    "test_end_to_end.py": ("commands/demo",),
+    "test_identify_interrupts.py": ("uncertainty/refits",),
+    "trials/test_trials_check.py": (
+        "trials/check/duplicates",
+        "trials/check/excitation",
+        "trials/check/helpers",
+        "trials/check/limits",
+        "trials/check/positions",
+        "trials/check/rates",
+        "trials/check/sensors",
+        "trials/check/table",
+        "trials/check/timing",
+    ),
+    "trials/test_trials_prepare.py": (
+        "trials/prepare/base",
+        "trials/prepare/decimate",
+        "trials/prepare/filters",
+        "trials/prepare/fusion",
+        "trials/prepare/lever_arm",
+        "trials/prepare/simple",
+    ),
+    "trials/test_trials_read.py": (
+        "trials/binary_files",
+        "trials/channel",
+        "trials/condition",
+        "trials/csv_file",
+        "trials/finding",
+        "trials/mat_subprocess",
+        "trials/places",
+        "trials/read_table",
+        "trials/standard_channels",
+        "trials/tables",
+        "trials/trial",
+    ),
+    "uncertainty/test_formula_uncertainty.py": (
+        "uncertainty/model_comparison",
+        "uncertainty/prediction",
+        "uncertainty/structural_identifiability",
+    ),
+    "uncertainty/test_identifiability.py": (
+        "uncertainty/covariance",
+        "uncertainty/prior_identifiability",
+        "uncertainty/profile",
+        "uncertainty/sensitivity",
+    ),
+}
+
+
+def own_files(module: str) -> list[Path]:
+    """Test files whose name is the module's path or the end of it: a/b.py has test_a_b.py or test_b.py."""
+    parts = module.removesuffix(".py").split("/")
+    names = {"test_" + "_".join(parts[k:]) + ".py" for k in range(len(parts))}
+    return [path for path in (TESTS / parts[0] if len(parts) > 1 else TESTS).rglob("test_*.py") if path.name in names]
+
+
+def other_files(module: str) -> list[Path]:
+    """Test files that the list names for it and that are there."""
+    name = module.removesuffix(".py")
+    listed = [file for file, patterns in ELSEWHERE.items() if any(fnmatch(name, pattern) for pattern in patterns)]
+    return [TESTS / file for file in listed if (TESTS / file).exists()]
+
+
+def test_each_module_has_its_test_file() -> None:
+    missing = [module for module in MODULES if not own_files(module) and not other_files(module)]
+    assert not missing, "no test file is named after these modules, nor listed for them in ELSEWHERE"
