@@ -4,6 +4,7 @@ Values [S]: of the order of those published for vehicles of this kind and size. 
 """
 
 from math import cos, sin
+from typing import Any
 
 from seatruth import Channel, Model, Parameter
 from seatruth.models import Dimensions
@@ -12,7 +13,7 @@ AHEAD = 0.5**0.5
 """Cosine of the angle by which each thruster is turned off the axis."""
 
 
-def thrust(n, u, p):
+def one_thrust(n: Any, u: Any, p: Any) -> Any:
     """One thruster's thrust (N) at n rev/s and u m/s through the water."""
     return p.k_n * n * abs(n) - p.k_u * abs(n) * u
 
@@ -63,10 +64,10 @@ class OpenFrame(Model):
     )
 
     @staticmethod
-    def rhs(s, i, p, e):
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         u, v, r = s.u - e.u_c, s.v - e.v_c, s.r
-        port = thrust(i.n_bow_port, u, p) + thrust(i.n_stern_port, u, p)
-        starboard = thrust(i.n_bow_starboard, u, p) + thrust(i.n_stern_starboard, u, p)
+        port = one_thrust(i.n_bow_port, u, p) + one_thrust(i.n_stern_port, u, p)
+        starboard = one_thrust(i.n_bow_starboard, u, p) + one_thrust(i.n_stern_starboard, u, p)
         X = p.X_u * u + p.X_uu * u * abs(u) + AHEAD * (port + starboard) + e.X
         Y = p.Y_v * v + p.Y_uv * u * v + p.Y_vv * v * abs(v) + p.Y_ur * u * r + e.Y
         N = p.N_uv * u * v + p.N_r * r + p.N_ur * u * r + p.N_rr * r * abs(r) + p.side * (port - starboard) + e.N
@@ -84,16 +85,16 @@ class OpenFrame(Model):
         )
 
     @staticmethod
-    def dimensions(p):
+    def dimensions(p: Any) -> Dimensions:
         return Dimensions(p.L, p.B, p.d, p.mass, p.rho)
 
     @staticmethod
-    def thrust(s, i, p, e):
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
         u = s.u - e.u_c
-        port = thrust(i.n_bow_port, u, p) + thrust(i.n_stern_port, u, p)
-        return AHEAD * (port + thrust(i.n_bow_starboard, u, p) + thrust(i.n_stern_starboard, u, p))
+        port = one_thrust(i.n_bow_port, u, p) + one_thrust(i.n_stern_port, u, p)
+        return AHEAD * (port + one_thrust(i.n_bow_starboard, u, p) + one_thrust(i.n_stern_starboard, u, p))
 
     @staticmethod
-    def drag(s, i, p, e):
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
         u = s.u - e.u_c
         return -p.X_u * u - p.X_uu * u * abs(u)
