@@ -107,8 +107,28 @@ def manoeuvres(family: Family, seconds: float, full: float) -> dict[str, list[Or
         **{f"slow {key}": [(t, delta, SLOW) for t, delta, _ in steered[key]] for key in slow},
         "steps of n": [(0.0, 0.0, 1.0), (seconds / 3, 0.0, SLOW), (2 * seconds / 3, 0.0, 1.0)],
         "coast-down (n to zero)": [(0.0, 0.0, 1.0), (seconds / 4, 0.0, 0.0)],
+        **_thrusters(family, seconds),
         "straight run": [(0.0, 0.0, 1.0)],
     }
+
+
+def _thrusters(family: Family, seconds: float) -> dict[str, list[Orders]]:
+    """Steps and coast-downs of a craft without a rudder: of all its thrusters, and of those on one side."""
+    found: dict[str, list[Orders]] = {}
+    sides = [[name for name, more in family.thrusters.items() if more * side > 0] for side in (1, -1)]
+    for side, group in zip((0.0, 1.0, -1.0), (list(family.thrusters), *sides), strict=True):
+        if not group:
+            continue
+        names = " and ".join(group)
+        # One side at the share f of its revolutions: the mean falls by half of that, the rest is an angle.
+        angle = family.revolutions / (2 * abs(family.thrusters[group[0]])) * side * family.craft.sense
+
+        def at(f: float, side: float = side, angle: float = angle) -> tuple[float, float]:
+            return (f - 1.0) * angle, f if side == 0.0 else 0.5 * (1.0 + f)
+
+        found[f"steps of {names}"] = [(0.0, *at(1.0)), (seconds / 3, *at(SLOW)), (2 * seconds / 3, *at(1.0))]
+        found[f"coast-down ({names} to zero)"] = [(0.0, *at(1.0)), (seconds / 4, *at(0.0))]
+    return found
 
 
 def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]:

@@ -82,6 +82,20 @@ def test_the_same_words_are_the_same_inputs_by_the_clock(name: str) -> None:
         assert off <= 5
 
 
+@pytest.mark.parametrize("name", ["twin", "frame"])
+def test_thrusters_of_one_side_slow_down_alone(name: str) -> None:
+    family = families()[name]
+    for side in ("port", "starboard", ""):
+        group = [thruster for thruster in family.thrusters if thruster.endswith(side)]
+        words = " and ".join(group)
+        trial = suggested(family, recorded(family, 0.0), f"coast-down ({words} to zero)")
+        assert trial is not None
+        late = trial.manoeuvre()(trial.seconds, {}, family.craft)
+        every = family.recorded(np.array([late.delta]), np.array([late.n * family.revolutions]))
+        for thruster, revolutions in every.items():
+            assert revolutions[0] == pytest.approx(0.0 if thruster in group else family.revolutions, abs=1e-9)
+
+
 def test_words_of_no_menu_are_no_trial() -> None:
     family = families()["ship"]
     for words in ("a dance", "turn by +delta, then a dance", "beam course: ", "straight run,then straight run"):
