@@ -20,6 +20,7 @@ from withheld.reality.families import Family, families
 from withheld.reality.manoeuvres import Trial
 from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note
+from withheld.studies import UNITS
 from withheld.verdicts import verdict
 
 from seatruth.diagnosis.experiment_design.candidates import Menu
@@ -45,9 +46,9 @@ def menu_of(family: Family, records: list[Record]) -> Menu:
         inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
         outputs = {name: np.full(record.t.shape, float(name == "u")) for name in family.outputs}
         trials.append(Log(f"t{k}", record.t, inputs, outputs, synthetic=True))
-    model = SimpleNamespace(inputs=[SimpleNamespace(name=name) for name in names])
-    given: Any = SimpleNamespace(trials=trials, model=model, outputs=family.outputs)
-    return Menu(given)
+    model = SimpleNamespace(inputs=[SimpleNamespace(name=name, unit=UNITS[name]) for name in names])
+    problem: Any = SimpleNamespace(trials=trials, study=SimpleNamespace(model=model), outputs=family.outputs)
+    return Menu(problem)
 
 
 @pytest.mark.parametrize("name", ["ship", "mariner", "auv", "torpedo"])
