@@ -24,8 +24,8 @@ from seatruth import (
     write_report,
 )
 from seatruth.cli import run
-from seatruth.report.diagnosis import words
 from seatruth.report.page import render
+from seatruth.report.text import diagnosis as text
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def diagnosed(
     folder: Path, trials: list[Trial], effects: tuple[str, ...] = small.EFFECTS, **options: bool
 ) -> Diagnosis:
     found = diagnose(small.study(folder, trials), effects, threads=1, **options)
-    page = render(found)  # whatever was found can be shown
+    page = render(found)  # every diagnosis can be shown
     assert "nan" not in page.replace("finance", "").lower().split("provenance")[0].split()
     return found
 
@@ -54,10 +54,8 @@ def codes(found: Diagnosis) -> set[str]:
 def test_one_trial_alone(folder: Path, runs: list[Trial]) -> None:
     found = diagnosed(folder, runs[:1])
     assert "one-trial" in codes(found)
-    assert found.how_far is not None
-    assert found.how_far["closure"] is None
-    assert "nothing can be left out" in words.how_far_in_words(found)
-    assert found.verdict["sentence"]
+    assert "nothing can be left out" in text.validation_in_words(found)
+    assert found.verdict.sentence
 
 
 def test_trials_without_excitation(folder: Path, runs: list[Trial]) -> None:
@@ -75,16 +73,16 @@ def test_trials_without_excitation(folder: Path, runs: list[Trial]) -> None:
         for k in range(3)
     ]
     found = diagnosed(folder, still)
-    assert found.verdict["kind"] in ("no_gap", "underpowered")
-    assert "rudder_gain" in found.verdict["powerless"]
-    assert "rudder effectiveness" in words.weak_in_words(found)
+    assert found.verdict.kind in ("no_gap", "underpowered")
+    assert "rudder_gain" in {effect.name for effect in text.undetectable(found)}
+    assert "rudder effectiveness" in text.undetectable_in_words(found)
 
 
 def test_a_channel_that_no_trial_recorded(folder: Path, runs: list[Trial]) -> None:
     bare = [dataclasses.replace(trial, outputs={"r": trial.outputs["r"]}) for trial in runs]
     found = diagnosed(folder, bare)
-    assert {row["channel"] for row in found.gap} == {"r"}
-    assert "rudder_offset" in (*found.named, *found.verdict["set"])
+    assert set(found.gap["channel"]) == {"r"}
+    assert "rudder_offset" in (*found.named, *found.verdict.members)
 
 
 def test_channels_with_gaps(folder: Path, runs: list[Trial]) -> None:
@@ -95,14 +93,14 @@ def test_channels_with_gaps(folder: Path, runs: list[Trial]) -> None:
         holes.append(dataclasses.replace(trial, outputs={**trial.outputs, "psi": psi}))
     found = diagnosed(folder, holes)
     assert found.named == ("rudder_offset",)
-    assert next(row["n"] for row in found.gap if row["channel"] == "psi") == len(runs[0]) - 30
+    assert found.gap.loc[found.gap["channel"] == "psi", "n"].iloc[0] == len(runs[0]) - 30
 
 
 @pytest.mark.slow
 def test_the_same_data_twice(folder: Path, runs: list[Trial]) -> None:
     twice = [*runs, dataclasses.replace(runs[0], name="copy")]
     found = diagnosed(folder, twice)
-    assert words.data_first(found)
+    assert text.data_first(found)
     assert any("copy" in f.message or "same" in f.message for f in found.findings if f.severity == "error")
 
 
@@ -110,7 +108,7 @@ def test_rate_of_turn_with_the_wrong_sign_is_said_first(folder: Path, runs: list
     wrong = [dataclasses.replace(t, outputs={**t.outputs, "r": -t.outputs["r"]}) for t in runs]
     found = diagnosed(folder, wrong)
     assert "psi-r-sign" in codes(found)
-    first = words.data_first(found)
+    first = text.data_first(found)
     assert "sign" in first
     page = render(found)
     assert page.index("The data first") < page.index("Which?")
@@ -119,8 +117,8 @@ def test_rate_of_turn_with_the_wrong_sign_is_said_first(folder: Path, runs: list
 def test_degrees_taken_for_radians_are_said_first(folder: Path, runs: list[Trial]) -> None:
     wrong = [dataclasses.replace(t, outputs={**t.outputs, "r": np.rad2deg(t.outputs["r"])}) for t in runs]
     found = diagnosed(folder, wrong)
-    assert words.data_first(found)
-    assert "deg/s" in words.data_first(found)
+    assert text.data_first(found)
+    assert "deg/s" in text.data_first(found)
 
 
 def test_a_simulation_that_is_unstable(folder: Path, runs: list[Trial]) -> None:
@@ -195,7 +193,7 @@ def test_a_black_box_gets_the_effects_that_act_from_outside(folder: Path, runs: 
                                  outputs={k: v[:60] for k, v in t.outputs.items()}) for t in runs[:2]]  # fmt: skip
     study = Study(name="box", model=box, trials=Trials(short))
     found = diagnose(study, [*small.EFFECTS, "wind"], threads=1)
-    assert "wind" in found.left_out
+    assert "wind" in found.unavailable
     assert "rudder_offset" in found.named, str(found)
     assert "Which?" in render(found)
 
@@ -221,7 +219,7 @@ def test_a_trial_of_a_few_samples_is_refused(folder: Path, runs: list[Trial]) ->
         inputs={name: v[:5] for name, v in runs[0].inputs.items()},
         outputs={name: v[:5] for name, v in runs[0].outputs.items()},
     )
-    with pytest.raises(BadInput, match="under 10 samples"):
+    with pytest.raises(BadInput, match="fewer than 10 samples"):
         diagnose(small.study(folder, [cut, *runs[1:]]), small.EFFECTS, threads=1)
 
 
@@ -229,6 +227,6 @@ def test_a_trial_of_a_few_samples_is_refused(folder: Path, runs: list[Trial]) ->
 def test_nothing_free(folder: Path, runs: list[Trial]) -> None:
     study = small.study(folder, runs)
     fixed = study.replace(parameters=tuple(p.replace(vary=False, prior=None) for p in study.parameters))
-    found = diagnose(fixed, small.EFFECTS, threads=1, left_out=False, suggest=False)
+    found = diagnose(fixed, small.EFFECTS, threads=1, validate=False, suggest=False)
     assert "no-coefficients" in codes(found)
     write_report(found, folder / "fixed.html")

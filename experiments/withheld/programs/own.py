@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from seatruth import load_study
 from seatruth.diagnosis import Diagnosis, diagnose
+
+OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
+"""Fields of each hypothesis, from which constants are calibrated."""
+OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
+"""Fields of each effect's result that are kept for real records."""
 
 
 def diagnosed(study: Path) -> dict[str, Any]:
@@ -19,26 +25,18 @@ def diagnosed(study: Path) -> dict[str, Any]:
     found = diagnose(loaded, suggest=loaded.synthetic)
     said = dict(found.as_verdict(study.parent.name))
     said["hypotheses"] = [
-        {
-            "effects": list(one.effects), "discrepancy": one.discrepancy, "log_evidence": one.log_evidence,
-            "log_prior": one.log_prior,
-        }
+        {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects)}
         for one in found.hypotheses
-    ]  # fmt: skip
-    said["seconds"] = found.outcome["wall_s"]
+    ]
     return said if loaded.synthetic else {**said, **_of_every_effect(found)}
 
 
 def _of_every_effect(found: Diagnosis) -> dict[str, Any]:
+    content = found.content()
     return {
-        "which": [
-            {
-                "name": one.name, "probability": one.probability, "log_evidence": one.log_evidence,
-                "lambda": one.noncentrality, "in_words": one.in_words,
-                "parameters": [{"name": q.name, "value": q.value, "stderr": q.stderr} for q in one.parameters],
-            }
-            for one in found.effects
-        ],
-        "noise": {one.channel: one.white for one in found.noise},
-        "folds": [] if found.validation is None else [vars(fold) for fold in found.validation.folds],
-    }  # fmt: skip
+        "which": [{key: row[key] for key in OF_EFFECT} for row in content["effects"]],
+        "shares": content["shares"],
+        "noise": {channel.channel: math.hypot(channel.white, channel.slow) for channel in found.noise},
+        "folds": content["validation"]["folds"] if content["validation"] is not None else [],
+        "seconds": found.outcome["wall_s"],
+    }

@@ -85,7 +85,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
     with what there is. Raises LinAlgError where the model alone cannot be fitted.
     """
     settings = problem.settings
-    found = Search(problem, noise_prior(problem), store=store or Checkpoint(None, ""))
+    found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     _fit_null(found)
