@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from seatruth.diagnosis.discrepancy.random_force import DiscrepantFloor, discrepant
-from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.noise import Series, white_floor
+
+from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.pipeline import _helping
 from seatruth.diagnosis.posterior import (
     FORM,

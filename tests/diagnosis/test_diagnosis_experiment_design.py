@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_case as small
-
 from seatruth.diagnosis.discrepancy.score_test import Probes, probes
+from seatruth.diagnosis.result_builder import Parts
+
 from seatruth.diagnosis.experiment_design.candidates import MOST, Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals
 from seatruth.diagnosis.experiment_design.select import next_trial
@@ -17,7 +18,6 @@ from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.hypotheses import Search, floor_of, search
 from seatruth.diagnosis.posterior import UNKNOWN, candidates, detectable, powerless, verdict
 from seatruth.diagnosis.problem import GapProblem
-from seatruth.diagnosis.result_builder import Parts
 from seatruth.effects import load_effects
 from seatruth.trials.trial import Trials
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import small_case as small
+from seatruth.diagnosis.noise import white_floor
 
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.hypotheses import floor_of
 from seatruth.diagnosis.initial_guess import STRAYED, from_pieces
-from seatruth.diagnosis.noise import white_floor
 from seatruth.diagnosis.problem import GapProblem
 from seatruth.effects import load_effects
 from seatruth.models import load_model

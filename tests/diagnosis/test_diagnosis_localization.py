@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import small_case as small
-
 from seatruth.diagnosis.cross_validation.gap_explained import Fold, _closure, how_far
+
 from seatruth.diagnosis.hypotheses import Search, floor_of, search
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares
 from seatruth.diagnosis.problem import GapProblem

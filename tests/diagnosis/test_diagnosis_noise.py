@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz, toeplitz
 from scipy.signal import lfilter
-
 from seatruth.diagnosis.noise import Series, noise_floor
 
 AR = {"white": [], "first order": [0.8], "second order": [1.2, -0.5], "alternating": [-0.6]}

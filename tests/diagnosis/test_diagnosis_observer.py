@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 import small_case as small
+from seatruth.diagnosis.cross_validation.retain_predictive import lasting, predictive
+from seatruth.diagnosis.noise import white_floor
+from seatruth.diagnosis.observer import astray, gains, led, led_floor, with_record
 from small_case import TRUE, folder_with_model, study, trials
 
 from seatruth import diagnose
-from seatruth.diagnosis.cross_validation.retain_predictive import lasting, predictive
 from seatruth.diagnosis.fit import Fit, fit
-from seatruth.diagnosis.noise import white_floor
-from seatruth.diagnosis.observer import astray, gains, led, led_floor, with_record
 from seatruth.diagnosis.problem import GapProblem, Linear
 from seatruth.effects import load_effects
 from seatruth.models import load_model

@@ -27,6 +27,8 @@ _HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
 _PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_NESTED = 8.0
+"""nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
 _LARGE = math.log(0.3)
 """Log size of discrepancy from which runs that stray are fitted."""
 _SMALL = math.log(0.003)
@@ -158,6 +160,18 @@ def _fit_null(found: Search) -> None:
 
 
 def _fit_both(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
+    _fit_forward(found, key, near)
+    for on in (False, True):
+        parts = [found.fits.get((tuple(n for n in key if n != name), on)) for name in key]
+        parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)
+        own = found.fits.get((key, on))
+        # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
+        if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
+            _fit(found, key, on, parent.point, parent.sizes, attempt=3)
+
+
+def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
     problem = found.problem
     start = _start(found, key, near)

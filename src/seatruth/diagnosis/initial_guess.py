@@ -67,7 +67,7 @@ def from_equation_error(problem: Problem) -> Point | None:
                 targets.append((change - rates[a : b + 1, k].mean()) / scale)
     A, target = np.array(rows), np.array(targets)
     finite = np.isfinite(A).all(axis=1) & np.isfinite(target)
-    options = []
+    options: list[tuple[float, int, Point]] = []
     for with_terms, with_coefficients in ((True, True), (False, True), (False, False)):
         kept = np.ones(A.shape[1], dtype=np.bool_)
         kept[: len(problem.coefficients)] = with_coefficients
