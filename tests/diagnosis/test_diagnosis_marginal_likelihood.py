@@ -119,8 +119,8 @@ class Dense:
     def log_density(self, keep: np.ndarray | None = None) -> float:
         keep = np.ones(len(self.errors), dtype=bool) if keep is None else keep
         covariance = (self.noise + self.J @ self.P @ self.J.T)[np.ix_(keep, keep)]
-        # Errors are measured less simulated: `J` is their slope, so that errors at the truth, e + J (truth - point), are
-        # noise.
+        # `J` is the slope of the errors: those at the truth, e + J (truth - point), are
+        # the noise.
         mean = -(self.J @ self.offset)[keep]
         return float(multivariate_normal(mean, covariance).logpdf(self.errors[keep]))
 
