@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from seatruth import load_study
 from seatruth.diagnosis import Diagnosis, diagnose
 
-OF_CAUSE = ("name", "probability", "log_evidence", "lambda", "in_words", "parameters")
+OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
+"""Fields of each effect's result that are kept for real records."""
 
 
 def diagnosed(study: Path) -> dict[str, Any]:
@@ -24,10 +26,11 @@ def diagnosed(study: Path) -> dict[str, Any]:
 
 
 def _of_every_effect(found: Diagnosis) -> dict[str, Any]:
+    content = found.content()
     return {
-        "which": [{key: row[key] for key in OF_CAUSE} for row in found.which],
-        "shares": found.shares,
-        "noise": {row["channel"]: row["sd"] for row in found.noise},
-        "folds": (found.how_far or {}).get("folds", []),
+        "which": [{key: row[key] for key in OF_EFFECT} for row in content["effects"]],
+        "shares": content["shares"],
+        "noise": {channel.channel: math.hypot(channel.white, channel.slow) for channel in found.noise},
+        "folds": content["validation"]["folds"] if content["validation"] is not None else [],
         "seconds": found.outcome["wall_s"],
     }

@@ -184,11 +184,6 @@ class TrajectoryCost(StudyCost):
         changes = self._whole_simulator().discretisation_error(theta, x0)
         return {channel.name: float(error) for channel, error in zip(self.problem.model.outputs, changes)}
 
-    def change_inputs(self, trials: Sequence[Trial]) -> None:
-        """Simulates the same trials with other values of their inputs, without compiling anew."""
-        self._simulator.change_inputs(trials)
-        self._whole = None
-
     @property
     def steps(self) -> int:
         """Integration steps of one candidate."""

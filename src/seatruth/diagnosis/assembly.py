@@ -39,9 +39,8 @@ from seatruth.diagnosis.results import (
     NextTrial,
     Validation,
     Verdict,
-    towards,
 )
-from seatruth.diagnosis.sentences import verdict_sentence
+from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.effects import Effect
 from seatruth.effects.causes import title
@@ -315,13 +314,6 @@ class Assembly:
             for q, k in zip(effect.parameters, columns)
         )  # fmt: skip
 
-    def _in_words(self, parameters: tuple[EffectParameter, ...]) -> str:
-        unit = parameters[0].unit if parameters else ""
-        words = towards({q.name: (q.value, q.stderr) for q in parameters}, unit)
-        if words or not parameters:
-            return words
-        return ", ".join(f"{q.name} {q.value:.3g} +- {q.stderr:.2g} {q.unit}".rstrip() for q in parameters)
-
     def _effects(self, places: Mapping[str, tuple[str, ...]]) -> tuple[EffectResult, ...]:
         ranked = sorted(self.problem.effects, key=lambda name: (-self.inclusion[name], name))
         leading = [name for name in ranked if self.search.best((name,)) is not None][:_LEADING]
@@ -346,8 +338,10 @@ class Assembly:
                     log_evidence=self.search.evidence((name,)) - base,
                     noncentrality=own,
                     parameters=parameters,
-                    in_words=self._in_words(parameters),
+                    in_words=size_in_words(parameters),
                     detectable=self.detectable[name],
+                    typical={q: effect.priors(self.study.model)[q].sd for q in effect.magnitudes},
+                    units={q.name: q.unit for q in effect.parameters},
                     confusable={o: v for o, v in sorted(near.items(), key=lambda e: e[1]) if v < _CONFUSED},
                     equivalent=effect.equivalent,
                     share=self._share(name) if name in key else math.nan,
@@ -371,7 +365,7 @@ class Assembly:
             title=words,
             effects=(name, *(n for n in cluster.effects if n != name)),
             probability=cluster.probability,
-            in_words=self._in_words(parameters),
+            in_words=size_in_words(parameters),
             share=share,
             small=math.isfinite(share) and share < self.settings.small_share,
             implausible=self._prior_deviations(parameters) > self.settings.implausible,

@@ -39,10 +39,15 @@ _NO_GAP = 0.05
 def predictive_gains(search: Search, name: str, key: Key) -> Array:
     """Log predictive density (nats) of each trial left out, with an effect less without it: (T,) or (blocks,).
 
-    Both hypotheses stand at their own optimum with their own sizes.
+    Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
+    asked is what the effect adds, not whether forces of any kind would do as well.
     """
-    with_it, without = search.best(key), search.best(tuple(n for n in key if n != name))
-    if with_it is None or without is None:
+    with_it = search.best(key)
+    if with_it is None:
+        return np.zeros(0)
+    rest = tuple(n for n in key if n != name)
+    without = search.fits.get((rest, with_it.discrepancy)) or search.best(rest)
+    if without is None:
         return np.zeros(0)
     return _predictive(search.problem, with_it) - _predictive(search.problem, without)
 

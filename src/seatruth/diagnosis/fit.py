@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,8 @@ _LITTLE = 0.2
 """Part of a step below which a fit counts as stuck: far from its record, it goes on with inflated noise."""
 _FASTER, _SLOWER, _STUCK = 4.0, 1.5, 1.2
 """Factors by which the inflation falls after a full step, a part of one, and none."""
+_NOISE_STEPS, _SHAPE_STEP = (0, 1, 3, 7), 1
+"""Steps near the record at which the sizes, and the shapes, of noise are set anew; at the end they are set again."""
 _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
@@ -98,9 +101,14 @@ def fit(
             inflation = max(1.0, far)
         if inflation <= 1.0:
             sizes, value = maximise(
-                lambda s, k=likelihood: evidence(k, s), sizes, settings, channels=channels,
-                shapes=close_steps == 1, sweeps=1,
-            )  # fmt: skip
+                partial(evidence, likelihood),
+                sizes,
+                settings,
+                channels=channels,
+                noise=close_steps in _NOISE_STEPS,
+                shapes=close_steps == _SHAPE_STEP,
+                sweeps=1,
+            )
             close_steps += 1
             if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
                 break

@@ -18,12 +18,14 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, noise_prior
 from seatruth.storage.checkpoint import Checkpoint
 
 Key = tuple[str, ...]
 _HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
+_PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
 _SMALL = math.log(0.003)
 """Log size of discrepancy beside a set that explains the trials without it."""
 Say = Callable[[str, int, int], None]
@@ -83,7 +85,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
     with what there is. Raises LinAlgError where the model alone cannot be fitted.
     """
     settings = problem.settings
-    found = Search(problem, noise_prior(problem), store=store or Checkpoint(None, ""))
+    found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     _fit_null(found)
@@ -236,19 +238,20 @@ def _screen(found: Search, at: Fit) -> list[str]:
             found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
         return _ranked(found, at, others)
     likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
-    channels = sorted({series.channel for series in problem.series})
     bare = at.sizes.without_discrepancy()
+    shrunk = [at.sizes.shrunk(part) for part in _PARTS] if at.discrepancy else []
+    # Size by size, since what takes time does not depend on the effect.
+    loose_scores = dict.fromkeys(others, -math.inf)
+    for sizes in shrunk:
+        prior = log_prior(settings, sizes, found.known)
+        for other in others:
+            value = likelihood.evidence(sizes, (*at.effects, other)) + prior
+            loose_scores[other] = max(loose_scores[other], value)
+    plain_prior = log_prior(settings, bare, found.known)
     scores: dict[str, list[float]] = {}
     for other in others:
-        key = (*at.effects, other)
-
-        def value(sizes: Sizes, key: Key = key) -> float:
-            return likelihood.evidence(sizes, key) + log_prior(settings, sizes, found.known)
-
-        loose = -math.inf
-        if at.discrepancy:
-            _, loose = maximise(value, at.sizes, settings, channels=channels, noise=False, sweeps=1)
-        plain = value(bare)
+        key, loose = (*at.effects, other), loose_scores[other]
+        plain = likelihood.evidence(bare, key) + plain_prior
         for start in _finite_starts(problem, other):
             from_there = _score_from(found, at, key, other, start, bare)
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])

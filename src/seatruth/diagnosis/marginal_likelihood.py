@@ -4,11 +4,11 @@ Around a point the errors of all channels are, to first order,
 
     e = J_a a + J_q q + J_d d + J_f f + J_0 x_0 + noise,
 
-normal in everything: coefficients a and effect parameters q under their priors, discrepancy terms d and each trial's own
-forces f of sizes that the trials decide, initial states x_0 as good as unknown, noise white plus slow in each channel.
-The unknowns are integrated out in closed form, by elimination on Gram matrices of whitened columns: first each
-trial's own unknowns, then the shared ones. What is left depends on the sizes alone, which are then maximised: restricted
-maximum likelihood (Patterson and Thompson 1971). Every trial's part stays apart until the last sum, so that
+normal in everything: coefficients a and effect parameters q under their priors, discrepancy terms d and each trial's
+own forces f of sizes that the trials decide, initial states x_0 as good as unknown, noise white plus slow in each
+channel. The unknowns are integrated out in closed form, by elimination on Gram matrices of whitened columns: first each
+trial's own unknowns, then the shared ones. What is left depends on the sizes alone, which are then maximised:
+restricted maximum likelihood (Patterson and Thompson 1971). Every trial's part stays apart until the last sum, so that
 the density of a trial left out costs nothing more.
 """
 
@@ -250,8 +250,8 @@ class Likelihood:
         inner = root.T @ total[:, n:, n:] @ root
         diagonal = np.arange(inner.shape[1])
         inner[:, diagonal, diagonal] += 1.0
-        factors = np.linalg.cholesky(inner)
-        halves = np.linalg.solve(factors, root.T @ total[:, n:, :n])
+        factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
+        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:, :n]), dtype=np.float64)
         grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
         base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)

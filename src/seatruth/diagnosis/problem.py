@@ -56,8 +56,8 @@ class Series:
 class Linearization:
     """Errors (N,), measured minus simulated, at a point, and their derivatives.
 
-    `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by the
-    unknowns of each error's own trial, initial states first, then knots equation by equation.
+    `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by
+    the unknowns of each error's own trial, initial states first, then knots equation by equation.
     """
 
     point: Point

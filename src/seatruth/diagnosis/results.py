@@ -38,12 +38,17 @@ class EffectParameter:
     """One parameter of an effect as the trials give it, with its 95 % interval."""
 
     name: str
+    """Of the parameter, as the effect names it."""
     unit: str
+    """Its unit."""
     value: float
+    """Fitted together with the verdict's effects, or alone."""
     stderr: float
     """Standard error; coefficients, initial states, noise and discrepancy are marginalised."""
     lower: float
+    """Lower end of the 95 % interval."""
     upper: float
+    """Upper end of it."""
     null: float
     """Value at which the effect vanishes."""
     prior_sd: float
@@ -55,24 +60,31 @@ class EffectResult:
     """One effect of the library: how probable, how large, and what it can be confused with."""
 
     name: str
+    """As study files and `--effects` name it."""
     title: str
+    """In words."""
     cause: str
     """Its node in the tree of causes, "environment.force_fixed_to_earth.wind"."""
     acts_on: tuple[str, ...]
     """Equations ("surge"), "kinematics", "actuator:INPUT", "sensor:OUTPUT"."""
     equation: str
+    """As text."""
     probability: float
     """Posterior inclusion probability: that it acts, alone or with others."""
     log_evidence: float
     """Of the effect alone over the model without effects; linearized where it was not fitted."""
     noncentrality: float
-    """Lambda: squared size of its signature after everything else is refitted, in standard deviations; NaN if unfitted."""
+    """Lambda: squared size of its signature in standard deviations, once all else is refitted; NaN if unfitted."""
     parameters: tuple[EffectParameter, ...]
     """Empty where it was not fitted."""
     in_words: str
     """Size and direction in words, where it has a direction."""
     detectable: Mapping[str, float]
     """Smallest magnitude of each parameter that these trials show with power 0.8 in a test at 0.05."""
+    typical: Mapping[str, float]
+    """Typical distance of each magnitude from its null on such a vehicle; shape parameters have none."""
+    units: Mapping[str, str]
+    """Unit of each parameter."""
     confusable: Mapping[str, float]
     """Pairwise noncentrality to effects that it is easily taken for."""
     equivalent: tuple[str, ...]
@@ -92,11 +104,15 @@ class Hypothesis:
     """A set of effects, with or without model discrepancy beside it."""
 
     effects: tuple[str, ...]
+    """Names of its effects."""
     discrepancy: bool
+    """Whether model discrepancy acts beside them."""
     log_evidence: float
     """Laplace approximation of the log marginal likelihood, over that of the model without effects and discrepancy."""
     log_prior: float
+    """Logarithm of its prior probability."""
     probability: float
+    """Posterior probability; all hypotheses sum to 1."""
     settled: bool
     """Whether its fit converged."""
 
@@ -108,9 +124,11 @@ class NamedCause:
     cause: str
     """Node of the tree of causes."""
     title: str
+    """The node in words."""
     effects: tuple[str, ...]
     """The effects that these trials cannot tell apart, the most probable first; one where the cause is an effect."""
     probability: float
+    """Of the cause at this level."""
     in_words: str
     """Size with its uncertainty, of the most probable effect."""
     share: float
@@ -129,12 +147,15 @@ class Verdict:
     """ "effects": each cause is one effect; "inseparable": some cause is a set of effects that look alike; "no_gap";
     "underpowered": these trials cannot decide; "unknown": something acts that is not in the library."""
     causes: tuple[NamedCause, ...]
+    """What is named, the largest share of the gap first."""
     probability: float
+    """Of the verdict."""
     discrepancy: bool
     """Whether the model also lacks something that no effect describes."""
     places: tuple[str, ...]
     """Where the causes act."""
     sentence: str
+    """The headline."""
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -152,6 +173,7 @@ class Fold:
     """One trial predicted from the others. Errors are root mean square, in standard deviations of the noise."""
 
     trial: str
+    """The trial left out."""
     effects: tuple[str, ...]
     """Effects that the other trials alone select among the leading hypotheses."""
     error_refit: float
@@ -169,11 +191,13 @@ class Validation:
     """Leave-one-trial-out cross-validation of the named effects."""
 
     folds: tuple[Fold, ...]
+    """One per trial."""
     gap_explained: float
     """(refit - effects) / (refit - noise) of mean square errors on trials left out; NaN where there is no gap."""
     lower: float
+    """Lower end of the 95 % interval by jackknife over trials."""
     upper: float
-    """95 % interval by jackknife over trials."""
+    """Upper end of it."""
     control: float
     """The same for the control."""
 
@@ -183,7 +207,9 @@ class MenuEntry:
     """One candidate trial."""
 
     manoeuvre: str
+    """Its name."""
     text: str
+    """What the crew does."""
     noncentrality: float
     """Smallest pairwise noncentrality between the surviving causes, with this trial added."""
     gain: float
@@ -197,18 +223,27 @@ class NextTrial:
     """The trial that best separates the causes that are left; `manoeuvre` is empty where none of the menu helps."""
 
     manoeuvre: str
+    """Name of the suggested trial."""
     text: str
+    """What the crew does."""
     survivors: tuple[str, ...]
+    """Causes that it is to separate: effects, or "unknown"."""
     noncentrality_now: float
+    """Smallest pairwise noncentrality between them on the recorded trials."""
     noncentrality_then: float
+    """The same with the suggested trial added."""
     gain: float
+    """Factor by which it grows, clipped at 8."""
     menu: tuple[MenuEntry, ...]
+    """All candidates, the best first."""
     t: tuple[float, ...]
     """s."""
     inputs: Mapping[str, tuple[float, ...]]
+    """Inputs to apply over `t`."""
     motion: Mapping[str, tuple[float, ...]]
     """Expected outputs over `t`."""
     units: Mapping[str, str]
+    """Unit of each input and output."""
 
 
 @dataclass(frozen=True)
@@ -216,10 +251,17 @@ class MissingForce:
     """The missing acceleration of one equation in one trial: the discrepancy as a function of time."""
 
     trial: str
+    """A trial."""
     equation: str
+    """An equation of motion."""
     t: tuple[float, ...]
+    """s."""
     value: tuple[float, ...]
+    """Missing acceleration."""
     stderr: tuple[float, ...]
+    """Its standard error."""
+    unit: str
+    """Of the acceleration."""
 
 
 @dataclass(frozen=True)
@@ -227,10 +269,15 @@ class MissingTerm:
     """One term of the formula of what is missing in an equation: coefficient times a dimensionless function."""
 
     equation: str
+    """The equation to which it is added."""
     term: str
+    """Dimensionless function of motion and inputs; 1 for a constant."""
     coefficient: float
+    """Acceleration where the function is 1."""
     stderr: float
+    """Its standard error."""
     unit: str
+    """Unit of the coefficient."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +287,7 @@ class Discrepancy:
     sizes: Mapping[str, float]
     """By equation: size of the missing acceleration as a part of the usual one."""
     forces: tuple[MissingForce, ...]
+    """The missing acceleration over time, by trial and equation."""
     terms: tuple[MissingTerm, ...]
     """The terms that stand out, the clearest first."""
     log_evidence: float
@@ -251,12 +299,17 @@ class Coefficient:
     """A free coefficient of the model, refitted together with the verdict's effects."""
 
     name: str
+    """Of the coefficient."""
     unit: str
+    """Its unit."""
     declared: float
     """Value in the study."""
     prior_sd: float
+    """Standard deviation of its prior, whose mean is the declared value."""
     value: float
+    """Refitted."""
     stderr: float
+    """Its standard error."""
 
 
 @dataclass(frozen=True)
@@ -264,7 +317,9 @@ class ChannelNoise:
     """Measurement noise of one channel: white, and slow (Ornstein-Uhlenbeck)."""
 
     channel: str
+    """An output."""
     unit: str
+    """Its unit."""
     white: float
     """Standard deviation."""
     slow: float
@@ -274,6 +329,7 @@ class ChannelNoise:
     declared: float
     """White standard deviation that the study states; NaN where it states none."""
     samples: int
+    """Of all trials together."""
 
 
 @dataclass(frozen=True)
@@ -281,15 +337,19 @@ class Shares:
     """The misfit of the model as it was declared, split; the parts sum to 1."""
 
     noise: float
+    """Measurement noise."""
     parameters: float
     """Removed by refitting coefficients."""
     effects: float
     """Removed by the verdict's effects."""
     left: float
+    """What nothing explains."""
     misfit_before: float
     """Mean squared error in multiples of the noise variance, before the refit."""
     misfit_refit: float
+    """The same after the refit."""
     misfit_effects: float
+    """The same with the verdict's effects."""
 
 
 @dataclass(eq=False)
@@ -300,10 +360,15 @@ class Diagnosis:
     """
 
     study: str
+    """Name of the study."""
     model: str
+    """Name of the model."""
     synthetic: bool
+    """Whether a simulator made any of the trials."""
     seed: int
+    """The seed that was used."""
     verdict: Verdict
+    """What is said, and how sure it is."""
     effects: tuple[EffectResult, ...]
     """Every effect that took part, the most probable first."""
     hypotheses: tuple[Hypothesis, ...]
@@ -313,30 +378,40 @@ class Diagnosis:
     places: Mapping[str, float]
     """Probability that something acts there: equations, kinematics, actuators, sensors."""
     noise: tuple[ChannelNoise, ...]
+    """Measurement noise of each channel."""
     shares: Shares
+    """The split of the misfit."""
     coefficients: tuple[Coefficient, ...]
+    """Free coefficients of the model."""
     gap: pd.DataFrame
     """By trial and channel: trial, channel, unit, n, rmse_before, rmse_refit, rmse_effects, noise, multiple_before,
     multiple_refit, multiple_effects."""
     time: pd.DataFrame
-    """Misfit in equal parts of each trial: trial, from_s, to_s, n, misfit, p, significant."""
+    """Misfit in equal parts of each trial: trial, from_s, to_s, n, misfit (mean squared error over the noise variance),
+    p, p_adjusted (for the number of parts), significant (false discovery rate 5 %)."""
     region: pd.DataFrame
-    """Misfit over the operating region: axis_x, axis_y and their cells, n, misfit, p, significant."""
+    """Misfit over cells of the motion and of the inputs: variable, unit, cell, from, to, n, misfit, p, p_adjusted,
+    significant."""
     discrepancy: Discrepancy | None
+    """What the model's structure lacks; null where it cannot be estimated."""
     validation: Validation | None
+    """Null where no trial was left out."""
     next_trial: NextTrial | None
+    """Null where it was not asked for."""
     augmented: dict[str, Any]
     """The model with the named effects at their reported values: "effects", "parameters" by name."""
     unavailable: Mapping[str, str]
     """Installed effects that cannot act on this model, with the reason."""
     trials: list[dict[str, Any]]
-    """name, samples, duration_s, conditions, steps."""
+    """Name, samples, duration_s, conditions and steps (what was done to the data) of each trial."""
     outcome: dict[str, Any]
-    """code ("done", "interrupted"), reason, wall_s, cpu_s, fits, settings, resumed."""
+    """How it ended: code ("done", "interrupted"), reason, wall_s, cpu_s, fits, settings, resumed."""
     traces: pd.DataFrame
     """trial, t, channel, measured, before, refit, effects."""
     findings: list[Finding] = field(default_factory=list)
+    """What a user should read: severity, code, message, where, do, trial, channel."""
     provenance: dict[str, Any] = field(default_factory=dict)
+    """Versions, files and hashes, settings."""
 
     @property
     def named(self) -> tuple[str, ...]:

@@ -21,12 +21,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from seatruth.diagnosis.results import EffectResult, Kind, NamedCause, Shares, Validation
+from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
 then at most 0.7 of the noise's standard deviation."""
 _LACKS = "The model also lacks something that no effect of the library describes."
+_LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
 
 def verdict_sentence(
@@ -60,7 +61,7 @@ def verdict_sentence(
         return _joined(_undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
         return _unknown(causes, probability, shares)
-    return _named(causes, probability, discrepancy, validation, one_trial)
+    return _named(causes, probability, discrepancy, shares, validation, one_trial)
 
 
 def chance(probability: float) -> str:
@@ -68,6 +69,11 @@ def chance(probability: float) -> str:
     if probability >= 0.9995:
         return "over 99.9 %"
     return f"{100.0 * probability:.3g} %" if probability >= 5e-4 else "under 0.05 %"
+
+
+def whole_percent(part: float) -> str:
+    """A part of the gap in whole per cent, "93 %"."""
+    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
 
 
 def cause_in_words(cause: NamedCause) -> str:
@@ -86,12 +92,16 @@ def cause_in_words(cause: NamedCause) -> str:
     return f"{cause.title}{f', {towards}{direction}' if direction else ''}: {same}"
 
 
-def size_in_words(effect: EffectResult) -> str:
-    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted."""
-    if effect.in_words:
-        return effect.in_words
+def size_in_words(parameters: Sequence[EffectParameter]) -> str:
+    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
+
+    Components north and east are given as size and direction.
+    """
+    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
+    if direction:
+        return direction
     parts = []
-    for q in effect.parameters:
+    for q in parameters:
         degrees = q.unit in ("rad", "rad/s")
         factor = math.degrees(1.0) if degrees else 1.0
         unit = q.unit.replace("rad", "deg") if degrees else q.unit
@@ -114,16 +124,18 @@ def _named(
     causes: Sequence[NamedCause],
     probability: float,
     discrepancy: bool,
+    shares: Shares,
     validation: Validation | None,
     one_trial: bool,
 ) -> str:
+    little_left = math.sqrt(max(shares.misfit_effects, 0.0)) <= AT_NOISE
     large = [cause for cause in causes if not cause.small]
     sure = [cause for cause in large if not cause.implausible]
     doubtful = [cause for cause in large if cause.implausible]
     sentences = []
     unproven = validation is not None and not shrinks_surely(validation)
     if sure:
-        whole = "a part of the gap" if discrepancy else "the gap"
+        whole = "a part of the gap" if discrepancy and not little_left else "the gap"
         probable = f"{_listed(sure)} (probability {chance(probability)})."
         start = f"The most probable cause of {whole} is" if unproven else f"{whole.capitalize()} comes from"
         sentences.append(f"{start} {probable}")
@@ -136,7 +148,7 @@ def _named(
         )
     if not large:
         sentences.append("No cause of practical size is seen.")
-    sentences += [_small(causes), _lacks(discrepancy)]
+    sentences += [_small(causes), _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy)]
     if large:
         sentences.append(_prediction(validation, one_trial))
     return _joined(*sentences)
@@ -182,17 +194,13 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
         return "This was not tested on trials left out."
     if not math.isfinite(validation.gap_explained):
         return "On trials left out there is no gap to explain."
-    ends = f"95 % interval {_percent(validation.lower)} to {_percent(validation.upper)}"
+    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
     if shrinks_surely(validation):
-        return f"On trials left out, it explains {_percent(validation.gap_explained)} of the gap ({ends})."
+        return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     return (
-        f"But the gap does not shrink surely on trials left out: {_percent(validation.gap_explained)} of it is "
+        f"But the gap does not shrink surely on trials left out: {whole_percent(validation.gap_explained)} of it is "
         f"explained ({ends})."
     )
-
-
-def _percent(part: float) -> str:
-    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
 
 
 def _listed(causes: Sequence[NamedCause]) -> str:

@@ -1,7 +1,7 @@
 """Every number that a diagnosis rests on, with its unit, meaning and origin.
 
-Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]": chosen
-here by judgement, for the reason that stands beside it.
+Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]":
+chosen here by judgement, for the reason that stands beside it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sizes of noise and discrepancy: what they are, what is known of them before the trials, and how they are maximised."""
+"""Sizes of noise and discrepancy: what they are, what is known of them before, and how they are maximised."""
 
 from __future__ import annotations
 
@@ -46,6 +46,10 @@ class Sizes:
         """The same noise, nothing missing."""
         none = np.full_like(self.terms, -math.inf)
         return replace(self, terms=none, forces=none)
+
+    def shrunk(self, part: float) -> Sizes:
+        """The same noise, with this part of the discrepancy."""
+        return replace(self, terms=self.terms + math.log(part), forces=self.forces + math.log(part))
 
     def with_discrepancy(self, least: float = math.log(0.01)) -> Sizes:
         """The same noise, with discrepancy from which a search can start."""
@@ -129,7 +133,8 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):
         inside = values[np.isfinite(values)]
-        total -= _OUTSIDE * float((np.maximum(inside, 0.0) ** 2 + np.maximum(lowest - inside, 0.0) ** 2).sum())
+        beyond = np.maximum(inside, 0.0) ** 2 + np.maximum(lowest - inside, 0.0) ** 2
+        total -= _OUTSIDE * float(beyond.sum())
     # Lewandowski, Kurowicka and Joe 2009 with eta = 2 for each pair: no correlation is likeliest, +-1 impossible.
     return total + float(np.log(np.maximum(1.0 - sizes.coupling**2, 1e-12)).sum())
 

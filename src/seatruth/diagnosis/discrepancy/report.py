@@ -31,11 +31,14 @@ def describe(search: Search, key: Key) -> Discrepancy | None:
     for number, trial in enumerate(problem.trials):
         deviation = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
         t = [k * model.spacing for k in range(knots) if k * model.spacing <= trial.duration + model.spacing]
-        for e, equation in enumerate(model.equations.values()):
+        for e, (state, equation) in enumerate(model.equations.items()):
+            unit = acceleration_unit(problem.study.model, state)
             rows = slice(e * knots, e * knots + len(t))
             value = found.point.forces[number, e, : len(t)]
             forces.append(
-                MissingForce(trial.name, equation, tuple(t), tuple(value.tolist()), tuple(deviation[rows].tolist()))
+                MissingForce(
+                    trial.name, equation, tuple(t), tuple(value.tolist()), tuple(deviation[rows].tolist()), unit
+                )
             )
     return Discrepancy(
         sizes={equation: float(_size(found, e)) for e, equation in enumerate(model.equations.values())},

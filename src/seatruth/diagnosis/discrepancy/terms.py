@@ -19,6 +19,9 @@ KINEMATIC = frozenset(
 )
 """States whose rates follow from the other states alone."""
 
+DEPTHS = frozenset(("z", "depth", "zeta"))
+"""States on which a hull's forces may depend though it does not move: it is compressed with depth."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -44,7 +47,7 @@ def equations(model: Model) -> dict[str, str]:
 
 
 def terms_of(model: Model) -> list[Term]:
-    """Products of two motions, and of motions with inputs.
+    """Products of two motions, of motions with inputs, and depth.
 
     None depends on the course over the earth: what does is not the model's structure but its environment.
     """
@@ -58,6 +61,8 @@ def terms_of(model: Model) -> list[Term]:
         for b in moving[k + 1 :]:
             if few or ahead in (a, b):
                 shapes.append((f"{a} {b}", (("state", a), ("state", b))))
+    for depth in (channel.name for channel in base.states if channel.name in DEPTHS):
+        shapes.append((depth, (("state", depth),)))
     for channel in base.inputs:
         i = channel.name
         shapes += [
