@@ -9,12 +9,14 @@ from typing import Any
 from seatruth import load_study
 from seatruth.diagnosis import Diagnosis, diagnose
 
+OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
+"""Fields of each hypothesis, from which constants are calibrated."""
 OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
 """Fields of each effect's result that are kept for real records."""
 
 
 def diagnosed(study: Path) -> dict[str, Any]:
-    """What `seatruth diagnose` says of a study, in the form that is scored.
+    """What `seatruth diagnose` says of a study, in the form that is scored, with every hypothesis that it compared.
 
     Of real records it also says what it thinks of every effect, named or not, and nothing of a next trial, which nobody
     can sail any more.
@@ -22,6 +24,10 @@ def diagnosed(study: Path) -> dict[str, Any]:
     loaded = load_study(study)
     found = diagnose(loaded, suggest=loaded.synthetic)
     said = dict(found.as_verdict(study.parent.name))
+    said["hypotheses"] = [
+        {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects)}
+        for one in found.hypotheses
+    ]
     return said if loaded.synthetic else {**said, **_of_every_effect(found)}
 
 

@@ -82,6 +82,7 @@ class Assembly:
             near=self.noncentrality_between,
             helps=lambda name, key: lower_bound(self.gains(name, key), self.settings.significance) > 0.0,
             underpowered=len(self._undetectable()) > len(self.problem.effects) // 2,
+            converged=self.search.null.settled,
         )
 
     def gains(self, name: str, key: Key) -> Array:
@@ -238,6 +239,7 @@ class Assembly:
     ) -> Diagnosis:
         """All parts together."""
         problem, points = self.problem, self.points
+        findings = [*findings, *self._unconverged()]
         sizes = self._screen[1].sizes
         errors = whitened(problem, problem.errors(points["refit"]), sizes)
         before, refit, effects = (self._misfit(points[name]) for name in ("before", "refit", "effects"))
@@ -293,6 +295,18 @@ class Assembly:
             findings=findings,
             provenance=provenance(),
         )
+
+    def _unconverged(self) -> list[Finding]:
+        """Fits that the answer rests on and that did not converge."""
+        fits = {"the model alone": self.search.null, "the answer": self.shown}
+        names = [name for name, fit in fits.items() if not fit.settled]
+        if not names:
+            return []
+        text = (
+            f"The fit of {' and of '.join(dict.fromkeys(names))} did not converge: sizes and probabilities are rough."
+        )
+        do = "Cut the trials into shorter ones, or begin from better coefficients (`seatruth identify`)."
+        return [Finding("warning", "not-converged", text, f"study {self.study.name!r}", do)]
 
     def _places(self, effect: Effect) -> tuple[str, ...]:
         """Where an effect acts on this model, under the model's names."""

@@ -18,7 +18,7 @@ from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import Key, Search, ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.posterior import log_prior
 from seatruth.diagnosis.problem import Linearization, Point, Problem
@@ -46,7 +46,7 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
     if with_it is None:
         return np.zeros(0)
     rest = tuple(n for n in key if n != name)
-    without = search.fits.get((rest, with_it.discrepancy)) or search.best(rest)
+    without = ensure(search, rest, with_it) or search.best(rest)
     if without is None:
         return np.zeros(0)
     return _predictive(search.problem, with_it) - _predictive(search.problem, without)

@@ -48,6 +48,7 @@ def decide(
     near: Callable[[str, str], float],
     helps: Callable[[str, Key], bool],
     underpowered: bool,
+    converged: bool = True,
 ) -> Decision:
     """What is said.
 
@@ -58,14 +59,14 @@ def decide(
         near: pairwise noncentrality of two effects.
         helps: whether an effect, as part of a set, predicts trials left out.
         underpowered: whether these trials could not show most effects.
+        converged: whether the fit of the model alone converged; if not, nobody can say that there is no gap.
     """
     sets = answers(found)
     none, unknown = none_and_unknown(found)
     named = sum(sets.values())
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
-        return Decision(
-            "underpowered" if underpowered or none < settings.name_threshold else "no_gap", (), none, False, ()
-        )
+        sure = converged and not underpowered and none >= settings.name_threshold
+        return Decision("no_gap" if sure else "underpowered", (), none, False, ())
     clusters: list[Cluster] = []
     shown: Key = next(iter(sets), ())
     shown_first: Key = ()

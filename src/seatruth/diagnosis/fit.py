@@ -1,9 +1,10 @@
 """The most probable values of all unknowns of a hypothesis, and its evidence there.
 
 Gauss-Newton steps with backtracking on the whitened errors and the priors, the sizes of noise and discrepancy set anew
-at each point by restricted maximum likelihood. While errors are many times the noise, the noise is inflated: a long
-run that strays from its record is drawn near it before it is fitted closely. The evidence is Laplace's approximation at
-the optimum (MacKay 2003, Information Theory, Inference, and Learning Algorithms, chapter 27).
+at each point by restricted maximum likelihood. While errors are many times the noise, the noise of each channel is
+inflated to their size: a long run that strays from its record is drawn near it before it is fitted closely. The
+evidence is Laplace's approximation at the optimum (MacKay 2003, Information Theory, Inference, and Learning
+Algorithms, chapter 27).
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from seatruth.statistics.state_space_noise import whiten
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
 _CLOSE = 3.0
-"""Median error, in noise deviations, from which noise is no longer inflated."""
-_LITTLE = 0.2
-"""Part of a step below which a fit counts as stuck: far from its record, it goes on with inflated noise."""
-_FASTER, _SLOWER, _STUCK = 4.0, 1.5, 1.2
-"""Factors by which the inflation falls after a full step, a part of one, and none."""
+"""Median error, in noise deviations, from which a channel's noise is no longer inflated."""
+_MEDIAN = 1.4826
+"""Standard deviation of a normal variable over the median of its size."""
+_NO_NEARER = 0.03
+"""Mean fall of the logarithm of the channels' errors below which a fit is as near its record as it comes. [S]"""
 _NOISE_STEPS, _SHAPE_STEP = (0, 1, 3, 7), 1
 """Steps near the record at which the sizes, and the shapes, of noise are set anew; at the end they are set again."""
 _FIRST = 4
@@ -90,46 +91,70 @@ def fit(
     def evidence(likelihood: Likelihood, candidate: Sizes) -> float:
         return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
 
-    inflation, last, settled, stuck, close_steps = 0.0, -math.inf, False, False, 0
+    point, sizes = _approached(problem, effects, point, sizes)
+    last, settled = -math.inf, False
     for number in range(settings.fit_steps):
         at = problem.linearize(point, effects)
         if not np.isfinite(at.errors).all():
             break
         likelihood = Likelihood(problem, at)
-        far = _distance(problem, at.errors, sizes) / _CLOSE
-        if not inflation or (stuck and far > inflation):
-            inflation = max(1.0, far)
-        if inflation <= 1.0:
-            sizes, value = maximise(
-                partial(evidence, likelihood),
-                sizes,
-                settings,
-                channels=channels,
-                noise=close_steps in _NOISE_STEPS,
-                shapes=close_steps == _SHAPE_STEP,
-                sweeps=1,
-            )
-            close_steps += 1
-            if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
-                break
-            last = value
-        step = likelihood.solve(replace(sizes, white=sizes.white + math.log(inflation)), effects)
-        before = objective(problem, point, at.errors, sizes, effects, likelihood, inflation)
-        after, part = before, 0.0
-        for part in _PARTS:
-            trial = problem.moved(point, step.shared, step.local, part)
-            after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood, inflation)
-            if after < before:
-                break
-        moved = after < before
-        stuck = part < _LITTLE
-        point = trial if moved else point
-        if inflation > 1.0:
-            inflation = max(1.0, inflation / (_STUCK if not moved else _FASTER if part == 1.0 else _SLOWER))
-        elif not moved or before - after < settings.settled:
+        sizes, value = maximise(
+            partial(evidence, likelihood),
+            sizes,
+            settings,
+            channels=channels,
+            noise=number in _NOISE_STEPS,
+            shapes=number == _SHAPE_STEP,
+            sweeps=1,
+        )
+        if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
+            break
+        last = value
+        point, fall = _step(problem, effects, point, sizes, likelihood)
+        if fall < settings.settled:
             settled = True
             break
     return _finished(problem, effects, point, sizes, known, channels, discrepancy, settled, rival)
+
+
+def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
+    """A point nearer to the record, where errors are many times the noise, and the noise inflated to what is left.
+
+    Each channel's noise is set to a part of its median error, anew at each step: what strays most weighs least, and
+    the weights come to those of the noise as the errors fall. It ends where they fall no more.
+    """
+    distance = _distances(problem, problem.errors(point), sizes)
+    for _ in range(problem.settings.fit_steps):
+        if not np.isfinite(distance).all() or (distance <= _CLOSE).all():
+            break
+        inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
+        likelihood = Likelihood(problem, problem.linearize(point, effects))
+        moved, _ = _step(problem, effects, point, inflated, likelihood)
+        nearer = _distances(problem, problem.errors(moved), sizes)
+        progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
+        if progress > 0.0:
+            point, distance = moved, nearer
+        if progress < _NO_NEARER * len(distance):
+            break
+    left = np.where(np.isfinite(distance), distance * _MEDIAN, 1.0)
+    return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
+
+
+def _step(
+    problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes, likelihood: Likelihood
+) -> tuple[Point, float]:
+    """One step with backtracking: the new point, and the fall of the objective (nats)."""
+    try:
+        step = likelihood.solve(sizes, effects)
+    except np.linalg.LinAlgError:
+        return point, 0.0
+    before = objective(problem, point, likelihood.at.errors, sizes, effects, likelihood)
+    for part in _PARTS:
+        trial = problem.moved(point, step.shared, step.local, part)
+        after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
+        if after < before:
+            return trial, before - after
+    return point, 0.0
 
 
 def _finished(
@@ -175,9 +200,13 @@ def fit_at(
     return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)
 
 
-def _distance(problem: Problem, errors: Array, sizes: Sizes) -> float:
-    """Median error in white noise deviations."""
-    return float(np.median(np.abs(errors) / np.exp(sizes.white)[problem.channel_of]))
+def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
+    """Median error of each channel in its white noise deviations (C,); inf where the model diverges, 0 where unseen."""
+    found = np.zeros(len(problem.outputs))
+    for c in range(len(found)):
+        own = np.abs(errors[problem.channel_of == c])
+        found[c] = float(np.median(own)) / math.exp(float(sizes.white[c])) if own.size else 0.0
+    return found if np.isfinite(errors).all() else np.full_like(found, math.inf)
 
 
 def without_discrepancy(problem: Problem, point: Point) -> Point:
@@ -194,7 +223,6 @@ def objective(
     sizes: Sizes,
     effects: Sequence[str],
     likelihood: Likelihood,
-    inflation: float = 1.0,
 ) -> float:
     """Minus the log-posterior of a point (nats) up to a constant; inf where the model diverges there."""
     if not np.isfinite(errors).all() or np.abs(errors).max(initial=0.0) > _DIVERGED:
@@ -202,7 +230,7 @@ def objective(
     shapes, total = noise_shapes(problem.settings), 0.0
     for one in problem.series:
         white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
-        total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel]) / inflation**2
+        total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel])
     at, root = likelihood.shared_root(sizes, effects)
     columns = likelihood.columns[at]
     total += _energy(root, point.shared[columns] - problem.mean[columns])

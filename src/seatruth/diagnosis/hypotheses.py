@@ -16,6 +16,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.initial_guess import from_equation_error
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, noise_prior
@@ -26,6 +27,10 @@ _HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
 _PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_NESTED = 8.0
+"""nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
+_LARGE = math.log(0.3)
+"""Log size of discrepancy from which runs that stray are fitted."""
 _SMALL = math.log(0.003)
 """Log size of discrepancy beside a set that explains the trials without it."""
 Say = Callable[[str, int, int], None]
@@ -121,14 +126,31 @@ def _leads(found: Search, key: Key) -> bool:
     return found.evidence(key) >= null + 0.5 * (best - null)
 
 
+def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
+    """The fit of a set with discrepancy as beside `near`, which holds its effects: fitted if it was not yet."""
+    known = found.fits.get((key, near.discrepancy))
+    if known is not None:
+        return known
+    point = near.point
+    for name in near.effects:
+        if name not in key:
+            point = _moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+    return _fit(found, key, near.discrepancy, point, near.sizes)
+
+
 def _fit_null(found: Search) -> None:
     problem = found.problem
     sizes = first_sizes(problem, found.known)
     start = problem.start
     if problem.discrepancy is not None:
-        with_discrepancy = _fit(found, (), True, start, sizes)
-        if with_discrepancy is not None:
-            start, sizes = with_discrepancy.point, with_discrepancy.sizes
+        loose = _fit(found, (), True, start, sizes)
+        if loose is None or not loose.settled:
+            guess = from_equation_error(problem)
+            if guess is not None:
+                again = _fit(found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt=2)
+                loose = again or loose
+        if loose is not None:
+            start, sizes = loose.point, loose.sizes
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
     plain = _fit(found, (), False, problem.start, first_sizes(problem, found.known))
     if start is not problem.start and (plain is None or not plain.settled):
@@ -138,6 +160,18 @@ def _fit_null(found: Search) -> None:
 
 
 def _fit_both(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
+    _fit_forward(found, key, near)
+    for on in (False, True):
+        parts = [found.fits.get((tuple(n for n in key if n != name), on)) for name in key]
+        parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)
+        own = found.fits.get((key, on))
+        # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
+        if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
+            _fit(found, key, on, parent.point, parent.sizes, attempt=3)
+
+
+def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
     problem = found.problem
     start = _start(found, key, near)

@@ -225,7 +225,7 @@ class Problem:
         self.initial_mean = base[:, self._initial_columns].copy()
         spread = [self._spread(name) for name in self.initial_names]
         self.initial_sd = self.settings.initial_width * np.array(spread)
-        self._base_states = base
+        self.base_states = base
 
     def _spread(self, name: str) -> float:
         """How far a state moves: as recorded, else of the size 1."""
@@ -295,12 +295,12 @@ class Problem:
         return np.asarray(self.space.varying_values(self._free_values(point)[None])[0])
 
     def _initial_states(self, point: Point) -> Array:
-        x0 = self._base_states.copy()
+        x0 = self.base_states.copy()
         x0[:, self._initial_columns] = point.initial
         names = [channel.name for channel in self.model.states]
         for follower, (leader, sign) in self.model.follows.items():
             column = names.index(leader)
-            x0[:, names.index(follower)] += sign * (x0[:, column] - self._base_states[:, column])
+            x0[:, names.index(follower)] += sign * (x0[:, column] - self.base_states[:, column])
         return x0
 
 

@@ -49,7 +49,7 @@ class Settings:
     scales: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
     """Parts of an effect's prior deviation over which its evidence is averaged: its order of magnitude is unknown, and
     one wide prior would over-penalise weak effects (Lindley's paradox)."""
-    fit_steps: int = 20
+    fit_steps: int = 30
     """Most Gauss-Newton steps of one fit. [S] Four to eight are usual."""
     settled: float = 0.05
     """Fall of the objective (nats) below which a fit has converged. [S] Small beside the 1 nat that could change an

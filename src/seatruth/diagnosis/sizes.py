@@ -18,6 +18,8 @@ PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_
 """Equations whose missing forces are correlated: a side force that acts off the origin has a moment."""
 _FIRST_SIZE = math.log(0.03)
 """Size of discrepancy from which the search starts, as a part of the usual acceleration. [S] A few per cent."""
+_STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coupling": (0.3, 0.6)}
+"""Difference over which a slope is taken, and the longest step, in logarithms of sizes and in Fisher's z. [S]"""
 _OUTSIDE = 50.0
 """Curvature (nats) of the walls beyond which no size goes."""
 
@@ -162,30 +164,29 @@ def maximise(
     Returns the best sizes and the objective there. `channels` are those that were recorded.
     """
     best, value = sizes, objective(sizes)
-    for sweep in range(sweeps):
+    for _ in range(sweeps):
         before = value
         if noise:
             for c in channels:
-                best, value = _climb(objective, best, value, "white", c, 0.15 if sweep else 0.4)
+                best, value = _climb(objective, best, value, "white", c)
                 if shapes:
                     best, value = _reshape(objective, best, value, c, settings)
         if sizes.discrepancy:
             for part in ("terms", "forces"):
                 for e in range(len(best.terms)):
-                    best, value = _climb(objective, best, value, part, e, 0.4 if sweep else 1.2)
+                    best, value = _climb(objective, best, value, part, e)
             for k in range(len(best.coupling)):
-                best, value = _climb(objective, best, value, "coupling", k, 0.4)
+                best, value = _climb(objective, best, value, "coupling", k)
         if value < before + 0.1:
             break
     return best, value
 
 
-def _climb(
-    objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int, h: float
-) -> tuple[Sizes, float]:
-    """One parabolic step along one coordinate; correlations move in Fisher's z."""
+def _climb(objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int) -> tuple[Sizes, float]:
+    """A Newton step along one coordinate, from differences, and parts of it; correlations move in Fisher's z."""
     here = float(getattr(best, part)[k])
     here = math.atanh(here) if part == "coupling" else here
+    h, reach = _STEPS[part]
 
     def at(x: float) -> Sizes:
         values = getattr(best, part).copy()
@@ -196,11 +197,13 @@ def _climb(
     a, b = objective(left), objective(right)
     top, top_value = max(((best, value), (left, a), (right, b)), key=lambda entry: entry[1])
     curvature = a + b - 2.0 * value
-    if curvature < 0.0 and abs(a - b) < -6.0 * curvature:
-        vertex = at(here + 0.5 * h * (a - b) / curvature)
-        c = objective(vertex)
-        if c > top_value:
-            top, top_value = vertex, c
+    move = 0.5 * h * (a - b) / curvature if curvature < 0.0 else math.copysign(reach, b - a)
+    move = min(max(move, -reach), reach)
+    for shorter in (1.0, 0.4):
+        there = at(here + shorter * move)
+        found = objective(there)
+        if found > top_value:
+            return there, found
     return top, top_value
 
 

@@ -37,13 +37,14 @@ class Term:
 
 
 def equations(model: Model) -> dict[str, str]:
-    """Words for the model's equations of motion, by state; a state that is no motion has its own name's equation."""
+    """Words for the model's equations of motion, by state.
+
+    A model whose states have other names than `EQUATIONS` knows has the equations of all states that are not kinematic.
+    """
     base = model.base if isinstance(model, ExtendedModel) else model
-    return {
-        channel.name: EQUATIONS.get(channel.name, channel.name)
-        for channel in base.states
-        if channel.name not in KINEMATIC
-    }
+    names = [channel.name for channel in base.states]
+    motions = {name: EQUATIONS[name] for name in names if name in EQUATIONS}
+    return motions or {name: name for name in names if name not in KINEMATIC}
 
 
 def terms_of(model: Model) -> list[Term]:
