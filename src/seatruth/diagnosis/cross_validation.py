@@ -89,6 +89,10 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     refit = _plain(search, ())
     named = _plain(search, shown) if shown else refit
     control = search.fits.get(((), True), refit)
+    # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
+    best = search.best(search.sets()[0])
+    assert best is not None
+    deviation = noise_deviation(problem, best.sizes)
     gains = np.zeros(count)
     for name in shown:
         found = predictive_gains(search, name, shown)
@@ -101,9 +105,9 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
             Fold(
                 problem.trials[left].name,
                 _selected(search, others),
-                _predicted(problem, refit, left, others, refit.sizes, terms=False),
-                _predicted(problem, named, left, others, refit.sizes, terms=False),
-                _predicted(problem, control, left, others, refit.sizes, terms=True),
+                _predicted(problem, refit, left, others, deviation, terms=False),
+                _predicted(problem, named, left, others, deviation, terms=False),
+                _predicted(problem, control, left, others, deviation, terms=True),
                 float(gains[left]),
             )
         )
@@ -149,13 +153,12 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     return best[1]
 
 
-def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], sizes: Sizes, *, terms: bool) -> float:
+def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:
     """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
     step = at.likelihood.solve(at.sizes, at.effects, others)
     point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
     bare = without_discrepancy(problem, point)
     point = replace(point, forces=bare.forces) if terms else bare
-    deviation = noise_deviation(problem, at.sizes)
     here = problem.trial_of == left
     best = math.inf
     for _ in range(_REFITS):

@@ -29,6 +29,10 @@ _SLOW = 0.6
 """Part of the usual drive in slow manoeuvres, and of the usual speed in a slow start."""
 _TOGETHER = 0.9
 """Correlation of two inputs from which they are actuators of one kind that move together. [S]"""
+_ANGLE = "rad"
+"""Unit of what steers: it is never a drive, however long it was held."""
+_TRIM = 0.25
+"""Part of the largest angle up to which a median is a trim; beyond it, most of the time was spent in turns. [S]"""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -61,10 +65,12 @@ class Menu:
         units = {channel.name: channel.unit for channel in problem.study.model.inputs}
         self.turns = "psi" in problem.outputs
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
-        self.usual = {name: float(np.median(v)) for name, v in values.items()}
+        self.usual = {name: _usual(v, units[name]) for name, v in values.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
         self.drives = [
-            n for n in self.inputs if abs(self.usual[n]) > 2.0 * float(np.std(values[n])) or n in ("n", "rpm")
+            n
+            for n in self.inputs
+            if (units[n] != _ANGLE and abs(self.usual[n]) > 2.0 * float(np.std(values[n]))) or n in ("n", "rpm")
         ]
         steering = [name for name in self.inputs if name not in self.drives]
         self.steering = _of_one_kind(steering, units, values)
@@ -175,6 +181,16 @@ class Menu:
                 {n: self.usual[n] * stop for n in group},
             ),
         ]
+
+
+def _usual(values: Array, unit: str) -> float:
+    """The value from which manoeuvres start: the median, for an angle its trim.
+
+    The median of a zigzag or of turns is the angle of the turns. Manoeuvres about it would leave what was recorded.
+    """
+    usual = float(np.median(values))
+    turning = unit == _ANGLE and abs(usual) > _TRIM * float(np.abs(values).max())
+    return 0.0 if turning else usual
 
 
 def _of_one_kind(names: Sequence[str], units: Mapping[str, str], values: Mapping[str, Array]) -> list[tuple[str, ...]]:
