@@ -103,9 +103,6 @@ class Assembly:
             return False
         return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 
-    def _magnitudes(self, name: str) -> set[str]:
-        return set(self.problem.effects[name].magnitudes)
-
     def gains(self, name: str, key: Key) -> Array:
         """Log predictive density of trials left out, with an effect of a set less without it."""
         if (name, key) not in self._gains:
