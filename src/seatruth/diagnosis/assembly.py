@@ -93,9 +93,8 @@ class Assembly:
         columns = self.problem.columns[name]
         at = np.searchsorted(fit.solution.free, columns, sorter=np.argsort(fit.solution.free))
         place = np.argsort(fit.solution.free)[at]
-        magnitudes = [
-            k for k, q in enumerate(self.problem.effects[name].parameters) if q.name in self._magnitudes(name)
-        ]
+        effect = self.problem.effects[name]
+        magnitudes = [k for k, q in enumerate(effect.parameters) if q.name in effect.magnitudes]
         covariance = fit.solution.covariance[np.ix_(place[magnitudes], place[magnitudes])]
         distance = (fit.point.shared - self.problem.mean)[columns][magnitudes]
         size = float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
