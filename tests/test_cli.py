@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from seatruth import cli
-from seatruth.commands import common, init, listing
+from seatruth.commands import common, init, list_installed
 from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.study import parse
 
@@ -128,7 +128,7 @@ def test_a_model_plugin_that_cannot_be_loaded_is_listed_with_its_error(monkeypat
     from seatruth import models
 
     monkeypatch.setattr(models, "broken", lambda: {"a_broken_one": "no module named 'x'"})
-    found = {entry["name"]: entry for entry in listing.listing(listing.What.models).data["models"]}
+    found = {entry["name"]: entry for entry in list_installed.list_installed(list_installed.Kind.models).data["models"]}
     assert "no module named" in found["a_broken_one"]["error"]
     assert "delta" in found["mmg"]["inputs"]
 

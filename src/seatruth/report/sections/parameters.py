@@ -15,6 +15,7 @@ from seatruth.report.numbers import count, estimate, interval, listed, number, s
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
 from seatruth.report.words import strong_pairs
+from seatruth.text import origin_legend
 
 _STRONG = 0.9
 _MOST_PAIRS = 12
@@ -60,8 +61,10 @@ def estimates(data: View, album: Album) -> Section | None:
         blocks.append(Pictures(pictures))
     rows = [[str(name), str(row["description"]), str(row["source"])] for name, row in frame.iterrows()]
     if any(row[1] or row[2] for row in rows):
-        columns = [Column("parameter"), Column("is", "long"), Column("start from", "long")]
-        blocks.append(table("What they are, and where their starting values come from", columns, rows, folded=True))
+        columns = [Column("parameter"), Column("meaning", "long"), Column("source of the starting value", "long")]
+        blocks.append(table("Meaning and source of each starting value", columns, rows, folded=True))
+        if legend := origin_legend(row[2] for row in rows):
+            blocks.append(Text(legend))
     if len(data.nuisances):
         blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, nuisance=True))
     return Section("parameters", "Parameters", blocks)
