@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from seatruth.text import ORIGINS
+
 ROOT = Path(__file__).parents[1]
 ROW = re.compile(
     r"^\| (?P<wish>[^|]+) \| `(?P<file>[^`|]+\.py)` \| `(?P<name>\w+)` \| `(?P<tests>tests[^`|]*)` \|$", re.MULTILINE
@@ -61,3 +63,18 @@ def test_the_architecture_shows_the_layers_of_the_contract() -> None:
     layers = next(contract["layers"] for contract in contracts if contract["id"] == "layers")
     blocks = re.findall(r"```text\n(.*?)```", (ROOT / "docs" / "architecture.md").read_text(), re.DOTALL)
     assert layers in [[line.strip() for line in block.splitlines()] for block in blocks]
+
+
+def test_the_glossary_explains_every_tag_of_origin_as_the_program_does() -> None:
+    glossary = (ROOT / "docs" / "glossary.md").read_text()
+    for tag, meaning in ORIGINS.items():
+        assert re.search(rf"^\| \[{tag}\] \| {re.escape(meaning)}\b", glossary, re.MULTILINE), tag
+
+
+def test_the_names_in_the_glossary_are_in_the_sources() -> None:
+    rows = re.findall(r"^\|([^|]+)\|[^|]+\|([^|]+)\|$", (ROOT / "docs" / "glossary.md").read_text(), re.MULTILINE)
+    names = [(term.strip(), name) for term, cell in rows for name in re.findall(r"`\[*(\w+)", cell)]
+    assert len(names) > 50
+    sources = "\n".join(path.read_text() for path in (ROOT / "src" / "seatruth").rglob("*.py"))
+    missing = [(term, name) for term, name in names if not re.search(rf"\b{name}\b", sources)]
+    assert not missing
