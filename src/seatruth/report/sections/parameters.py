@@ -46,7 +46,7 @@ def estimates(data: View, album: Album) -> Section | None:
                 figures.parameters(data, against="start"),
                 f"Change of {count(len(frame), 'parameter')} from the start in percent, with 95 % intervals. "
                 "The table above has the numbers.",
-                f"Estimates and 95 % intervals as change from the start. Arrows: goes on beyond the figure.{note}",
+                f"Estimates and 95 % intervals as change from the start. Arrows: it extends beyond the figure.{note}",
             )
         )
     if (np.isfinite(frame["min"]) & np.isfinite(frame["max"])).any():
@@ -225,8 +225,8 @@ def profiles(data: View, album: Album) -> Section | None:
     ]
     more = f" Shown: {_MOST_PROFILES} of {len(names)}." if len(names) > _MOST_PROFILES else ""
     text = (
-        "Each parameter was held at several values and all others fitted anew. A parabola means that the standard "
-        "error tells the whole story; a flat or lopsided curve means that it does not. The dashed line bounds a 95 % "
+        "Each parameter was fixed at several values and all others were fitted again. If the curve is a parabola, the "
+        "standard error is reliable; if it is flat or asymmetric, it is not. The dashed line bounds a 95 % "
         "interval if the residuals are white; the shaded interval allows for their autocorrelation, the dotted line "
         f"is the estimate.{more}"
     )
