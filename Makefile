@@ -34,7 +34,7 @@ help:
 	@echo "make imports            the direction of imports (import-linter)"
 	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
-	@echo "make withheld           the blind benchmark on a test set: half an hour, goes on where it stopped (results/withheld-test)"
+	@echo "make withheld           the blind benchmark on a test set of 300 cases, goes on where it stopped (results/withheld-test)"
 	@echo "make withheld-real      the same on recorded runs of real ships (ARGS='--data FOLDER', default ../shared/data)"
 	@echo "make withheld-quick     the same on two development cases, in a minute or two"
 	@echo "make clean              removes .venv, caches and results"

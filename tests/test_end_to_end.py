@@ -68,7 +68,7 @@ def answer(path: Path) -> dict[str, Any]:
 def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole demo; in the diagnosis fewer effects take part, which is quicker."""
     few = load_effects(["current", "wind", "heading_bias"])
-    monkeypatch.setattr(diagnose, "_effects", lambda *given: (few, {}))
+    monkeypatch.setattr(diagnose, "select_effects", lambda *given: (few, {}))
     out = tmp_path / "demo"
     assert run(["demo", "--out", str(out), "--threads", "2", "--quiet", "--json", str(tmp_path / "demo.json")]) == 0
     shown = capsys.readouterr().out
@@ -83,7 +83,8 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert "<svg" in (out / "diagnosis" / "report.html").read_text()
     data = answer(tmp_path / "demo.json")
     assert data["ok"] is True
-    assert data["result"]["diagnosis"]["verdict"]["effects"] == ["current"]
+    causes = data["result"]["diagnosis"]["verdict"]["causes"]
+    assert [cause["effects"] for cause in causes] == [["current"]]
     names = [row["name"] for row in data["result"]["parameters"]]
     assert names == list(found.parameters.index)
 

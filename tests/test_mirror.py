@@ -31,8 +31,8 @@ ELSEWHERE = {
         "comparison/worker",
     ),
     # Sections are read on the page.
-    "report/test_report_diagnosis.py": ("report/diagnosis/*",),
-    "report/test_report_page.py": ("report/sections/*", "report/blocks", "report/view", "report/words"),
+    "report/test_report_diagnosis.py": ("report/diagnosis/*", "report/text/diagnosis", "report/text/gap"),
+    "report/test_report_page.py": ("report/sections/*", "report/blocks", "report/text/identification", "report/view"),
     # Stages of `identify` and what they give.
     "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
     # Stages of the compiler, tested by the expression that comes out.
@@ -86,16 +86,15 @@ ELSEWHERE = {
     "costs/test_costs_trajectory.py": ("costs/initial", "costs/open_loop", "costs/segments"),
     "diagnosis/test_diagnose_command.py": (
         "commands/diagnose",
+        "diagnosis/assembly",
         "diagnosis/pipeline",
-        "diagnosis/result_builder",
-        "diagnosis/results",
+        "diagnosis/preconditions",
         "study/augment",
     ),
     "diagnosis/test_diagnosis_discrepancy.py": (
         "diagnosis/discrepancy/random_force",
         "diagnosis/discrepancy/score_test",
         "diagnosis/discrepancy/terms",
-        "diagnosis/sentences",
     ),
     "diagnosis/test_diagnosis_experiment_design.py": (
         "diagnosis/experiment_design/candidates",

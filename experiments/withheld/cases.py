@@ -18,17 +18,25 @@ from withheld.reality.motion import Array, View
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
 from withheld.reality.trim import level
-from withheld.referee import PRIOR, TELLS_APART, Point, left_over, signatures
-from withheld.refit import judged, pairs, refit
+from withheld.referee import PRIOR, TELLS_APART, Point, Signatures, left_over, signatures, spans
+from withheld.refit import Judged, judged, pairs, refit
 
 STRATA = ((9.0, 25.0), (25.0, 100.0), (100.0, 400.0), (400.0, 10000.0))
-KINDS = ("single", "double", "none", "outside", "confounded")
+KINDS = ("single", "double", "none", "outside", "confounded", "form", "form+single")
+FORM_KINDS = ("form", "form+single")
+"""Kinds in which the vehicle has another form than its model: nothing else acts, or one effect on top."""
 LEAST_STABLE = 0.06
 """Largest growth rate of a straight run, over U / L, that a drawn vehicle may have."""
 TRIES = 12
+FORM_STEP = 0.1
+"""Of a form's typical size, at which it is compared with effects: small, so that hardly anything bends."""
+FORM_BESIDE = (25.0, 400.0)
+"""lambda of another form beside an effect."""
 ROUNDS, GROWTHS = 3, 5
 """How often trials are made anew with causes of another size, and sizes looked at under the same inputs."""
-CLOSE = 0.07
+LADDER = tuple(4.0**k for k in range(-5, 3))
+"""Sizes at which a distractor is looked at, in multiples of the typical one."""
+CLOSE = 0.12
 """Of the logarithm of lambda to the wanted one."""
 LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
@@ -38,6 +46,9 @@ LOOKALIKES = {
 }  # fmt: skip
 """Causes that few trials on one heading confound with others."""
 LOOKALIKES |= {"tanker": LOOKALIKES["ship"], "container": LOOKALIKES["ship"], "torpedo": LOOKALIKES["auv"]}
+LOOKALIKES["twin"] = ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "tether",
+                      "compass_deviation")  # fmt: skip
+LOOKALIKES["frame"] = tuple(key for key in LOOKALIKES["twin"] if key != "wind")
 
 
 @dataclass(frozen=True)
@@ -49,6 +60,10 @@ class Plan:
     causes: tuple[str, ...]
     stratum: int
     seed: int
+    form: str = ""
+    """Key of the other form that the vehicle has."""
+    stated: bool = True
+    """Whether the study states the data sheet's white noise."""
 
 
 @dataclass
@@ -64,6 +79,7 @@ class Case:
     causes: list[Present]
     distractors: list[tuple[Present, float]]
     records: list[Record]
+    form: Present | None = None
     truth: dict[str, Any] = field(default_factory=dict)
 
 
@@ -84,8 +100,12 @@ def draw(plan: Plan) -> Case:
 def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) -> Case | None:
     coefficients = drawn_coefficients(family, rng)
     noise = drawn_noise(family, rng)
-    causes = [family.mechanism(key) for key in plan.causes]
-    ordered = any(one.orders for one in causes) or bool(rng.random() < 0.5)
+    acting = [family.mechanism(key) for key in plan.causes]
+    if plan.form:
+        keys = [one.key for one in family.forms]
+        # A form that an effect mimics on these trials is left for the next.
+        acting.append(family.forms[(keys.index(plan.form) + attempt) % len(keys)])
+    ordered = any(one.orders for one in acting) or bool(rng.random() < 0.5)
     trials = design(family, rng, poor=plan.kind == "confounded")
     noise_seed = int(rng.integers(2**62))
 
@@ -96,44 +116,55 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     usable = [one for one in family.mechanisms if ordered or not one.orders]
     offered = [one for one in usable if one.key not in plan.causes and one.kind == "force"]
     picked = [offered[k] for k in rng.permutation(len(offered))[:2]]
-    present = [Present(one, one.draw(rng)) for one in [*causes, *picked]]
+    present = [Present(one, one.draw(rng)) for one in [*acting, *picked]]
     plain = recorded(())
-    alone = [(p.mechanism.key + "!", [p]) for p in present]
-    gram = signatures(family, plain, coefficients, noise, alone).projected()
-    wanted = _targets(plan, rng)
-    aims = [*wanted, *(float(rng.uniform(0.2, 1.2)) for _ in picked)]
-    present = [
+    count, wanted = len(acting), _targets(plan, rng)
+    # One look at everything: the causes as drawn, each distractor on a ladder of sizes, what a form could be taken for.
+    named = [one for one in usable if one.key in NAMES[family.name] and one.key not in plan.causes]
+    variants = [(p.mechanism.key + "!", [p]) for p in present[:count]]
+    rungs = [[Present(p.mechanism, p.mechanism.scaled(p.values, rung)) for rung in LADDER] for p in present[count:]]
+    variants += [(f"{k}?", [p]) for k, ladder in enumerate(rungs) for p in ladder]
+    checked = bool(plan.form) and attempt < TRIES - 1
+    if plan.form:
+        # At its typical size a form may send a vehicle round: a small one is looked at.
+        present[count - 1] = Present(acting[-1], acting[-1].scaled(present[count - 1].values, FORM_STEP))
+        variants[count - 1] = ("form", [present[count - 1]])
+        variants += spans(named) if checked else []
+    here = signatures(family, plain, coefficients, noise, variants)
+    gram = here.projected()
+    if checked and wanted[-1] * _share_unlike(here, gram, named) < TELLS_APART:
+        return None  # an effect describes what this form does here: naming it would be no mistake
+    main = [
         _grown(p, math.sqrt(aim / max(float(gram[k, k]), 1e-12)))
-        for k, (p, aim) in enumerate(zip(present, aims, strict=True))
+        for k, (p, aim) in enumerate(zip(present[:count], wanted, strict=True))
     ]
-    count = len(causes)
-    main, others = present[:count], present[count:]
-    for _ in range(4):
-        # lambda goes with the square of a size only where nothing bends, with its fourth power where a force does.
-        gram = signatures(
-            family, plain, coefficients, noise, [(p.mechanism.key + "?", [p]) for p in others]
-        ).projected()
-        others = [
-            _grown(p, (aim / max(float(gram[k, k]), 1e-9)) ** (1 / 3))
-            for k, (p, aim) in enumerate(zip(others, aims[count:], strict=True))
-        ]
+    others = [
+        _rung(p, np.diag(gram)[here.columns(f"{k}?")], float(rng.uniform(0.2, 1.2)))
+        for k, p in enumerate(present[count:])
+    ]
     starts: list[Point | None] = [None] * count
+    seen: list[Judged] = []
     for _ in range(ROUNDS):
         # Pilots steer otherwise when a cause grows, so that its size has to be looked at again.
         records = recorded([*main, *others])
         sized = _sized(family, records, coefficients, noise, main, wanted, starts)
         if sized is None:
             return None  # of such a case nobody could say how large its cause is
-        grown, starts = sized
+        grown, seen = sized
+        starts = [one.fit.point for one in seen]
         if grown == main:
             break
-        main = grown
+        main, seen = grown, []
     else:
         records = recorded([*main, *others])
+    seen = seen or [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(count)]
+    if not all(one.fit.settled for one in seen):
+        return None
     if any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs):
         return None
-    case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records)
-    return _judged(case, usable, attempt, starts)
+    form = main.pop() if plan.form else None
+    case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records, form)
+    return _judged(case, usable, attempt, seen)
 
 
 def _sized(
@@ -144,16 +175,17 @@ def _sized(
     main: list[Present],
     wanted: Sequence[float],
     starts: list[Point | None],
-) -> tuple[list[Present], list[Point | None]] | None:
-    """Causes grown until their lambdas under the inputs of these records are the wanted ones, and refits to them; None
-    where a refit does not settle.
+) -> tuple[list[Present], list[Judged]] | None:
+    """Causes grown until their lambdas under the inputs of these records are the wanted ones, and the last judgement
+    of them, which is of their final size where nothing grew; None where a refit does not settle.
     """
+    seen: list[Judged] = []
     powers, before, steps = [2.0] * len(main), [0.0] * len(main), [0.0] * len(main)
     for _ in range(GROWTHS if main else 0):
-        fits = [judged(family, records, coefficients, noise, main, k, starts[k]).fit for k in range(len(main))]
-        if not all(fit.settled for fit in fits):
+        seen = [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(len(main))]
+        if not all(one.fit.settled for one in seen):
             return None
-        starts, now = [fit.point for fit in fits], [max(fit.left, 1e-9) for fit in fits]
+        starts, now = [one.fit.point for one in seen], [max(one.fit.left, 1e-9) for one in seen]
         if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
             break
         grown = []
@@ -166,7 +198,20 @@ def _sized(
         steps = [_growth(p, then) for p, then in zip(main, grown, strict=True)]
         before = [own if abs(step) > 0.01 else 0.0 for own, step in zip(now, steps, strict=True)]
         main = grown
-    return main, starts
+    return main, seen
+
+
+def _share_unlike(here: Signatures, gram: Array, effects: Sequence[Mechanism]) -> float:
+    """Share of a form's lambda that is left when the most similar effect acts in its place, to first order."""
+    form = here.columns("form")[0]
+    left = min(left_over(gram, form, here.columns(one.key)) for one in effects)
+    return left / max(float(gram[form, form]), 1e-300)
+
+
+def _rung(present: Present, lambdas: Array, aim: float) -> Present:
+    """A distractor at the size of the ladder (between its rungs) at which its lambda is the one aimed at."""
+    size = math.exp(float(np.interp(math.log(aim), np.log(np.maximum.accumulate(lambdas) + 1e-12), np.log(LADDER))))
+    return Present(present.mechanism, present.mechanism.scaled(present.values, size))
 
 
 def _grown(present: Present, factor: float) -> Present:
@@ -188,8 +233,13 @@ def _growth(before: Present, after: Present) -> float:
 
 
 def _targets(plan: Plan, rng: np.random.Generator) -> list[float]:
-    low, high = STRATA[plan.stratum]
-    return [float(math.exp(rng.uniform(math.log(low * 1.05), math.log(high * 0.95)))) for _ in plan.causes]
+    def one(low: float, high: float) -> float:
+        return float(math.exp(rng.uniform(math.log(low * 1.05), math.log(high * 0.95))))
+
+    wanted = [one(*STRATA[plan.stratum]) for _ in plan.causes]
+    # Beside a cause a form is of middling strength: one that buries the cause asks nothing of a diagnosis.
+    between = STRATA[plan.stratum] if plan.kind == "form" else FORM_BESIDE
+    return [*wanted, one(*between)] if plan.form else wanted
 
 
 def drawn_coefficients(family: Family, rng: np.random.Generator) -> dict[str, float]:
@@ -225,59 +275,54 @@ def growth(family: Family, coefficients: Mapping[str, float]) -> float:
 
 
 def drawn_noise(family: Family, rng: np.random.Generator) -> dict[str, Noise]:
-    """True noise: near the data sheet's size, a third to two thirds of it coloured."""
-    found = {}
-    for name, sd in family.noise.items():
-        size = sd * float(np.exp(rng.normal(0.0, 0.12)))
-        share = float(rng.uniform(0.2, 0.5))
-        found[name] = Noise(
-            size * math.sqrt(1 - share), size * math.sqrt(share), float(rng.uniform(0.3, 2.0)) * family.time
-        )
-    return found
+    """True noise of every channel: white as the data sheet has it, nearly, and a slow error that no sheet states."""
+    return {name: Noise.drawn(rng, sd) for name, sd in family.noise.items()}
 
 
-def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, starts: Sequence[Point | None]) -> Case | None:
+def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, seen: Sequence[Judged]) -> Case | None:
     """The case with the referee's findings; None where it is not of the kind that was wanted.
 
-    `starts` are refits to the same causes at other sizes.
+    `seen` are the refits to each of what acts.
     """
     family, plan = case.family, case.plan
     names = NAMES[family.name]
     named = [one for one in usable if one.key in names]
-    variants = [(p.mechanism.key + "!", [p]) for p in case.causes]
+    acting = [*case.causes, *([case.form] if case.form else [])]
+    variants = [(p.mechanism.key + "!", [p]) for p in acting]
     variants += [(p.mechanism.key + "?", [p]) for p, _ in case.distractors]
     found = signatures(family, case.records, case.coefficients, case.noise, variants)
-    count = len(case.causes)
+    count, causes = len(acting), len(case.causes)
     gram = found.projected()
-    keys = [p.mechanism.key for p in case.causes]
+    keys = [p.mechanism.key for p in acting]
     linear = [left_over(gram, k, [j for j in range(count) if j != k]) for k in range(count)]
     raw = found.grams.sum(axis=0)[found.coefficients :, found.coefficients :]
-    seen = [
-        judged(family, case.records, case.coefficients, case.noise, case.causes, k, starts[k]) for k in range(count)
-    ]
-    if not all(one.fit.settled for one in seen):
-        return None
     each = [one.fit.left for one in seen]
-    if plan.kind == "confounded" and each[0] < 25.0 and attempt < TRIES - 1:
+    last = attempt == TRIES - 1
+    if plan.kind == "confounded" and each[0] < 25.0 and not last:
         return None
     others = [one for one in named if one.key not in keys]
-    apart = [pairs(one, others) for one in seen]
+    apart = [pairs(one, others) for one in seen[:causes]]
     lookalikes = sorted({name for of in apart for name, value in of.items() if value < TELLS_APART})
-    if plan.kind == "confounded" and not lookalikes and attempt < TRIES - 1:
+    if plan.kind == "confounded" and not lookalikes and not last:
         return None
     case.distractors = [(p, float(gram[count + k, count + k])) for k, (p, _) in enumerate(case.distractors)]
-    offset = _offset(case)
     oracle = None
-    if count:
-        # With two causes the baseline has to be refitted to both at once.
+    if causes:
+        # With more than one thing acting the baseline has to be refitted to all at once.
         alone = seen[0].fit if count == 1 else refit(replace(seen[0].rig, free=()), seen[0].aim)
-        oracle = oracle_closure(found, alone, family, case.records, case.noise, range(count), offset)
+        oracle = oracle_closure(
+            found, alone, family, case.records, case.noise, range(count), _offset(case), known=range(causes)
+        )
     case.truth = {
-        "lambda": dict(zip(keys, each, strict=True)),
-        "lambda_linear": dict(zip(keys, linear, strict=True)),
-        "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys)},
-        "pairs": {key: {names[name]: value for name, value in of.items()} for key, of in zip(keys, apart, strict=True)},
+        "lambda": dict(zip(keys[:causes], each, strict=False)),
+        "lambda_linear": dict(zip(keys[:causes], linear, strict=False)),
+        "share_left": {key: each[k] / max(float(raw[k, k]), 1e-300) for k, key in enumerate(keys[:causes])},
+        "pairs": {
+            key: {names[name]: value for name, value in of.items()}
+            for key, of in zip(keys[:causes], apart, strict=True)
+        },
         "lookalikes": [names[name] for name in lookalikes],
+        "form": {"key": keys[-1], "values": dict(case.form.values), "lambda": each[-1]} if case.form else None,
         "oracle": oracle,
     }
     return case

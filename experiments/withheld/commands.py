@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seatruth.errors import SeatruthError
+from withheld.calibrate import calibrate
 from withheld.diagnose import diagnose
 from withheld.generate import SETS, generate
 from withheld.markdown import markdown
@@ -58,6 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
     last.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
     last.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1), help="for the suggested trials")
+    fitted = steps.add_parser("calibrate", help="fit the constants of the decision to a diagnosed development set")
+    fitted.add_argument("--out", type=Path, required=True, help="folder of the set")
+    fitted.add_argument("--seed", type=int, default=0, help="of the folds of the cross-validation")
     shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
@@ -80,6 +84,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             diagnose(given.out, given.program, given.workers, limit=given.limit)
         elif given.step == "score":
             scored(given.out, given.data, given.workers)
+        elif given.step == "calibrate":
+            print(json.dumps(calibrate(given.out, seed=given.seed), indent=1))
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
         else:

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
-from withheld.cases import KINDS, LOOKALIKES, STRATA, Case, Plan, draw
+from withheld.cases import FORM_KINDS, KINDS, LOOKALIKES, STRATA, Case, Plan, draw
 from withheld.commits import told
 from withheld.names import NAMES, UNKNOWN
 from withheld.reality.families import Family, families
@@ -22,38 +22,50 @@ from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note, write
 from withheld.studies import log_text, study_text
 
-ASIDE = ("container",)
+ASIDE = ("container", "frame")
 """Families that only the test set holds: the method is frozen before anybody sees how it does there."""
 SETS: dict[str, tuple[str, ...]] = {
-    "dev": ("ship", "auv", "mariner", "tanker", "torpedo"),
-    "test": ("ship", "container", "auv", "tanker", "mariner", "container", "torpedo"),
+    "dev": ("ship", "auv", "twin", "mariner", "tanker", "torpedo"),
+    "test": ("ship", "frame", "auv", "twin", "container", "tanker", "mariner", "frame", "torpedo"),
 }
 """Families of each set, in turn: one that comes twice makes more of the cases."""
-SHARES = {"single": 0.52, "double": 0.12, "none": 0.12, "outside": 0.12, "confounded": 0.12}
-CASES, QUICK = {"dev": 60, "test": 45}, 2
-DEV_SEED = 20261121
+SHARES = {
+    "single": 0.33, "double": 0.08, "none": 0.09, "outside": 0.09, "confounded": 0.08,
+    "form": 0.14, "form+single": 0.19,
+}  # fmt: skip
+"""A third of the vehicles have another form than their models."""
+CASES, QUICK = {"dev": 300, "test": 300}, 2
+DEV_SEED = 20261122
+SHEETS = Path(__file__).resolve().parent / "sheets"
+"""Models as a user would write them from a data sheet."""
 
 
 def plans(which: str, count: int, seed: int) -> list[Plan]:
     """The plans of a set, in an order that says nothing.
 
-    Kinds in fixed shares, families in turn, causes in a shuffled turn, so that none comes twice before all came once;
-    strata in turn.
+    Kinds in fixed shares, families in turn, causes and forms in a shuffled turn, so that none comes twice before all
+    came once; strata in turn. Half of the studies state their noise.
     """
     rng = np.random.default_rng(seed)
     known = families()
     kinds = [kind for kind in KINDS for _ in range(max(1, round(SHARES[kind] * count)))]
     kinds = (kinds + ["single"] * count)[:count]
+    stated = rng.permutation(np.arange(count) % 2 == 0)
     turns: dict[tuple[str, str], Iterator[str]] = {}
     result = []
     for k, kind in enumerate(kinds):
         name = SETS[which][k % len(SETS[which])]
         causes: tuple[str, ...] = ()
-        if kind != "none":
+        form = ""
+        if kind in FORM_KINDS:
+            shapes = [one.key for one in known[name].forms]
+            form = next(turns.setdefault(("shape", name), _turn(shapes, rng)))
+        if kind not in ("none", "form"):
             turn = turns.setdefault((kind, name), _turn(_offered(known[name], kind), rng))
             causes = (next(turn), next(turn)) if kind == "double" else (next(turn),)
-        stratum = 1 + k % (len(STRATA) - 1) if kind in ("confounded", "double") else (k // 2) % len(STRATA)
-        result.append(Plan(name, kind, causes, stratum, int(rng.integers(2**62))))
+        strong = kind in ("confounded", "double", *FORM_KINDS)
+        stratum = 1 + k % (len(STRATA) - 1) if strong else (k // 2) % len(STRATA)
+        result.append(Plan(name, kind, causes, stratum, int(rng.integers(2**62)), form, bool(stated[k])))
     return [result[k] for k in rng.permutation(len(result))]
 
 
@@ -74,6 +86,7 @@ def _turn(keys: list[str], rng: np.random.Generator) -> Iterator[str]:
 def sealed(case: Case, name: str) -> dict[str, Any]:
     """What is sealed of a case."""
     outside = case.plan.kind == "outside"
+    unknown = case.plan.kind in ("outside", "form")
     causes: list[dict[str, Any]] = [
         {
             "name": UNKNOWN if outside else NAMES[case.family.name][p.mechanism.key],
@@ -91,13 +104,14 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
         "synthetic": True,
         "family": case.family.name,
         "kind": case.plan.kind,
-        "effects": [UNKNOWN] if outside else sorted(cause["name"] for cause in causes),
+        "effects": [UNKNOWN] if unknown else sorted(cause["name"] for cause in causes),
         "causes": causes,
         "set": sorted({cause["name"] for cause in causes} | set(case.truth["lookalikes"])),
         "places": sorted({place for cause in causes for place in cause["place"].split(",")}),
         "stratum": stratum(min(strengths)) if strengths else "none",
         **case.truth,
         "ordered": case.ordered,
+        "stated": case.plan.stated,
         "distractors": [
             {"key": p.mechanism.key, "values": dict(p.values), "lambda": size} for p, size in case.distractors
         ],
@@ -144,6 +158,8 @@ def one_case(plan: Plan, name: str, out: str) -> float:
     folder.mkdir(parents=True, exist_ok=True)
     for k, record in enumerate(case.records):
         write(folder / f"trial_{k + 1}.csv", log_text(case.family, record))
+    if case.family.sheet:
+        write(folder / case.family.sheet, (SHEETS / case.family.sheet).read_text(encoding="utf-8"))
     write(folder / "study.toml", study_text(case, name))
     write(Path(out) / "sealed" / f"{name}.json", json.dumps(sealed(case, name), indent=1) + "\n")
     return time.perf_counter() - begin

@@ -11,7 +11,7 @@ from typing import Any
 from seatruth.errors import BadInput
 from withheld.commits import commits
 from withheld.names import TITLES
-from withheld.score import ORACLE
+from withheld.score import INSIDERS, LIMIT
 
 Row = Mapping[str, Any]
 
@@ -34,19 +34,19 @@ def markdown(out: Path, *, draft: bool = False) -> str:
                        do="Make the set from one clean commit, or print it with --draft.")  # fmt: skip
     programs: dict[str, list[Row]] = content["programs"]
     first = content["first"]
-    simple = [name for name in programs if name not in (first, ORACLE)]
+    simple = [name for name in programs if name not in (first, *INSIDERS)]
     lines = [f"**Draft, not to be published**: {'; '.join(doubts)}.", ""] if doubts else []
     lines += [_about(content, first, simple), ""]
     beside = ["best of the simple programs"] if simple else []
-    lines += [_row(["measure", "goal", f"{TITLES[first]} (95 % interval)", "cases", "", *beside, "oracle"])]
+    lines += [_row(["measure", "goal", f"{TITLES[first]} (95 % interval)", "cases", "", *beside, "limit"])]
     lines += [_row(["---"] * (6 + len(beside)))]
     for k, one in enumerate(programs[first]):
         best = [_best([(name, programs[name][k]) for name in simple], one["goal"])] if simple else []
-        oracle = programs[ORACLE][k]["value"]
+        limit = programs[LIMIT][k]["value"] if LIMIT in programs else None
         lines.append(
             _row([
                 one["name"], one["goal"], _value(one), str(one["n"] or ""), answer(one), *best,
-                "" if oracle is None else f"{oracle:.2f}",
+                "" if limit is None else f"{limit:.2f}",
             ])
         )  # fmt: skip
     return "\n".join(lines) + "\n"

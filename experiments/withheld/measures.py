@@ -1,7 +1,7 @@
-"""The measures of the score: each a number with its interval, the cases it rests on, and the goal.
+"""What the measures of the score are made of: each a number with its interval, the cases it rests on, and the goal.
 
-A pair is (truth, verdict), both in the words of `same.py`. Shares have Wilson intervals, the others bootstrap intervals
-over cases.
+`goals.py` lists the measures. A pair is (truth, verdict), both in the words of `same.py`. Shares have Wilson intervals,
+the others bootstrap intervals over cases.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from withheld.intervals import bootstrap, by_chance, calibration_error, calibration_interval, wilson
+from withheld.intervals import bootstrap, wilson
+from withheld.levels import holds, named, named_right
 from withheld.referee import TELLS_APART
 
 Truth = Mapping[str, Any]
@@ -24,6 +23,10 @@ CLOSES = 0.2
 """Least closure of the oracle for which a ratio to it means something,"""
 GAP = 0.05
 """and the least gap, in multiples of the noise, that a refit leaves: of a smaller one closure is a ratio of noise."""
+ONE = ("single", "form+single")
+"""Kinds with one effect that the library names; in the second the vehicle also has another form than its model."""
+DOUBLES = 2.0
+"""Factor of the smallest pairwise lambda that a next trial is asked for."""
 SURVIVORS = 4
 """Leading candidates between which the next trial is to tell."""
 LEAST = 9.0
@@ -50,13 +53,18 @@ class Measure:
 
 
 def strength(truth: Truth) -> float:
-    """Smallest lambda of the causes; 0 where there is none."""
+    """Smallest lambda of the causes; that of the other form where only that acts; 0 where nothing does."""
+    if truth["kind"] == "form":
+        return float(truth["form"]["lambda"])
     return min((float(x) for x in truth["lambda"].values()), default=0.0)
 
 
 def is_right(truth: Truth, effects: Sequence[str]) -> bool:
-    """Whether a candidate's effects are exactly the sealed ones ([] is none, ["unknown"] outside the library)."""
-    return sorted(effects) == sorted(truth["effects"])
+    """Whether a candidate's effects are exactly the sealed ones ([] is none, ["unknown"] outside the library).
+
+    Where nothing acts but the vehicle has another form than its model, both of these are right.
+    """
+    return sorted(effects) == sorted(truth["effects"]) or (truth["kind"] == "form" and not effects)
 
 
 def top(pair: Pair, many: int) -> bool:
@@ -64,9 +72,20 @@ def top(pair: Pair, many: int) -> bool:
     return any(is_right(pair[0], candidate["effects"]) for candidate in pair[1]["candidates"][:many])
 
 
-def of_kind(pairs: Sequence[Pair], kind: str, low: float = 0.0, high: float = math.inf) -> list[Pair]:
-    """Pairs of one kind whose smallest lambda lies in a range."""
-    return [pair for pair in pairs if pair[0]["kind"] == kind and low <= strength(pair[0]) < high]
+def of_kind(pairs: Sequence[Pair], kind: str | Sequence[str], low: float = 0.0, high: float = math.inf) -> list[Pair]:
+    """Pairs of one kind, or of several, whose smallest lambda lies in a range."""
+    kinds = (kind,) if isinstance(kind, str) else tuple(kind)
+    return [pair for pair in pairs if pair[0]["kind"] in kinds and low <= strength(pair[0]) < high]
+
+
+def right(pair: Pair) -> bool:
+    """Whether a verdict names something, and all of it is right at the level at which it is named."""
+    return named_right(pair[0]["effects"], pair[1])
+
+
+def names_something(pair: Pair) -> bool:
+    """Whether a verdict names any cause."""
+    return bool(named(pair[1]))
 
 
 def place_right(pair: Pair) -> bool:
@@ -76,14 +95,18 @@ def place_right(pair: Pair) -> bool:
 
 
 def confident_and_wrong(pair: Pair) -> bool:
-    """Whether a probability of 0.9 or more stands on what is not the truth."""
-    best = pair[1]["candidates"][:1]
-    return bool(best) and float(best[0]["probability"]) >= SURE and not is_right(pair[0], best[0]["effects"])
+    """Whether a probability of 0.9 or more stands on what is not the truth: on a named cause or the first candidate."""
+    truth, verdict = pair
+    stands = [is_right(truth, c["effects"]) for c in verdict["candidates"][:1] if float(c["probability"]) >= SURE]
+    stands += [holds(cause, truth["effects"]) for cause in named(verdict) if float(cause["probability"]) >= SURE]
+    return not all(stands)
 
 
 def reported_set(verdict: Verdict) -> set[str]:
-    """What a verdict leaves open: its set, or what it declares."""
-    return set(verdict["set"]) | set(verdict["effects"])
+    """What a verdict leaves open: the effects of all causes that it names, its set, or what it declares."""
+    return (
+        {name for cause in named(verdict) for name in cause["effects"]} | set(verdict["set"]) | set(verdict["effects"])
+    )
 
 
 def like(truth: Truth, effects: Sequence[str]) -> bool:
@@ -119,24 +142,38 @@ def rivals_of(pair: Pair) -> list[str]:
     return sorted(name for name in alive - {cause} if name in before) if cause in alive else []
 
 
-def doubled(pair: Pair) -> float | None:
+def gained(pair: Pair) -> float | None:
     """Factor by which the suggested trial raises the smallest pairwise lambda between the cause and its rivals.
 
-    None where there are no rivals, or where the referee cannot run what was suggested. "next" of the truth was made by
-    the referee for the suggested manoeuvre. Where rivals are left and nothing was suggested, nothing is gained: 1.
+    None where there are no rivals, or where the referee cannot run what was suggested. "next" of the truth holds the
+    pairwise lambdas with the suggested trial; of a verdict without one, those with each trial that was tried instead.
     """
     truth, verdict = pair
     rivals = rivals_of(pair)
-    if not rivals:
+    after = truth.get("next")
+    if not rivals or not after:
         return None
     before = next(iter(truth["pairs"].values()))
-    if not verdict["next_trial"]:
-        return 1.0
-    after = truth.get("next", {})
-    rivals = [name for name in rivals if name in after]
-    if not rivals:
-        return None
-    return min(float(after[name]) for name in rivals) / max(min(float(before[name]) for name in rivals), 1e-9)
+    tried = [after] if suggests(verdict) else list(after.values())
+    factors = []
+    for values in tried:
+        known = [name for name in rivals if name in values]
+        if known:
+            now = max(min(float(before[name]) for name in known), 1e-9)
+            factors.append(min(float(values[name]) for name in known) / now)
+    return max(factors) if factors else None
+
+
+def suggests(verdict: Verdict) -> bool:
+    """Whether a verdict suggests a next trial."""
+    return bool(verdict["next_trial"] and verdict["next_trial"]["manoeuvre"])
+
+
+def advised_well(pair: Pair) -> bool | None:
+    """Whether the suggested trial doubles the separation, or, where none is suggested, none that was tried does; None
+    where nothing is left to tell apart, or nothing could be tried."""
+    factor = gained(pair)
+    return None if factor is None else (factor >= DOUBLES) == suggests(pair[1])
 
 
 def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bool]]:
@@ -144,7 +181,7 @@ def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bo
 
     A verdict without a closure closes nothing, and its interval holds nothing; [] where no verdict states any.
     """
-    own = [pair for pair in pairs if pair[0]["kind"] in ("single", "double") and pair[0].get("oracle")]
+    own = [pair for pair in pairs if pair[0]["kind"] in (*ONE, "double") and pair[0].get("oracle")]
     own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES and pair[0]["oracle"]["refit"] >= 1.0 + GAP]
     if not any(pair[1]["closure"] for pair in pairs):
         return []
@@ -210,83 +247,6 @@ def _goal(goal: float | None, most: bool, limit: float) -> str:
     if goal is None:
         return ""
     return f"{'<=' if most else '>='} {goal:g}" if limit == math.inf else f"{goal:g} to {limit:g}"
-
-
-def measures(pairs: Sequence[Pair], prior: Mapping[str, Verdict]) -> list[Measure]:
-    """All measures of the table; `prior` are the verdicts of the prior alone, by case."""
-    shown = of_kind(pairs, "single", 25.0)
-    known = [pair for pair in pairs if pair[0]["kind"] != "outside"]
-    confounded = of_kind(pairs, "confounded", LEAST)
-    with_prior = [(pair, (pair[0], prior[pair[0]["case"]])) for pair in pairs if pair[0]["case"] in prior]
-    closed = closures(pairs)
-    suggests = any(pair[1]["next_trial"] for pair in pairs)
-    gains = [gain for pair in pairs if suggests and (gain := doubled(pair)) is not None]
-    said = [one for pair in pairs if (one := stated(pair)) is not None]
-    sets = [len(reported_set(p[1])) for p in confounded if reported_set(p[1])]
-    return [
-        share("top-1, one effect, lambda >= 100", of_kind(pairs, "single", 100.0), lambda p: top(p, 1), 0.90,
-              "a strong single cause comes first"),
-        share("top-1, one effect, lambda 25-100", of_kind(pairs, "single", 25.0, 100.0), lambda p: top(p, 1), 0.75,
-              "a medium single cause comes first"),
-        share("top-1, one effect, lambda 9-25", of_kind(pairs, "single", LEAST, 25.0), lambda p: top(p, 1),
-              says="a weak single cause comes first"),
-        share("top-1 or its look-alike, one effect, lambda >= 25", shown,
-              lambda p: any(like(p[0], c["effects"]) for c in p[1]["candidates"][:1]),
-              says="the same, counting as right what the referee says these trials do not tell from the cause"),
-        share("top-3, one effect, lambda >= 25", shown, lambda p: top(p, 3), 0.97,
-              "the cause is among the first three"),
-        share("equation or place named, lambda >= 25", shown, place_right, 0.95,
-              "the place ranked first is one where the cause acts"),
-        share("exact set of two, lambda >= 100 each", of_kind(pairs, "double", 100.0), lambda p: top(p, 1), 0.80,
-              "of two causes exactly these two come first"),
-        share("false cause where there is none", of_kind(pairs, "none"),
-              lambda p: p[1]["verdict"] in ("effects", "unknown", "inseparable"), 0.03,
-              "a cause is declared although nothing is missing", most=True),
-        share("unknown flagged, lambda 100-400", of_kind(pairs, "outside", 100.0, 400.0),
-              lambda p: p[1]["verdict"] == "unknown", 0.50, "a cause outside the library is called that"),
-        share("unknown flagged, lambda >= 400", of_kind(pairs, "outside", 400.0),
-              lambda p: p[1]["verdict"] == "unknown", 0.90, "a strong one is"),
-        share("unknown said of what is known", known, lambda p: p[1]["verdict"] == "unknown", 0.05,
-              "no such cause is there, but one is declared", most=True),
-        share("confidently wrong", pairs, confident_and_wrong, 0.03,
-              "a probability of 0.9 or more stands on what is not the truth", most=True),
-        *calibration(said),
-        number("Brier skill against the prior", with_prior, _skill, 0.6,
-               "all probabilities together: 1 is perfect, 0 is no better than the prior alone"),
-        share("confounded: truth inside the set", confounded,
-              lambda p: set(p[0]["effects"]) <= reported_set(p[1]), 0.95,
-              "where trials cannot tell causes apart, the true one is in the set that is reported"),
-        number("confounded: mean set", sets, lambda x: float(np.mean(x)), 2.5,
-               "size of the sets that are reported there", most=True),
-        number("closure over the oracle's, median", [c[0] / c[3] for c in closed], lambda x: float(np.median(x)), 0.95,
-               "share of the gap that closes on trials left out, over that of one who knows the cause"),
-        number("the same where the cause comes first", [c[0] / c[3] for c in closed if c[4]],
-               lambda x: float(np.median(x))),
-        share("closure's 95 % interval holds the oracle's", [c for c in closed if c[4]], lambda c: c[1] <= c[3] <= c[2],
-              0.90, "where the cause comes first, so that both close by the same effect", limit=0.98),
-        share("next trial doubles the smallest pairwise lambda", gains, lambda gain: gain >= 2.0, 0.80,
-              "run in reality, the suggested trial tells cause and rivals apart twice as well"),
-    ]  # fmt: skip
-
-
-def calibration(said: Sequence[tuple[float, bool]]) -> list[Measure]:
-    """Calibration error of the first candidates' probabilities, what chance alone makes of it, which way it leans."""
-    chance = by_chance([p for p, _ in said]) if said else np.full(1, math.nan)
-    low, high = (float(x) for x in np.percentile(chance, (2.5, 97.5)))
-    return [
-        number("calibration error", said, calibration_error, 0.05,
-               "mean gap between stated probability and share that is right, over ten bins",
-               most=True, ends=calibration_interval(said)),
-        number("the same by chance alone", said, lambda x: float(chance.mean()), ends=(low, high),
-               says="what perfect probabilities of these sizes would show with so many cases"),
-        number("stated less right, on average", said, lambda x: float(np.mean([p - right for p, right in x])),
-               says="above 0 it is too sure, below 0 not sure enough"),
-    ]  # fmt: skip
-
-
-def _skill(both: Sequence[tuple[Pair, Pair]]) -> float:
-    prior = sum(brier(of_prior) for _, of_prior in both)
-    return 1 - sum(brier(own) for own, _ in both) / prior if prior > 0 else math.nan
 
 
 def groups(pairs: Sequence[Pair], key: str) -> dict[str, list[Pair]]:

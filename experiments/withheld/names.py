@@ -78,6 +78,10 @@ _AUV: dict[str, str] = {
     "asymmetry": "asymmetry",
     "tether": "tether",
 }
+_TWIN_LEFT_OUT = ("shallow_water", "propeller_walk", "thrust_aside")
+_AFLOAT = ("wind", "waves", "wave_drift", "bank", "sloshing")
+_RUDDER = ("rudder_offset", "rudder_gain", "lag", "rate_limit", "dead_time", "dead_band", "play")
+_TWIN: dict[str, str] = {key: name for key, name in _SHIP.items() if key not in (*_RUDDER, *_TWIN_LEFT_OUT)}
 _SCREW = ("propeller_walk", "thrust_aside", "thrust")
 """The Mariner's model knows no propeller."""
 NAMES: dict[str, dict[str, str]] = {
@@ -87,12 +91,15 @@ NAMES: dict[str, dict[str, str]] = {
     "tanker": _SHIP,
     "torpedo": _AUV,
     "container": _SHIP,
+    "twin": _TWIN,
+    "frame": {key: name for key, name in _TWIN.items() if key not in _AFLOAT},
 }
 """Family -> key of the mechanism -> name of the effect."""
 
 TITLES = {
     "seatruth": "seatruth diagnose", "rmse": "worst channel", "bic": "refit per effect, BIC",
     "white": "white, unprojected", "sindy": "SINDy discrepancy", "prior": "prior alone", "oracle": "oracle",
+    "limit": "limit", "classifier": "classifier trained on the simulator",
     "kinematics": "sensors' agreement alone",
 }  # fmt: skip
 """What the diagnosing programs are called in words."""

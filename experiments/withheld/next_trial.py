@@ -31,6 +31,11 @@ SLOW = 0.6
 """Share of the revolutions in slow manoeuvres, of the speed at a slow start."""
 STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Shares of the largest angle in a staircase."""
+NONE_SUGGESTED = (
+    "zigzag of {input}", "turn by +{input}", "staircase of {input}", "reciprocal course: zigzag of {input}",
+    "beam course: turn by -{input}",
+)  # fmt: skip
+"""What is tried where a diagnosis says that no trial helps: some of the menu, of several kinds."""
 Orders = tuple[float, float, float]
 """From so many seconds on: angle, share of the revolutions."""
 
@@ -42,7 +47,7 @@ def pairs_after(
     on no menu."""
     family = families()[truth["family"]]
     records = read(family, truth, public)
-    trial = suggested(family, records, manoeuvre)
+    trial = suggested(family, records, manoeuvre.format(input=family.input))
     if trial is None:
         return {}
     noise = {name: Noise(*values) for name, values in truth["noise"].items()}
@@ -102,8 +107,28 @@ def manoeuvres(family: Family, seconds: float, full: float) -> dict[str, list[Or
         **{f"slow {key}": [(t, delta, SLOW) for t, delta, _ in steered[key]] for key in slow},
         "steps of n": [(0.0, 0.0, 1.0), (seconds / 3, 0.0, SLOW), (2 * seconds / 3, 0.0, 1.0)],
         "coast-down (n to zero)": [(0.0, 0.0, 1.0), (seconds / 4, 0.0, 0.0)],
+        **_thrusters(family, seconds),
         "straight run": [(0.0, 0.0, 1.0)],
     }
+
+
+def _thrusters(family: Family, seconds: float) -> dict[str, list[Orders]]:
+    """Steps and coast-downs of a craft without a rudder: of all its thrusters, and of those on one side."""
+    found: dict[str, list[Orders]] = {}
+    sides = [[name for name, more in family.thrusters.items() if more * side > 0] for side in (1, -1)]
+    for side, group in zip((0.0, 1.0, -1.0), (list(family.thrusters), *sides), strict=True):
+        if not group:
+            continue
+        names = " and ".join(group)
+        # One side at the share f of its revolutions: the mean falls by half of that, the rest is an angle.
+        angle = family.revolutions / (2 * abs(family.thrusters[group[0]])) * side * family.craft.sense
+
+        def at(f: float, side: float = side, angle: float = angle) -> tuple[float, float]:
+            return (f - 1.0) * angle, f if side == 0.0 else 0.5 * (1.0 + f)
+
+        found[f"steps of {names}"] = [(0.0, *at(1.0)), (seconds / 3, *at(SLOW)), (2 * seconds / 3, *at(1.0))]
+        found[f"coast-down ({names} to zero)"] = [(0.0, *at(1.0)), (seconds / 4, *at(0.0))]
+    return found
 
 
 def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]:
@@ -115,11 +140,7 @@ def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]
         table = np.array(rows[1:], dtype=np.float64)
         columns: dict[str, Array] = {name.split(" ")[0]: table[:, j] for j, name in enumerate(rows[0])}
         trial = Trial(sealed["name"], lambda: Fixed([]), sealed["heading"], sealed["seconds"])
-        none = np.zeros(len(table))
+        delta, n = family.orders(columns)
         outputs = {name: columns[name] for name in family.outputs if name in UNITS}
-        records.append(
-            Record(
-                trial, columns["t"], columns[family.input], columns.get("n", none), outputs, {}, tuple(sealed["first"])
-            )
-        )
+        records.append(Record(trial, columns["t"], delta, n, outputs, {}, tuple(sealed["first"])))
     return records

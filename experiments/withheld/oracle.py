@@ -20,8 +20,10 @@ def oracle_closure(
     family: Family,
     records: Sequence[Record],
     noise: Mapping[str, Noise],
-    causes: Sequence[int],
+    acting: Sequence[int],
     offset: Array,
+    *,
+    known: Sequence[int],
 ) -> dict[str, float]:
     """Closure that one who knows the cause reaches on trials left out, one after the other.
 
@@ -30,13 +32,14 @@ def oracle_closure(
     all of them without noise, so that their curvature is in it. With effect: the causes' signatures too, the size of
     each free, about the truth. Floor: 1. The noise is that which was recorded. `offset` is the truth less the prior's
     mean in units of the prior's standard deviation. `fit` is of the baseline alone, with no mechanism free in it.
+    `acting` numbers what acts among the labels, `known` what of that the oracle knows: the causes, not another form.
     """
     size = found.coefficients
-    known = np.zeros(found.grams.shape[1])
-    known[[size + k for k in causes]] = 1.0
+    truth = np.zeros(found.grams.shape[1])
+    truth[[size + k for k in acting]] = 1.0
     held = {
         "refit": _left_out(fit.here, range(size), _last(fit.here), offset + fit.point.moved, family, records, noise),
-        "effect": _left_out(found, [*range(size), *(size + k for k in causes)], known, offset, family, records, noise),
+        "effect": _left_out(found, [*range(size), *(size + k for k in known)], truth, offset, family, records, noise),
     }
     refit, effect = (float(np.mean(held[use])) for use in ("refit", "effect"))
     closure = (refit - effect) / (refit - 1.0) if refit > 1.0 else 0.0

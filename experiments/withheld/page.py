@@ -16,12 +16,13 @@ from seatruth.report.blocks import Block, Column, Notes, Picture, Pictures, Sect
 from seatruth.report.figures.svg import svg
 from seatruth.report.page import page
 from withheld.commits import commits
+from withheld.goals import measures
 from withheld.intervals import wilson
 from withheld.markdown import answer
-from withheld.measures import Measure, Pair, closures, confusion, groups, measures, stated, top
+from withheld.measures import Measure, Pair, closures, confusion, groups, stated, top
 from withheld.names import TITLES as WORDS
 from withheld.pictures import confusion_figure, kept_figure, reliability_figure, strata_figure
-from withheld.score import BY, LIBRARY, ORACLE, encoded
+from withheld.score import BY, INSIDERS, LIBRARY, LIMIT, encoded
 from withheld.seal import write
 
 SYNTHETIC = "Every case was made by a simulator of the benchmark's own. Nothing here was measured at sea."
@@ -33,8 +34,8 @@ EXPECTED = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
 def write_page(out: Path, pairs: Mapping[str, Sequence[Pair]]) -> None:
     """Writes score.html from the pairs of every program."""
     content = json.loads((out / "score.json").read_text(encoding="utf-8"))
-    prior = {truth["case"]: own for truth, own in pairs.get("prior", [])}
-    found = {name: measures(of, prior) for name, of in pairs.items()}
+    prior, best = ({truth["case"]: own for truth, own in pairs.get(name, [])} for name in ("prior", LIMIT))
+    found = {name: measures(of, prior, best) for name, of in pairs.items()}
     first = LIBRARY if LIBRARY in pairs else next(iter(pairs))
     sections = [
         _summary(content, found[first], pairs, first),
@@ -80,6 +81,7 @@ def _summary(
     words = {
         "single": "one cause", "double": "two causes", "none": "none", "outside": "one that is not in its library",
         "confounded": "one that its trials can hardly tell from others",
+        "form": "another form of hull, damping or wake", "form+single": "another form and one effect on top",
     }  # fmt: skip
     asked = ", ".join(f"{text}: {count[name]}" for name, text in words.items() if name in count)
     blocks: list[Block] = []
@@ -135,7 +137,8 @@ def _parts(content: Mapping[str, Any], found: Sequence[Measure], first: str) -> 
         Text(f"{WORDS[first]}: the same measures on parts of the cases. Where a part has no case for a measure, its "
              "cell is empty; with few cases intervals are wide.")
     ]  # fmt: skip
-    titles = {"stratum": "By stratum of lambda", "family": "By family of vehicles", "kind": "By what was withheld"}
+    titles = {"stratum": "By stratum of lambda", "family": "By family of vehicles", "kind": "By what was withheld",
+              "stated": "By whether the study states the noise of the data sheet"}  # fmt: skip
     for key in BY:
         parts = content["parts"][key]
         columns = [Column("measure", "long"), Column("goal"), *(Column(name, "number") for name in parts)]
@@ -174,12 +177,13 @@ def _baselines(found: Mapping[str, Sequence[Measure]], pairs: Mapping[str, Seque
             lines.append(line)
     return Section(
         "baselines",
-        "Beside simple programs and the oracle",
+        "Beside simple programs, the limit and the oracle",
         [
             Text("The same cases, diagnosed by simple programs: the worst channel blamed for what it is known for; one "
                  "refit for each effect compared by BIC; signatures against unrefitted residuals, noise taken as "
                  "white; a sparse formula of what accelerations are left (SINDy); and the prior, which sees no data. "
-                 "The oracle knows the cause."),
+                 "The limit knows reality's forms, noise and priors, and compares all causes by their evidence, to "
+                 "first order: what the best possible program would say. The oracle knows the cause."),
             table("All measures, value with 95 % interval", columns, rows),
             table("First candidate exactly right (none, the effect, both effects, outside the library)", right, lines),
         ],
@@ -187,7 +191,7 @@ def _baselines(found: Mapping[str, Sequence[Measure]], pairs: Mapping[str, Seque
 
 
 def _strata(pairs: Mapping[str, Sequence[Pair]]) -> Section:
-    figure = strata_figure({WORDS[name]: of for name, of in pairs.items() if name != ORACLE})
+    figure = strata_figure({WORDS[name]: of for name, of in pairs.items() if name not in INSIDERS})
     return Section(
         "strata",
         "The stronger, the surer",
@@ -212,7 +216,7 @@ def _which(pairs: Sequence[Pair], first: str) -> Section:
 
 
 def _sure(pairs: Mapping[str, Sequence[Pair]], first: str) -> Section:
-    said = {name: [one for pair in of if (one := stated(pair))] for name, of in pairs.items() if name != ORACLE}
+    said = {name: [one for pair in of if (one := stated(pair))] for name, of in pairs.items() if name not in INSIDERS}
     return Section(
         "sure",
         "How sure, how right",
@@ -254,7 +258,7 @@ def _cases(cases: Sequence[Mapping[str, Any]], programs: Sequence[str], first: s
         ]
         for case in cases
     ]  # fmt: skip
-    simple = [name for name in programs if name not in (first, ORACLE)]
+    simple = [name for name in programs if name not in (first, *INSIDERS)]
     more = [[case["case"], " + ".join(case["effects"]) or "nothing", *(case.get(name, "") for name in simple)]
             for case in cases]  # fmt: skip
     own = [Column("case"), Column("truth", "long"), *(Column(WORDS[name], "long") for name in simple)]

@@ -58,7 +58,11 @@ def plain_truth(truth: Mapping[str, Any], twin: Mapping[str, str]) -> dict[str, 
 
     effects = one_name(truth["effects"], twin)
     own = set(effects)
-    more = {"next": least(truth["next"], own)} if "next" in truth else {}
+    after = truth.get("next", {})
+    # Of a verdict that suggests nothing there is one table for each trial that was tried instead.
+    tables = any(isinstance(value, dict) for value in after.values())
+    plain = {name: least(of, own) for name, of in after.items()} if tables else least(after, own)
+    more = {"next": plain} if after else {}
     return {
         **truth,
         **more,
@@ -80,5 +84,13 @@ def plain_verdict(verdict: Mapping[str, Any], twin: Mapping[str, str]) -> dict[s
         **verdict,
         "effects": one_name(verdict["effects"], twin),
         "set": one_name(verdict["set"], twin),
+        **_causes(verdict, twin),
         "candidates": [{"effects": list(effects), "probability": chance} for effects, chance in ranked],
     }
+
+
+def _causes(verdict: Mapping[str, Any], twin: Mapping[str, str]) -> dict[str, Any]:
+    """The named causes, where a verdict lists them."""
+    if "causes" not in verdict:
+        return {}
+    return {"causes": [{**cause, "effects": one_name(cause["effects"], twin)} for cause in verdict["causes"]]}

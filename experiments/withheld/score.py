@@ -9,21 +9,27 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
 from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
-from withheld.measures import Measure, Pair, groups, measures, rivals_of, top
-from withheld.next_trial import pairs_after
+from withheld.goals import measures
+from withheld.measures import Measure, Pair, groups, rivals_of, suggests, top
+from withheld.next_trial import NONE_SUGGESTED, pairs_after
+from withheld.programs.limit import limit
 from withheld.same import plain_truth, plain_verdict, twins
 from withheld.seal import digest_file, log, note, write
 from withheld.verdicts import problems, verdict
 
 ORACLE = "oracle"
+LIMIT = "limit"
+INSIDERS = (LIMIT, ORACLE)
+"""Those who read the sealed part: scored beside the programs, none of them."""
 LIBRARY = "seatruth"
-BY = ("stratum", "family", "kind")
+BY = ("stratum", "family", "kind", "stated")
 """Fields of the truth by which all measures are given, too."""
 
 
@@ -75,11 +81,18 @@ def pairs_of(
     out: Path, program: str, truths: Mapping[str, dict[str, Any]], referee: bool, workers: int = 1
 ) -> list[Pair]:
     """(truth, verdict) of a program; with `referee`, what its suggested trials would tell is worked out and kept."""
-    verdicts = {name: oracle(truth) for name, truth in truths.items()} if program == ORACLE else said(out, program)
-    asked = {name: _rivals(truths[name], own) for name, own in verdicts.items() if referee and own["next_trial"]}
+    if program == ORACLE:
+        verdicts = {name: oracle(truth) for name, truth in truths.items()}
+    elif program == LIMIT:
+        verdicts = limits(out, truths, workers)
+    else:
+        verdicts = said(out, program)
+    # Of programs that never suggest anything nobody asks whether a trial would have helped.
+    judged = referee and program not in INSIDERS and any(suggests(own) for own in verdicts.values())
+    asked = {name: _rivals(truths[name], own) for name, own in verdicts.items() if judged}
     kept = {name: out / "verdicts" / program / "next" / f"{name}.json" for name, rivals in asked.items() if rivals}
     jobs = [
-        (truths[name], out / "public" / name, verdicts[name]["next_trial"], asked[name], file)
+        (truths[name], out / "public" / name, verdicts[name], asked[name], file)
         for name, file in kept.items()
         if not file.exists()
     ]
@@ -101,20 +114,44 @@ def _rivals(truth: Mapping[str, Any], own: Mapping[str, Any]) -> list[str]:
 
 
 def _next_judged(
-    truth: Mapping[str, Any], public: Path, suggested: Mapping[str, Any], rivals: Sequence[str], kept: Path
+    truth: Mapping[str, Any], public: Path, own: Mapping[str, Any], rivals: Sequence[str], kept: Path
 ) -> None:
-    """Runs one suggested trial in reality and keeps what it would tell."""
+    """Runs a suggested trial in reality and keeps what it would tell; where none is suggested, some of the menu."""
     # Its matrices are small: threads of the linear algebra in every worker only stand in each other's way.
     with threadpool_limits(limits=1, user_api="blas"):
-        after = pairs_after(truth, public, suggested["manoeuvre"], rivals)
+        if suggests(own):
+            after: dict[str, Any] = pairs_after(truth, public, own["next_trial"]["manoeuvre"], rivals)
+        else:
+            tried = {words: pairs_after(truth, public, words, rivals) for words in NONE_SUGGESTED}
+            after = {words: of for words, of in tried.items() if of}
     kept.parent.mkdir(exist_ok=True)
     write(kept, json.dumps(after) + "\n")
 
 
+def limits(out: Path, truths: Mapping[str, dict[str, Any]], workers: int) -> dict[str, dict[str, Any]]:
+    """What the limit says of every case; kept beside the sealed part, as it is worked out from that."""
+    place = out / "sealed" / LIMIT
+    place.mkdir(exist_ok=True)
+    missing = [name for name in truths if not (place / f"{name}.json").exists()]
+    Parallel(n_jobs=max(1, min(workers, len(missing))))(
+        delayed(_limit_kept)(truths[name], out / "public" / name, place / f"{name}.json") for name in missing
+    )
+    return {name: json.loads((place / f"{name}.json").read_text(encoding="utf-8")) for name in truths}
+
+
+def _limit_kept(truth: Mapping[str, Any], public: Path, kept: Path) -> None:
+    with threadpool_limits(limits=1, user_api="blas"):
+        try:
+            found = limit(truth, public)
+        except np.linalg.LinAlgError as problem:
+            found = verdict(truth["case"], [], declared=False, failed=f"LinAlgError: {problem}")
+    write(kept, json.dumps(found) + "\n")
+
+
 def programs_of(out: Path) -> list[str]:
-    """Programs whose verdicts are complete and hashed, the library's first; and the oracle."""
+    """Programs whose verdicts are complete and hashed, the library's first; the limit and the oracle."""
     ready = sorted(folder.parent.name for folder in (out / "verdicts").glob(f"*/{MANIFEST}"))
-    return [*sorted(ready, key=lambda name: name != LIBRARY), ORACLE]
+    return [*sorted(ready, key=lambda name: name != LIBRARY), *INSIDERS]
 
 
 def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
@@ -126,18 +163,21 @@ def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
     order = [(line["step"], line["what"]) for line in log(out)]
     if ("generate", "end") not in order or ("diagnose", "end") not in order:
         raise BadInput("nothing was diagnosed", where=str(out), do="Run generate and diagnose first.")
-    hashed = {name: digest_file(out / "verdicts" / name / MANIFEST) for name in names if name != ORACLE}
+    hashed = {name: digest_file(out / "verdicts" / name / MANIFEST) for name in names if name not in INSIDERS}
     note(out, "score", "begin", {"manifests": hashed})
     truths = opened(out)
     pairs = {name: pairs_of(out, name, truths, referee=True, workers=workers) for name in names}
-    prior = {truth["case"]: own for truth, own in pairs.get("prior", [])}
-    table = {name: encoded(measures(of, prior)) for name, of in pairs.items()}
+    prior, best = ({truth["case"]: own for truth, own in pairs.get(name, [])} for name in ("prior", LIMIT))
+    table = {name: encoded(measures(of, prior, best)) for name, of in pairs.items()}
     first = names[0]
-    parts = {key: {name: encoded(measures(of, prior)) for name, of in groups(pairs[first], key).items()} for key in BY}
+    parts = {
+        key: {name: encoded(measures(of, prior, best)) for name, of in groups(pairs[first], key).items()} for key in BY
+    }
     truths = {truth["case"]: dict(truth) for truth, _ in pairs[ORACLE]}
     cases = [
         {
             "case": name, "family": truth["family"], "kind": truth["kind"], "stratum": truth["stratum"],
+            "stated": truth["stated"],
             "effects": truth["effects"], "set": truth["set"], "lambda": truth["lambda"],
             "right": {program: "●" if top(pair, 1) else "✖" for program, of in pairs.items() for pair in of
                       if pair[0]["case"] == name},
@@ -148,7 +188,7 @@ def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
     settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
     content = {
         "synthetic": True, **settings, "first": first, "programs": table, "parts": parts, "cases": cases,
-        "doubts": doubts(log(out), [name for name in names if name != ORACLE]), "log": log(out),
+        "doubts": doubts(log(out), [name for name in names if name not in INSIDERS]), "log": log(out),
     }  # fmt: skip
     write(out / "score.json", json.dumps(content, indent=1) + "\n")
     note(out, "score", "end", {"score": digest_file(out / "score.json")})

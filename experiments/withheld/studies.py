@@ -13,7 +13,8 @@ from withheld.referee import PRIOR
 
 UNITS = {
     "x": "m", "y": "m", "z": "m", "psi": "rad", "theta": "rad", "u": "m/s", "v": "m/s", "w": "m/s", "r": "rad/s",
-    "q": "rad/s", "delta": "rad", "delta_s": "rad", "n": "rev/s",
+    "q": "rad/s", "delta": "rad", "delta_s": "rad", "n": "rev/s", "n_port": "rev/s", "n_starboard": "rev/s",
+    **{f"n_{end}_{side}": "rev/s" for end in ("bow", "stern") for side in ("port", "starboard")},
 }  # fmt: skip
 KEPT = 0.05
 """Logs are rounded to about this share of a channel's noise."""
@@ -25,7 +26,7 @@ WIDE = 0.75
 
 def channels(family: Family) -> list[str]:
     """Columns of a log besides time: inputs, then outputs."""
-    return [family.input, *(["n"] if family.revolutions else []), *family.outputs]
+    return [*family.inputs, *family.outputs]
 
 
 def log_text(family: Family, record: Record) -> str:
@@ -35,9 +36,9 @@ def log_text(family: Family, record: Record) -> str:
         "# SYNTHETIC: simulated by experiments/withheld; no measurement",
         ",".join(["t [s]", *(f"{name} [{UNITS[name]}]" for name in columns)]),
     ]
-    values = {family.input: record.delta, "n": record.n, **record.outputs}
+    values = {**family.recorded(record.delta, record.n), **record.outputs}
     places = {name: max(0, math.ceil(-math.log10(KEPT * sd))) for name, sd in family.noise.items()}
-    places |= {family.input: 6, "n": 4}
+    places |= {name: 6 if UNITS[name] == "rad" else 4 for name in family.inputs}
     table = [[f"{t:.2f}" for t in record.t]]
     table += [[f"{value:.{places[name]}f}" for value in np.round(values[name], places[name]) + 0.0] for name in columns]
     return "\n".join([*lines, *(",".join(row) for row in zip(*table, strict=True))]) + "\n"
@@ -52,7 +53,8 @@ def _own(family: Family, value: float) -> str:
 
 
 def study_text(case: Case, name: str) -> str:
-    """The study file: the library's model at nominal values, priors on every coefficient, the data sheet's noise."""
+    """The study file: the model at nominal values, priors on every coefficient; in half of the cases the white noise of
+    the data sheet, in the others no word on noise."""
     family = case.family
     lines = [
         "# SYNTHETIC: a case of the withheld-effect benchmark (docs/withheld.md). The model may lack something.",
@@ -77,7 +79,7 @@ def study_text(case: Case, name: str) -> str:
     lines += ["", "[time]", 'column = "t [s]"', 'unit = "s"', ""]
     for k, record in enumerate(case.records):
         steered = "autopilot" if record.trial.closed else "open loop"
-        recorded = "order" if case.ordered else "actual angle"
+        recorded = "revolutions" if family.thrusters else "order" if case.ordered else "actual angle"
         lines += [
             "[[trials]]",
             f'name = "t{k + 1}_{record.trial.name}"',
@@ -86,8 +88,10 @@ def study_text(case: Case, name: str) -> str:
             f"heading_deg = {math.degrees(record.trial.heading) % 360:.1f}, synthetic = true }}",
             "",
         ]
-    lines += ["[noise]  # of the data sheet: the size is right to some 15 %, and part of it is coloured"]
-    lines += [f'{key} = "{sd:.6g} {UNITS[key]}"' for key, sd in family.noise.items()]
-    lines += ["", "[cost]", 'kind = "trajectory"', 'initial = "free"', ""]
+    if case.plan.stated:
+        lines += ["[noise]  # white noise of the sensors, by their data sheets"]
+        lines += [f'{key} = "{sd:.6g} {UNITS[key]}"' for key, sd in family.noise.items()]
+        lines += [""]
+    lines += ["[cost]", 'kind = "trajectory"', 'initial = "free"', ""]
     lines += ["[optimizer]", 'use = "least_squares"', "", "[budget]", "evaluations = 20000"]
     return "\n".join(lines) + "\n"

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 KINDS = ("effects", "no_gap", "underpowered", "inseparable", "unknown")
+CAUSE_FIELDS = ("cause", "effects", "probability")
 FIELDS = ("case", "verdict", "effects", "candidates", "set", "places", "parameters", "closure", "next_trial")
 
 
@@ -28,6 +29,8 @@ def problems(verdict: Mapping[str, Any]) -> list[str]:
         found.append("the candidates are not sorted")
     if verdict["verdict"] == "effects" and not verdict["effects"]:
         found.append("effects are declared, but none is named")
+    if any(not set(CAUSE_FIELDS) <= set(cause) for cause in verdict.get("causes", ())):
+        found.append(f"a cause lacks one of {', '.join(CAUSE_FIELDS)}")
     closure = verdict["closure"]
     if closure is not None and not {"value", "lower", "upper"} <= set(closure):
         found.append("closure lacks value, lower or upper")

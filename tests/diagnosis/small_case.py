@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Prior
@@ -43,6 +46,8 @@ class Nomoto(Model):
 EFFECTS = ("rudder_offset", "rudder_gain", "heading_bias", "gyro_bias")
 NOISE = {"r": math.radians(0.05), "psi": math.radians(0.2)}
 TRUE = {"K": 0.105, "T": 9.5}
+OFFSET = 0.02
+"""rad, of the rudder where it stands off."""
 DEG = math.radians(1.0)
 
 
@@ -87,6 +92,30 @@ def study(folder: Path, runs: Sequence[Trial], name: str = "small") -> Study:
     model = load_model("ship.py:Nomoto", folder)
     parameters = tuple(p.replace(prior=Prior(p.value, 0.1 * p.value)) for p in model.parameters)
     return Study(name=name, model=model, trials=Trials(list(runs)), parameters=parameters)
+
+
+def problem(
+    folder: Path, runs: Sequence[Trial], effects: Sequence[str] = EFFECTS, settings: Settings | None = None
+) -> Problem:
+    """The problem of diagnosing some trials."""
+    return Problem(study(folder, runs), load_effects(effects, folder), settings or Settings(), threads=1)
+
+
+def shortened(runs: Sequence[Trial], samples: int) -> list[Trial]:
+    """The first samples of each trial."""
+    return [
+        dataclasses.replace(
+            trial,
+            t=trial.t[:samples],
+            inputs={name: values[:samples] for name, values in trial.inputs.items()},
+            outputs={name: values[:samples] for name, values in trial.outputs.items()},
+        )
+        for trial in runs
+    ]
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """No progress."""
 
 
 def files(folder: Path, runs: Sequence[Trial]) -> Path:

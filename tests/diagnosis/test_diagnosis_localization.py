@@ -1,138 +1,104 @@
-"""Where and how far: false alarms under noise, and closure against hand-made folds."""
+"""Where the gap lies: by channel, in time and over the operating region."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis.cross_validation.gap_explained import Fold, _closure, how_far
-from seatruth.diagnosis.hypotheses import Search, floor_of, search
-from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares
-from seatruth.diagnosis.problem import GapProblem
-from seatruth.effects import load_effects
-
-
-def quiet(text: str) -> None:
-    """No progress."""
+from seatruth.diagnosis.cross_validation import noise_deviation
+from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.localization import BLOCKS, by_channel, in_region, in_time, shares, whitened
+from seatruth.diagnosis.problem import Problem
+from seatruth.trials.trial import Trial
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return small.folder_with_model(tmp_path_factory.mktemp("where"))
+def found(ship_folder: Path, plain_runs: list[Trial]) -> Search:
+    return search(small.problem(ship_folder, plain_runs), small.silent)
 
 
-@pytest.fixture(scope="module")
-def problem(folder: Path) -> GapProblem:
-    runs = small.trials(folder, {"rudder_offset_angle": 0.02}, specs=["rudder_offset"])
-    return GapProblem(small.study(folder, runs), load_effects(small.EFFECTS), threads=1)
+def test_errors_by_channel(found: Search) -> None:
+    problem = found.problem
+    deviation = noise_deviation(problem, found.null.sizes)
+    table = by_channel(problem, deviation, {"before": problem.start, "refit": found.null.point})
+    assert len(table) == 8
+    assert set(table["unit"]) == {"rad", "rad/s"}
+    errors = problem.errors(problem.start)
+    here = (problem.trial_of == 1) & (problem.channel_of == 0)
+    row = table[(table["trial"] == "run_1") & (table["channel"] == "r")].iloc[0]
+    assert row["n"] == here.sum()
+    assert row["rmse_before"] == pytest.approx(math.sqrt(np.mean(errors[here] ** 2)))
+    assert row["multiple_before"] == pytest.approx(row["rmse_before"] / row["noise"])
+    assert (table["multiple_refit"] < 1.3).all()
 
 
-@pytest.fixture(scope="module")
-def found(problem: GapProblem) -> Search:
-    floor, full, plain = floor_of(problem, quiet)
-    return search(problem, floor, full.x, plain.x, quiet)
+def test_where_nothing_but_noise_is_left_whitened_errors_are_standard_normal(found: Search) -> None:
+    white = whitened(found.problem, found.problem.errors(found.null.point), found.null.sizes)
+    assert white.var() == pytest.approx(1.0, abs=0.15)
+    assert abs(white.mean()) < 0.15
 
 
-def noise(problem: GapProblem, rng: np.random.Generator) -> Any:
-    """A fit that left nothing but white noise."""
-    return SimpleNamespace(x=problem.start, linear=SimpleNamespace(errors=rng.normal(size=problem.rows)))
+def test_shares_sum_to_one() -> None:
+    for sums in [(1000.0, 500.0, 110.0), (1000.0, 100.0, 90.0), (90.0, 100.0, 120.0), (500.0, math.inf, 200.0)]:
+        split = shares(*sums, rows=100)
+        assert split.noise + split.parameters + split.effects + split.left == pytest.approx(1.0)
+        assert min(split.noise, split.parameters, split.effects, split.left) >= 0.0
+    split = shares(1000.0, 500.0, 150.0, rows=100)
+    assert (split.noise, split.parameters, split.effects, split.left) == pytest.approx((0.1, 0.5, 0.35, 0.05))
+    assert (split.misfit_before, split.misfit_refit, split.misfit_effects) == pytest.approx((10.0, 5.0, 1.5))
 
 
-def test_under_noise_alone_hardly_anything_stands_out_in_time(problem: GapProblem) -> None:
-    rng = np.random.default_rng(1)
-    alarms = [any(row["stands_out"] for row in in_time(problem, noise(problem, rng))) for _ in range(300)]
-    assert np.mean(alarms) < 0.09  # 5 % and what 300 draws leave open
+def test_a_time_with_a_gap_is_seen_and_the_others_are_not(found: Search) -> None:
+    problem = found.problem
+    errors = np.random.default_rng(0).normal(size=problem.count)
+    errors[(problem.trial_of == 2) & (problem.time_of > 60.0) & (problem.time_of < 69.0)] += 3.0
+    table = in_time(problem, errors)
+    assert len(table) == 4 * BLOCKS
+    assert table["n"].sum() == problem.count
+    seen = table[table["significant"]]
+    assert set(seen["trial"]) == {"run_2"}
+    assert seen["from_s"].between(45.0, 70.0).all()
 
 
-@pytest.mark.slow
-def test_under_noise_alone_hardly_anything_stands_out_in_the_region(problem: GapProblem) -> None:
-    rng = np.random.default_rng(2)
-    alarms = [any(r["stands_out"] for r in in_region(problem, noise(problem, rng), k)) for k in range(60)]
-    assert np.mean(alarms) < 0.15
+def test_noise_alone_is_seldom_called_a_gap(found: Search) -> None:
+    """The false discovery rate bounds the probability of any false alarm by 5 %."""
+    alarms = 0
+    for seed in range(60):
+        errors = np.random.default_rng(seed).normal(size=found.problem.count)
+        alarms += bool(in_time(found.problem, errors)["significant"].any())
+    assert alarms <= 8
 
 
-def test_a_gap_at_one_time_and_in_one_region_is_found_there(problem: GapProblem) -> None:
-    at = noise(problem, np.random.default_rng(3))
-    late = (problem.trial_of == 1) & (problem.time_of > 100.0)
-    at.linear.errors[late] *= 2.5
-    cells = [row for row in in_time(problem, at) if row["stands_out"]]
-    assert {row["trial"] for row in cells} == {"run_1"}
-    assert min(row["from_s"] for row in cells) > 85.0
-    at = noise(problem, np.random.default_rng(4))
-    deltas = np.concatenate([np.asarray(t.inputs["delta"]) for t in problem.trials])
-    first = np.cumsum([0, *(len(t) for t in problem.trials)])
-    starboard = deltas[first[problem.trial_of] + problem.sample_of] > math.radians(5.0)
-    at.linear.errors[starboard] *= 3.0
-    cells = [row for row in in_region(problem, at) if row["stands_out"]]
-    assert "delta" in {row["variable"] for row in cells}
+def region_errors(problem: Problem, seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=problem.count)
 
 
-def test_the_same_seed_gives_the_same_cells(problem: GapProblem) -> None:
-    at = noise(problem, np.random.default_rng(5))
-    assert in_region(problem, at, 7) == in_region(problem, at, 7)
+def test_a_gap_at_large_rudder_angles_is_seen_there(found: Search) -> None:
+    problem = found.problem
+    errors = region_errors(problem, 1)
+    delta = np.concatenate([np.asarray(t.inputs["delta"]) for t in problem.trials])
+    at = np.array([int(120 * trial + sample) for trial, sample in zip(problem.trial_of, problem.sample_of)])
+    errors[delta[at] > math.radians(17.0)] *= 3.0
+    table = in_region(problem, errors, found.null.point)
+    assert {"yaw rate", "heading", "delta"} <= set(table["variable"])
+    rudder = table[table["variable"] == "delta"].sort_values("misfit").iloc[-1]
+    assert rudder["to"] > math.radians(17.0)
+    assert rudder["p"] < 0.05
 
 
-def test_the_parts_of_the_misfit_add_up(problem: GapProblem, found: Search) -> None:
-    best = found.fits[("rudder_offset",)]
-    split = shares(found.base.misfit, found.base.misfit, best.misfit, problem.rows)
-    assert sum(split[key] for key in ("noise", "parameters", "effects", "left")) == pytest.approx(1.0)
-    assert split["parameters"] == pytest.approx(0.0)
-    assert split["effects"] > 0.9
-    rows = by_channel(problem, found.floor, {"refit": found.base, "effect": best})
-    assert all(row["multiple_effect"] < 1.4 for row in rows)
-    assert max(row["multiple_refit"] for row in rows) > 5.0
+def test_the_region_is_the_same_for_the_same_seed(found: Search) -> None:
+    errors = region_errors(found.problem, 2)
+    one, other = (in_region(found.problem, errors, found.null.point, seed=4) for _ in range(2))
+    assert one.equals(other)
 
 
-def folds(refit: list[float], effect: list[float]) -> list[Fold]:
-    return [
-        Fold(f"run {k}", "turn" if k % 2 else "zigzag", ("a",), 9.0, r, e, 1.0)
-        for k, (r, e) in enumerate(zip(refit, effect))
-    ]
-
-
-def test_closure_is_the_part_of_the_gap_above_noise_that_is_gone() -> None:
-    got = _closure(folds([5.0, 3.0], [2.0, 2.0]))
-    assert got["closure"]["value"] == pytest.approx((4.0 - 2.0) / (4.0 - 1.0))
-    assert got["errors"]["refit"] == pytest.approx(4.0)
-    assert {row["manoeuvre"]: row["effect"] for row in got["by_manoeuvre"]} == {"turn": 2.0, "zigzag": 2.0}
-    assert _closure(folds([5.0, 3.0], [1.0, 1.0]))["closure"]["value"] == pytest.approx(1.0)
-    assert _closure(folds([5.0, 3.0], [5.0, 3.0]))["closure"]["value"] == pytest.approx(0.0)
-    assert _closure(folds([5.0, 3.0], [9.0, 3.0]))["closure"]["value"] < 0.0
-
-
-def test_closure_s_interval_holds_it_and_is_wider_for_trials_that_differ() -> None:
-    same = _closure(folds([5.0] * 6, [2.0] * 6))["closure"]
-    assert same["lower"] == pytest.approx(same["value"]) == pytest.approx(same["upper"])
-    mixed = _closure(folds([5.0] * 6, [1.0, 4.0] * 3))["closure"]
-    assert mixed["lower"] < mixed["value"] < mixed["upper"]
-    assert mixed["upper"] - mixed["lower"] > 0.2
-
-
-def test_the_interval_of_five_trials_holds_the_truth_as_often_as_it_says() -> None:
-    rng = np.random.default_rng(3)
-    held, many = 0, 400
-    for _ in range(many):
-        gaps = rng.lognormal(0.5, 0.5, 5)
-        left = gaps * rng.uniform(0.1, 0.5, 5)
-        got = _closure(folds((1.0 + gaps).tolist(), (1.0 + left).tolist()))["closure"]
-        held += got["lower"] <= 0.7 <= got["upper"]
-    assert 0.90 <= held / many <= 0.98
-
-
-def test_where_refitting_leaves_only_noise_there_is_no_closure() -> None:
-    got = _closure(folds([1.0, 1.02], [1.0, 1.0]))["closure"]
-    assert got is None or math.isnan(got["value"])
-
-
-def test_trials_left_out_are_predicted_by_the_effect_that_the_others_choose(found: Search) -> None:
-    got = how_far(found, found, None, [("rudder_offset",), ("gyro_bias",)], quiet)
-    assert [fold["chosen"] for fold in got["folds"]] == [["rudder_offset"]] * 4
-    assert got["closure"]["value"] > 0.95
-    assert got["errors"]["effect"] < 1.5
-    assert math.isnan(got["errors"]["flexible"])
+def test_a_channel_that_no_trial_recorded(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    bare = [dataclasses.replace(t, outputs={"r": t.outputs["r"]}) for t in plain_runs[:2]]
+    problem = small.problem(ship_folder, bare)
+    table = by_channel(problem, np.array([0.001, math.nan]), {"before": problem.start})
+    assert set(table["channel"]) == {"r"}

@@ -12,8 +12,10 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
+from withheld.goals import measures
 from withheld.intervals import by_chance, calibration_error, calibration_interval
-from withheld.measures import Measure, Pair, closures, doubled, groups, measures
+from withheld.levels import LEVELS, coarsest, named, named_right
+from withheld.measures import Measure, Pair, advised_well, closures, gained, groups
 from withheld.same import classes, plain_truth, plain_verdict
 from withheld.verdicts import verdict
 
@@ -22,6 +24,7 @@ def _truth(case: str, kind: str, effects: list[str], strength: float, **more: An
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": dict.fromkeys(effects, strength), "places": ["surge"],
         "set": effects, "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        "form": None, "stated": True,
         **more,
     }  # fmt: skip
 
@@ -33,9 +36,9 @@ def _found(pairs: list[Pair], prior: dict[str, Any] | None = None) -> dict[str, 
 def test_a_cause_below_a_stratum_counts_in_no_measure_by_lambda() -> None:
     weak = _truth("a", "single", ["wind"], 5.0)
     found = _found([(weak, verdict("a", [([], 1.0)]))])
-    assert all(found[name].n == 0 for name in found if "lambda" in name and name.startswith(("top", "equation")))
-    assert found["confounded: truth inside the set"].n == 0
-    assert found["confidently wrong"].value == 1.0
+    assert all(found[name].n == 0 for name in found if "lambda" in name and name.startswith(("top", "place", "named")))
+    assert found["truth inside the set"].n == 0
+    assert found["wrong at a probability of 0.9 or more"].value == 1.0
 
 
 def test_a_look_alike_is_no_top_1_but_has_a_line_of_its_own() -> None:
@@ -59,11 +62,10 @@ def test_unknown_is_flagged_by_strength_and_its_false_alarms_stand_beside() -> N
         (_truth("g", "single", ["wind"], 500), other),
     ]
     found = _found(pairs)
-    assert found["unknown flagged, lambda 100-400"].value == 0.5
-    assert found["unknown flagged, lambda >= 400"].value == 1.0
+    assert found["unknown called unknown, lambda >= 100"].value == pytest.approx(2 / 3)
     assert found["unknown said of what is known"].value == 0.25
-    assert found["false cause where there is none"].met is False
-    assert not found["false cause where there is none"].clear or found["false cause where there is none"].low > 0.03
+    assert found["false cause where none acts"].met is False
+    assert not found["false cause where none acts"].clear or found["false cause where none acts"].low > 0.03
 
 
 def test_sets_of_confounded_cases_and_silence_that_is_no_small_set() -> None:
@@ -74,9 +76,9 @@ def test_sets_of_confounded_cases_and_silence_that_is_no_small_set() -> None:
         (truth, verdict("a", [(["bank"], 0.9)])),
     ]
     found = _found(pairs)
-    assert found["confounded: truth inside the set"].value == pytest.approx(1 / 3)
-    assert found["confounded: mean set"].value == 1.5
-    assert found["confounded: mean set"].n == 2
+    assert found["truth inside the set"].value == pytest.approx(1 / 3)
+    assert found["mean set"].value == 1.5
+    assert found["mean set"].n == 2
 
 
 def test_a_closure_that_is_missing_is_nothing_closed_and_intervals_are_judged_where_the_cause_is_named() -> None:
@@ -91,26 +93,97 @@ def test_a_closure_that_is_missing_is_nothing_closed_and_intervals_are_judged_wh
         ({**truth, "oracle": {"closure": 0.1, "refit": 2.0}}, verdict("a", [(["wind"], 0.9)], closure=right)),
     ]
     found = _found(pairs)
-    assert found["closure over the oracle's, median"].n == 4
-    assert found["closure over the oracle's, median"].value == pytest.approx(0.25)
-    assert found["the same where the cause comes first"].value == pytest.approx(0.75)
-    covers = found["closure's 95 % interval holds the oracle's"]
+    assert found["gap closed over the oracle's, median"].n == 4
+    assert found["gap closed over the oracle's, median"].value == pytest.approx(0.25)
+    covers = found["its 95 % interval holds the oracle's"]
     assert (covers.value, covers.n, covers.goal) == (0.5, 2, "0.9 to 0.98")
     # All of many intervals holding is more than 95 % ones should: the goal has two ends.
-    assert _found(pairs[:1] * 5)["closure's 95 % interval holds the oracle's"].met is False
+    assert _found(pairs[:1] * 5)["its 95 % interval holds the oracle's"].met is False
     assert closures([(truth, verdict("a", [(["wind"], 0.9)]))]) == []
 
 
-def test_a_next_trial_that_is_not_suggested_gains_nothing() -> None:
+def test_a_next_trial_doubles_or_silence_is_right_where_nothing_does() -> None:
     truth = _truth("a", "single", ["wind"], 100, pairs={"wind": {"bank": 2.0}})
     said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)])
     suggesting = {**said, "next_trial": {"manoeuvre": "zigzag of delta", "gain": 3.0}}
-    assert doubled((truth, said)) == 1.0
-    assert doubled((truth, suggesting)) is None
-    assert doubled(({**truth, "next": {"bank": 6.0}}, suggesting)) == pytest.approx(3.0)
-    name = "next trial doubles the smallest pairwise lambda"
+    good, poor = {**truth, "next": {"bank": 6.0}}, {**truth, "next": {"bank": 3.0}}
+    assert gained((truth, suggesting)) is None
+    assert gained((good, suggesting)) == pytest.approx(3.0)
+    assert [advised_well((one, suggesting)) for one in (good, poor, truth)] == [True, False, None]
+    silent = {**said, "next_trial": {"manoeuvre": "", "gain": 1.0}}
+    tried = {**truth, "next": {"a zigzag": {"bank": 2.5}, "a turn": {"bank": 6.0}}}
+    none_helps = {**truth, "next": {"a zigzag": {"bank": 2.5}, "a turn": {"bank": 2.1}}}
+    assert [advised_well((one, silent)) for one in (tried, none_helps)] == [False, True]
+    name = "next trial doubles the separation, or none can"
     assert _found([(truth, said)])[name].n == 0
-    assert _found([(truth, said), ({**truth, "next": {"bank": 6.0}}, suggesting)])[name].value == 0.5
+    assert _found([(none_helps, silent), (good, suggesting), (poor, suggesting)])[name].value == pytest.approx(2 / 3)
+
+
+FIXED, WIND = "environment.force_fixed_to_earth", "environment.force_fixed_to_earth.wind"
+
+
+def _naming(case: str, *causes: tuple[str, list[str], float], best: str = "wind") -> dict[str, Any]:
+    stated = [{"cause": node, "effects": effects, "probability": p} for node, effects, p in causes]
+    kind = "effects" if all(len(one["effects"]) == 1 for one in stated) else "inseparable"
+    return {**verdict(case, [([best], 0.5), ([], 0.2)], causes=stated), "verdict": kind}
+
+
+def test_a_verdict_is_right_at_the_level_that_it_states() -> None:
+    truth = _truth("a", "single", ["wind"], 200)
+    cases = {
+        "effect": (_naming("a", (WIND, ["wind"], 0.95)), True),
+        "group": (_naming("a", (FIXED, ["wave_drift", "wind"], 0.95)), True),
+        "family": (_naming("a", ("environment", ["current", "wave_drift", "wind"], 0.85)), True),
+        "group without the truth": (_naming("a", (FIXED, ["wave_drift", "tether"], 0.85)), False),
+        "another family": (_naming("a", ("sensor", ["heading_bias", "wind"], 0.85)), False),
+        "a false cause beside": (
+            _naming("a", (WIND, ["wind"], 0.95), ("sensor.timing.speed", ["speed_delay"], 0.8)), False,
+        ),
+        "the root": (_naming("a", ("", ["wind", "heading_bias"], 0.99)), False),
+    }  # fmt: skip
+    for words, (said, right) in cases.items():
+        assert named_right(truth["effects"], said) == right, words
+    assert [coarsest(named(cases[level][0])) for level in LEVELS] == list(LEVELS)
+    assert named(cases["the root"][0]) == []
+    found = _found([(truth, said) for said, _ in cases.values()])
+    assert found["named right, one effect, lambda >= 100"].value == pytest.approx(3 / 7)
+    assert found["right where an effect is named, lambda >= 25"].n == 2
+    assert found["right where a group of effects is named, lambda >= 25"].value == 0.5
+    assert found["right where a family of causes is named, lambda >= 25"].value == 0.5
+    # A set that an older verdict reports is named at the finest node that holds all of it.
+    old = {**verdict("a", [(["wind"], 0.5)], set=["wave_drift", "wind"]), "verdict": "inseparable"}
+    assert named(old)[0]["cause"] == FIXED
+
+
+def test_a_named_cause_that_is_wrong_at_nine_tenths_counts_though_the_first_candidate_is_unsure() -> None:
+    truth = _truth("a", "single", ["current"], 200)
+    name = "wrong at a probability of 0.9 or more"
+    sure, unsure = (_naming("a", (FIXED, ["wave_drift", "wind"], p)) for p in (0.95, 0.85))
+    assert [_found([(truth, said)])[name].value for said in (sure, unsure)] == [1.0, 0.0]
+
+
+def test_another_form_alone_is_no_cause_and_unknown_or_nothing_is_right() -> None:
+    form = {"form": {"key": "full_bow", "values": {"k": 1.0}, "lambda": 200.0}, "oracle": None}
+    alone = _truth("a", "form", ["unknown"], 0, **form)
+    on_top = _truth("b", "form+single", ["wind"], 200, **{**form, "oracle": {"closure": 0.8, "refit": 2.0}})
+    unknown, nothing = verdict("a", [(["unknown"], 0.95)]), verdict("a", [([], 0.95)])
+    wind = _naming("a", (WIND, ["wind"], 0.95))
+    pairs = [(alone, unknown), (alone, nothing), (alone, wind), (on_top, {**wind, "case": "b"})]
+    found = _found(pairs)
+    assert found["false cause where none acts"].value == pytest.approx(1 / 3)
+    assert found["the same, another form"].n == 3
+    assert found["wrong at a probability of 0.9 or more"].value == pytest.approx(1 / 4)
+    assert found["named right, one effect, lambda >= 100"].value == 1.0
+    assert found["unknown said of what is known"].n == 0
+
+
+def test_shares_stand_over_those_of_the_limit_on_the_same_cases() -> None:
+    wind, bank = _naming("a", (WIND, ["wind"], 0.9)), verdict("a", [(["bank"], 0.6)])
+    pairs = [(_truth(name, "single", ["wind"], 200), wind if name in "ab" else bank) for name in "abcd"]
+    limit = {name: wind if name in "abc" else bank for name in "abcd"}
+    found = {one.name: one for one in measures(pairs, {}, limit)}
+    assert found["the same over the limit's"].value == pytest.approx(2 / 3)
+    assert found["the same over the limit's"].low <= 2 / 3 <= found["the same over the limit's"].high
 
 
 def test_brier_skill_is_against_the_prior_on_the_same_cases() -> None:

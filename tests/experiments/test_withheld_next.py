@@ -20,6 +20,7 @@ from withheld.reality.families import Family, families
 from withheld.reality.manoeuvres import Trial
 from withheld.reality.simulate import Record
 from withheld.seal import digest_file, note
+from withheld.studies import UNITS
 from withheld.verdicts import verdict
 
 from seatruth.diagnosis.experiment_design.candidates import Menu
@@ -45,9 +46,9 @@ def menu_of(family: Family, records: list[Record]) -> Menu:
         inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
         outputs = {name: np.full(record.t.shape, float(name == "u")) for name in family.outputs}
         trials.append(Log(f"t{k}", record.t, inputs, outputs, synthetic=True))
-    model = SimpleNamespace(inputs=[SimpleNamespace(name=name) for name in names])
-    given: Any = SimpleNamespace(trials=trials, model=model, outputs=family.outputs)
-    return Menu(given)
+    model = SimpleNamespace(inputs=[SimpleNamespace(name=name, unit=UNITS[name]) for name in names])
+    problem: Any = SimpleNamespace(trials=trials, study=SimpleNamespace(model=model), outputs=family.outputs)
+    return Menu(problem)
 
 
 @pytest.mark.parametrize("name", ["ship", "mariner", "auv", "torpedo"])
@@ -80,6 +81,20 @@ def test_the_same_words_are_the_same_inputs_by_the_clock(name: str) -> None:
                 same &= abs(one.n * family.revolutions - option.trial.inputs["n"][j]) < 1e-9
             off += not same
         assert off <= 5
+
+
+@pytest.mark.parametrize("name", ["twin", "frame"])
+def test_thrusters_of_one_side_slow_down_alone(name: str) -> None:
+    family = families()[name]
+    for side in ("port", "starboard", ""):
+        group = [thruster for thruster in family.thrusters if thruster.endswith(side)]
+        words = " and ".join(group)
+        trial = suggested(family, recorded(family, 0.0), f"coast-down ({words} to zero)")
+        assert trial is not None
+        late = trial.manoeuvre()(trial.seconds, {}, family.craft)
+        every = family.recorded(np.array([late.delta]), np.array([late.n * family.revolutions]))
+        for thruster, revolutions in every.items():
+            assert revolutions[0] == pytest.approx(0.0 if thruster in group else family.revolutions, abs=1e-9)
 
 
 def test_words_of_no_menu_are_no_trial() -> None:

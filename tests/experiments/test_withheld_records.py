@@ -300,6 +300,9 @@ def test_the_page_shows_failures_too(tmp_path: Path) -> None:
     found = measures.summary(rows["wind"], runs, rows["put"], rows["calm"])
     shares = {one.name: one.value for one in found}
     assert shares["wind named on a day with wind"] == 1.0
+    assert shares["force fixed to the earth, wind among it, within 30 deg, on days with turns"] == 1.0
+    assert shares["its speed is 0.7 to 1.4 of the measured, where it is called wind"] == 1.0
+    assert shares["environment named in a basin, whatever was put in"] == 0.5
     assert shares["a run left out is met better with the wind of the others"] == 0.5
     assert shares["error put in is named"] == 0.0
     assert shares["environment blamed in a calm basin"] == 1.0

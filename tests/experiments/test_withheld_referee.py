@@ -12,7 +12,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
-from withheld.cases import KINDS, Plan, draw, drawn_coefficients, drawn_noise
+from withheld.cases import FORM_KINDS, KINDS, Plan, draw, drawn_coefficients, drawn_noise
 from withheld.generate import ASIDE, plans, sealed
 from withheld.next_trial import pairs_after
 from withheld.reality.families import families
@@ -81,13 +81,17 @@ def test_a_case_is_what_its_plan_wants_and_its_public_part_names_no_cause(tmp_pa
 
 def test_plans_cover_kinds_and_keep_a_family_aside() -> None:
     dev, test = plans("dev", 60, 1), plans("test", 150, 2)
-    assert {plan.family for plan in dev} == {"ship", "auv", "mariner", "tanker", "torpedo"}
-    assert {plan.family for plan in test} == {"ship", "auv", "mariner", "tanker", "torpedo", "container"}
-    for many in (test, plans("test", 45, 3)):
+    assert {plan.family for plan in dev} == {"ship", "auv", "mariner", "tanker", "torpedo", "twin"}
+    assert {plan.family for plan in test} == {plan.family for plan in dev} | set(ASIDE)
+    for many in (test, plans("test", 300, 3)):
         assert 0.25 * len(many) <= sum(plan.family in ASIDE for plan in many) <= 0.35 * len(many)
         assert {(plan.family, plan.kind) for plan in many} >= {(name, kind) for name in ASIDE for kind in KINDS}
-    assert {plan.kind for plan in dev} == {"single", "double", "none", "outside", "confounded"}
+    assert {plan.kind for plan in dev} == set(KINDS)
+    for many in (dev, test):
+        assert 0.28 * len(many) <= sum(bool(plan.form) for plan in many) <= 0.38 * len(many)
+        assert sum(plan.stated for plan in many) == len(many) // 2
+    assert all(bool(plan.form) == (plan.kind in FORM_KINDS) for plan in test)
     assert plans("dev", 60, 1) == dev
     singles = [plan for plan in test if plan.kind == "single"]
     assert {plan.stratum for plan in singles} == {0, 1, 2, 3}
-    assert all(plan.causes == () for plan in test if plan.kind == "none")
+    assert all(plan.causes == () for plan in test if plan.kind in ("none", "form"))

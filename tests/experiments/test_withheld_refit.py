@@ -11,9 +11,10 @@ from scipy.optimize import least_squares
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
-from withheld.cases import drawn_coefficients, drawn_noise
+from withheld.cases import drawn_coefficients
 from withheld.reality.families import Family, families
 from withheld.reality.manoeuvres import auv_trial
+from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, make
 from withheld.referee import Point, left_over, signatures
 from withheld.refit import Judged, judged, pairs, refit
@@ -25,7 +26,8 @@ TRIALS = ("pitch_zigzag_15", "level_run", "plane_staircase")
 def _found(causes: dict[str, dict[str, float]], family: Family = AUV) -> tuple[Judged, float]:
     """What the referee finds of the first cause in full, and to first order."""
     rng = np.random.default_rng(5)
-    coefficients, noise = drawn_coefficients(family, rng), drawn_noise(family, rng)
+    coefficients = drawn_coefficients(family, rng)
+    noise = {name: Noise(0.8 * sd, 0.6 * sd, family.time) for name, sd in family.noise.items()}
     acting = [Present(family.mechanism(key), values) for key, values in causes.items()]
     records = make(family, [auv_trial(name, family.time) for name in TRIALS], coefficients, acting, noise, rng, True)
     gram = signatures(family, records, coefficients, noise, [(p.mechanism.key, [p]) for p in acting]).projected()

@@ -12,8 +12,9 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
+from withheld.goals import measures
 from withheld.intervals import bootstrap, calibration_error, wilson
-from withheld.measures import brier, confident_and_wrong, confusion, doubled, measures, top
+from withheld.measures import brier, confident_and_wrong, confusion, gained, top
 from withheld.verdicts import problems, verdict
 
 
@@ -22,6 +23,7 @@ def _truth(case: str, kind: str, effects: list[str], strength: float, **more: An
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": lambdas, "places": ["surge"], "set": effects,
         "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        "form": None, "stated": True,
         **more,
     }  # fmt: skip
 
@@ -50,18 +52,20 @@ def test_measures_of_verdicts_made_by_hand() -> None:
     assert _value(found, "top-1, one effect, lambda >= 100") == 0.5
     assert _value(found, "top-1, one effect, lambda 25-100") == 0.0
     assert _value(found, "top-3, one effect, lambda >= 25") == 1.0
-    assert _value(found, "equation or place named, lambda >= 25") == pytest.approx(1 / 3)
+    assert _value(found, "place, one effect, lambda >= 25") == pytest.approx(1 / 3)
     assert _value(found, "exact set of two, lambda >= 100 each") == 1.0
-    assert _value(found, "false cause where there is none") == 0.5
-    assert _value(found, "unknown flagged, lambda >= 400") == 1.0
-    assert math.isnan(_value(found, "unknown flagged, lambda 100-400"))
-    assert _value(found, "confidently wrong") == pytest.approx(1 / 8)
-    assert _value(found, "confounded: truth inside the set") == 1.0
-    assert _value(found, "confounded: mean set") == 3.0
+    assert _value(found, "named right, one effect, lambda >= 100") == 0.5
+    assert _value(found, "named right, one effect, lambda 25-100") == 0.0
+    assert _value(found, "two causes, all that is named right, lambda >= 100 each") == 1.0
+    assert math.isnan(_value(found, "the same over the limit's"))
+    assert _value(found, "false cause where none acts") == 0.5
+    assert _value(found, "unknown called unknown, lambda >= 100") == 1.0
+    assert _value(found, "wrong at a probability of 0.9 or more") == pytest.approx(1 / 8)
+    assert _value(found, "truth inside the set") == 1.0
+    assert _value(found, "mean set") == 3.0
     # Of four cases one states what closes: 0.76 of the oracle's 0.8.
-    assert _value(found, "closure over the oracle's, median") == 0.0
-    assert _value(found, "the same where the cause comes first") == pytest.approx(0.95 / 2)
-    assert _value(found, "closure's 95 % interval holds the oracle's") == 0.5
+    assert _value(found, "gap closed over the oracle's, median") == 0.0
+    assert _value(found, "its 95 % interval holds the oracle's") == 0.5
     assert confusion(pairs)[("wind", "bank")] == 2
     assert top(pairs[1], 2)
     assert not top(pairs[1], 1)
@@ -72,8 +76,8 @@ def test_a_suggested_trial_is_judged_among_the_survivors_only() -> None:
     truth = _truth("a", "single", ["wind"], 100, pairs={"wind": {"bank": 2.0, "tether": 1.0}})
     truth["next"] = {"bank": 6.0, "tether": 1.0}
     said = verdict("a", [(["wind"], 0.6), (["bank"], 0.4)], next_trial={"manoeuvre": "a zigzag"})
-    assert doubled((truth, said)) == pytest.approx(3.0)
-    assert doubled((truth, verdict("a", [(["bank"], 1.0)]))) is None
+    assert gained((truth, said)) == pytest.approx(3.0)
+    assert gained((truth, verdict("a", [(["bank"], 1.0)]))) is None
 
 
 def test_brier_and_calibration() -> None:
@@ -99,6 +103,7 @@ def test_a_verdict_out_of_form_is_told() -> None:
     good = verdict("a", [(["wind"], 0.7), ([], 0.3)])
     assert problems(good) == []
     assert problems({**good, "verdict": "maybe"})
+    assert problems({**good, "causes": [{"cause": "environment", "probability": 0.9}]})
     assert problems(
         {**good, "candidates": [{"effects": [], "probability": 0.7}, {"effects": ["x"], "probability": 0.8}]}
     )

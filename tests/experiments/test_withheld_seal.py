@@ -12,9 +12,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "experiments"))
 
+from withheld import score as score_module  # noqa: E402
 from withheld.diagnose import diagnose, walls  # noqa: E402
 from withheld.score import said, score  # noqa: E402
 from withheld.seal import digest_file, log, note  # noqa: E402
+from withheld.verdicts import verdict as verdict_of  # noqa: E402
 
 from seatruth.errors import BadInput  # noqa: E402
 
@@ -44,6 +46,7 @@ def _set(out: Path) -> None:
     truth = {
         "case": "c001", "family": "auv", "kind": "single", "effects": ["trim"], "lambda": {"trim": 150.0},
         "stratum": "100-400", "set": ["trim"], "places": ["pitch"], "oracle": None, "pairs": {}, "causes": [],
+        "form": None, "stated": True,
     }  # fmt: skip
     (out / "sealed" / "c001.json").write_text(json.dumps(truth))
     (out / "sealed" / "_set.json").write_text(json.dumps({"set": "dev", "cases": 1, "seed": 0}))
@@ -88,14 +91,15 @@ def test_the_anemometer_is_out_of_reach_of_a_diagnosing_process() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_steps_in_order_and_hashes_that_hold(tmp_path: Path) -> None:
+def test_steps_in_order_and_hashes_that_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(score_module, "limit", lambda truth, public: verdict_of(truth["case"], [(["trim"], 0.9)]))
     _set(tmp_path)
     with pytest.raises(BadInput, match="nothing was diagnosed"):
         score(tmp_path)
     diagnose(tmp_path, "prior", 1)
     assert [line["step"] for line in log(tmp_path)] == ["generate", "diagnose", "diagnose"]
     pairs = score(tmp_path)
-    assert set(pairs) == {"prior", "oracle"}
+    assert set(pairs) == {"prior", "limit", "oracle"}
     assert json.loads((tmp_path / "score.json").read_text())["synthetic"] is True
 
     verdict = tmp_path / "verdicts" / "prior" / "c001.json"

@@ -14,8 +14,9 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 from withheld import commits as commits_module
 from withheld.commits import commits, doubts, told
 from withheld.diagnose import diagnose
+from withheld.goals import measures
 from withheld.markdown import markdown
-from withheld.measures import Pair, measures
+from withheld.measures import Pair
 from withheld.page import write_page
 from withheld.score import encoded
 from withheld.seal import note
@@ -32,6 +33,7 @@ def _pairs() -> dict[str, list[Pair]]:
     truth = {
         "case": "c001", "family": "auv", "kind": "single", "effects": ["trim"], "lambda": {"trim": 150.0}, "pairs": {},
         "stratum": "100-400", "set": ["trim"], "places": ["pitch"], "oracle": {"closure": 0.9, "refit": 2.0},
+        "form": None, "stated": True,
     }  # fmt: skip
     closure = {"value": 0.8, "lower": 0.7, "upper": 0.95}
     said = {
@@ -45,7 +47,7 @@ def _pairs() -> dict[str, list[Pair]]:
 def _scored(out: Path, log: list[dict[str, Any]]) -> dict[str, list[Pair]]:
     pairs = _pairs()
     rows = {name: encoded(measures(of, {})) for name, of in pairs.items()}
-    parts = {key: {"all": rows["seatruth"]} for key in ("stratum", "family", "kind")}
+    parts = {key: {"all": rows["seatruth"]} for key in ("stratum", "family", "kind", "stated")}
     case = {"case": "c001", "family": "auv", "kind": "single", "stratum": "100-400", "effects": ["trim"],
             "set": ["trim"], "lambda": {"trim": 150.0}, "seatruth": "effects: trim (0.80)"}  # fmt: skip
     content = {
@@ -64,7 +66,7 @@ def test_the_table_names_commits_date_cases_and_that_they_are_synthetic(tmp_path
     text = markdown(tmp_path)
     assert "1 synthetic cases (auv)" in text
     assert all(word in text for word in ("commit aaaa", "commit bbbb", "2026-01-02", "SINDy was not run"))
-    row = next(line for line in text.splitlines() if line.startswith("| top-1, one effect, lambda >= 100"))
+    row = next(line for line in text.splitlines() if line.startswith("| named right, one effect, lambda >= 100"))
     assert row.split(" | ")[1:5] == [">= 0.9", "1.00 (0.21 to 1.00)", "1", "met (open)"]
     assert len({line.count("|") for line in text.splitlines() if line.startswith("|")}) == 1
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from seatruth.diagnosis.observer import LedModel
 
 from seatruth.diagnosis.discrepancy.terms import ProbedModel, terms_of
-from seatruth.diagnosis.observer import LedModel
 from seatruth.effects import ExtendedBlackBox, ExtendedModel, available
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Stepper

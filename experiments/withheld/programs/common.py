@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from seatruth import Study, load_study
 from seatruth.costs import TrajectoryCost
 from seatruth.effects import Effect, available, with_effects
-from seatruth.models import load_model
+from seatruth.models import Model
 
 Array = NDArray[np.float64]
 STEPS = 20
@@ -54,10 +53,8 @@ def fitted(study: Study) -> dict[str, float]:
     return dict(zip(cost.names, x.tolist(), strict=True))
 
 
-@cache
-def effects_on(model_name: str) -> tuple[str, ...]:
-    """Names of installed effects that can act on a built-in model."""
-    model = load_model(model_name)
+def effects_on(model: Model) -> tuple[str, ...]:
+    """Names of installed effects that can act on a model."""
     return tuple(sorted(name for name, effect in available().items() if not effect.missing(model)))
 
 
@@ -82,7 +79,7 @@ def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
     """Refits a study's coefficients (unless told not to) and differentiates by them and by every effect, if wanted."""
     study = load_study(path)
     values = fitted(study) if fit else {}
-    acting: list[Effect] = [available()[name] for name in effects_on(study.model.name)] if effects else []
+    acting: list[Effect] = [available()[name] for name in effects_on(study.model)] if effects else []
     model = with_effects(study.model, acting) if acting else study.model
     own = {p.name: p for p in study.parameters}
     parameters = tuple(own[p.name] if p.name in own else p.replace(vary=True) for p in model.parameters)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from seatruth import load_study
 from seatruth.diagnosis import Diagnosis, diagnose
 
-OF_CAUSE = ("name", "probability", "log_evidence", "lambda", "in_words", "parameters")
+OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
+"""Fields of each hypothesis, from which constants are calibrated."""
+OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
+"""Fields of each effect's result that are kept for real records."""
 
 
 def diagnosed(study: Path) -> dict[str, Any]:
-    """What `seatruth diagnose` says of a study, in the form that is scored.
+    """What `seatruth diagnose` says of a study, in the form that is scored, with every hypothesis that it compared.
 
     Of real records it also says what it thinks of every effect, named or not, and nothing of a next trial, which nobody
     can sail any more.
@@ -20,14 +24,19 @@ def diagnosed(study: Path) -> dict[str, Any]:
     loaded = load_study(study)
     found = diagnose(loaded, suggest=loaded.synthetic)
     said = dict(found.as_verdict(study.parent.name))
+    said["hypotheses"] = [
+        {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects)}
+        for one in found.hypotheses
+    ]
     return said if loaded.synthetic else {**said, **_of_every_effect(found)}
 
 
 def _of_every_effect(found: Diagnosis) -> dict[str, Any]:
+    content = found.content()
     return {
-        "which": [{key: row[key] for key in OF_CAUSE} for row in found.which],
-        "shares": found.shares,
-        "noise": {row["channel"]: row["sd"] for row in found.noise},
-        "folds": (found.how_far or {}).get("folds", []),
+        "which": [{key: row[key] for key in OF_EFFECT} for row in content["effects"]],
+        "shares": content["shares"],
+        "noise": {channel.channel: math.hypot(channel.white, channel.slow) for channel in found.noise},
+        "folds": content["validation"]["folds"] if content["validation"] is not None else [],
         "seconds": found.outcome["wall_s"],
     }

@@ -39,6 +39,6 @@ def prior_only(study: Path) -> dict[str, Any]:
     """Looks at no data: no effect, each effect that can act, and one outside the library, with fixed probabilities."""
     from seatruth import load_study
 
-    names = effects_on(load_study(study).model.name)
+    names = effects_on(load_study(study).model)
     each = (1.0 - NONE - UNKNOWN) / len(names)
     return verdict(study.parent.name, [([], NONE), (["unknown"], UNKNOWN), *(([name], each) for name in names)])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from withheld.reality import environment as env
-from withheld.reality import hulls, sensors
+from withheld.reality import hulls, sensors, thrusters
 from withheld.reality.mechanism import Draw, Mechanism, around, fixed, sign
 
 _PI = math.pi
@@ -186,6 +186,25 @@ def outside(time: float) -> list[Mechanism]:
         _one("governor", None, "surge", "force", hulls.governor, "k", 0.5, "1", most=8, signed=False, T=4 * time),
         _one("stall", None, "actuator:delta", "force", hulls.stall, "k", 0.3, "1", most=3.0),
         _one("shedding", None, "yaw", "force", hulls.shedding, "k", 0.15, "1", most=8, signed=False),
+    ]
+
+
+_WITHOUT_RUDDER = ("stall",)
+_AFLOAT = ("wind", "waves", "wave_drift", "bank", "shallow_water", "sloshing")
+"""What acts on a surface ship only."""
+
+
+def thrusted(speed: float, time: float, displacement: float, period: float, *, afloat: bool) -> list[Mechanism]:
+    """Mechanisms of a craft that steers with fixed thrusters, on the surface (`afloat`) or under it."""
+    found = [
+        one
+        for one in planar(speed, time, displacement, period)
+        if one.kind != "gear" and one.key not in _WITHOUT_RUDDER and (afloat or one.key not in _AFLOAT)
+    ]
+    return [
+        *found,
+        _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.1, "1", most=2.5, signed=False),
+        _one("weak_thrusters", None, "surge,yaw", "force", thrusters.weak_thrusters, "k", 0.05, "1", most=8),
     ]
 
 

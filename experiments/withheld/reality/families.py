@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from withheld.reality import auv, catalogue, container, esso, kvlcc2, mariner, torpedo
+from withheld.reality import auv, catalogue, container, esso, kvlcc2, mariner, thrusters, torpedo
+from withheld.reality.forms import planar_forms, vertical_forms
 from withheld.reality.manoeuvres import Craft, Trial, auv_trial, ship_trial, torpedo_trial
 from withheld.reality.mechanism import Mechanism
-from withheld.reality.motion import Vehicle
+from withheld.reality.motion import Array, Vehicle
 
 RUDDER_RATE = math.radians(5.0)
 """rad/s at model scale: slow enough for the record's rate, so that samples joined by lines are the rudder's motion."""
@@ -50,10 +51,39 @@ class Family:
     """What was measured on this vehicle and is not the library's default: the library's name, its value there."""
     whole: bool = False
     """Whether its study hands out every parameter, coefficients with bounds, as the library has no set for it."""
+    forms: Sequence[Mechanism] = field(default=(), repr=False)
+    """Other forms that its hull, damping or wake may have: no effect of a library."""
+    thrusters: Mapping[str, float] = field(default_factory=dict)
+    """Of a craft without a rudder: what is recorded in place of angle and revolutions; names of thrusters, and by how
+    many rev/s each runs faster a radian of the pilot's angle."""
+    sheet: str = ""
+    """File beside this package that holds the model as a user would write it from a data sheet; "" where the library
+    has the model."""
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the recorded inputs."""
+        return tuple(self.thrusters) or (self.input, *(["n"] if self.revolutions else []))
+
+    def recorded(self, delta: Array, n: Array) -> dict[str, Array]:
+        """The recorded inputs by name, of the pilot's angle (rad) and revolutions (rev/s)."""
+        if self.thrusters:
+            return {name: n + share * delta for name, share in self.thrusters.items()}
+        return {self.input: delta, "n": n}
+
+    def orders(self, inputs: Mapping[str, Array]) -> tuple[Array, Array]:
+        """The pilot's angle and revolutions of recorded inputs: the other way round."""
+        if self.thrusters:
+            share = np.array(list(self.thrusters.values()))
+            each = np.stack([inputs[name] for name in self.thrusters])
+            n = np.asarray(each.mean(axis=0))
+            return np.asarray(share @ (each - n) / (share @ share)), n
+        delta = inputs[self.input]
+        return delta, inputs.get("n", np.zeros_like(delta))
 
     def mechanism(self, key: str) -> Mechanism:
-        """One mechanism by key; KeyError if it does not act on this family."""
-        for one in self.mechanisms:
+        """One mechanism or other form by key; KeyError if it does not act on this family."""
+        for one in (*self.mechanisms, *self.forms):
             if one.key == key:
                 return one
         raise KeyError(key)
@@ -119,7 +149,49 @@ def _ship(name: str) -> Family:
         {"ship": 0.5, "tanker": 0.6, "container": 1.5, "mariner": 2.0}[name],
         Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
         [*catalogue.planar(speed, time, mass, sea), *(catalogue.screw() if screw else [])],
-        measured=module.SIZES if whole else {}, whole=whole,
+        measured=module.SIZES if whole else {}, whole=whole, forms=planar_forms(screw),
+    )  # fmt: skip
+
+
+def _thrusted(name: str) -> Family:
+    """The twin-hull boat ("twin") or the frame under water ("frame")."""
+    twin = name == "twin"
+    own, sizes, windage, speed = (
+        (thrusters.TWIN, thrusters.TWIN_SIZES, thrusters.TWIN_WINDAGE, thrusters.TWIN_SPEED)
+        if twin
+        else (thrusters.FRAME, thrusters.FRAME_SIZES, thrusters.FRAME_WINDAGE, thrusters.FRAME_SPEED)
+    )
+    pairs, cosine = (1, 1.0) if twin else (2, math.sqrt(0.5))
+    rho, time = sizes["rho"], sizes["L"] / speed
+    drag = -own["X_u"] * speed - own["X_uu"] * speed**2
+    # Revolutions at which thrust and drag balance: the positive root of a quadratic.
+    slip, each = own["k_u"] * speed, drag / (2 * pairs * cosine)
+    usual = (slip + math.sqrt(slip**2 + 4 * own["k_n"] * each)) / (2 * own["k_n"])
+    every = {
+        **sizes, **windage, "lever": 1.0, "added_across": -own["Y_dv"], "added_difference": own["Y_dv"] - own["X_du"],
+        "speed": speed, "drag_area": drag / (0.5 * rho * speed**2), "thrust_share": 1.0,
+        "thrusters": float(pairs), "cosine": cosine,
+    }  # fmt: skip
+    deg, faster = math.radians, thrusters.SHARE * usual
+    noise = (
+        {"x": 0.05, "y": 0.05, "psi": deg(0.2), "u": 0.01, "v": 0.01, "r": deg(0.2)}
+        if twin
+        else {"x": 0.02, "y": 0.02, "psi": deg(0.3), "u": 0.005, "v": 0.005, "r": deg(0.3)}
+    )
+    ends = (("port", faster), ("starboard", -faster))
+    names = (
+        {f"n_{side}": more for side, more in ends}
+        if twin
+        else {f"n_{end}_{side}": more for end in ("bow", "stern") for side, more in ends}
+    )
+    return Family(
+        name, f"{name}.py:{'TwinHull' if twin else 'OpenFrame'}", "",
+        thrusters.ThrusterCraft(pairs, cosine, usual), own, every, speed, time, usual,
+        ("u", "v", "r", "x", "y", "psi"), "delta", noise, 0.2 if twin else 0.1,
+        Craft("psi", "r", 1.0, 1.2, 1.0, deg(15), time),
+        catalogue.thrusted(speed, time, sizes["mass"], 0.85 * time, afloat=twin),
+        measured={key: sizes[key] for key in ("rho", "L", "B", "d", "mass", "I_z", "side")}, whole=True,
+        forms=planar_forms(False), thrusters=names, sheet=f"{name}.py",
     )  # fmt: skip
 
 
@@ -138,7 +210,7 @@ def _vehicle() -> Family:
         "auv", "diving_plane", "", auv.NPSVehicle(), auv.COEFFICIENTS, sizes, auv.SPEED, time, 0.0,
         ("u", "w", "q", "x", "z", "theta"), "delta_s", noise, 0.5,
         Craft("theta", "q", 1.0, 1.0, -1.0, deg(15), time),
-        catalogue.vertical(auv.SPEED, time, sizes["m"], catalogue.LARGE), 20.0,
+        catalogue.vertical(auv.SPEED, time, sizes["m"], catalogue.LARGE), 20.0, forms=vertical_forms(),
     )  # fmt: skip
 
 
@@ -159,14 +231,14 @@ def _torpedo() -> Family:
         ("u", "w", "q", "x", "z", "theta"), "delta_s", noise, 0.1,
         Craft("theta", "q", 1.5, 1.5, -1.0, deg(12), time),
         catalogue.vertical(speed, time, sizes["m"], catalogue.SMALL), 30.0, True,
-        {"dG": sizes["net"], "y_G": sizes["y_G"]},
+        {"dG": sizes["net"], "y_G": sizes["y_G"]}, forms=vertical_forms(),
     )  # fmt: skip
 
 
 def families() -> dict[str, Family]:
     """All of them by name."""
     ships = {name: _ship(name) for name in ("ship", "mariner", "tanker", "container")}
-    return {"auv": _vehicle(), "torpedo": _torpedo(), **ships}
+    return {"auv": _vehicle(), "torpedo": _torpedo(), **ships, **{name: _thrusted(name) for name in ("twin", "frame")}}
 
 
 def design(family: Family, rng: np.random.Generator, poor: bool = False) -> list[Trial]:

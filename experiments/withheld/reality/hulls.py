@@ -9,7 +9,8 @@ import numpy as np
 from withheld.reality.kvlcc2 import inflow
 from withheld.reality.motion import Force, Values, View
 
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(7)
+STATIONS, WEIGHTS = np.polynomial.legendre.leggauss(7)
+"""Of the integral along a hull: places over half its length, -1 to 1, and their weights."""
 
 
 def drag(view: View, q: Values, p: Values) -> Force:
@@ -19,10 +20,10 @@ def drag(view: View, q: Values, p: Values) -> Force:
 
 def cross_flow(view: View, q: Values, p: Values) -> Force:
     """Drag of each section in the flow across it, summed along the hull, fuller amidships than at the ends."""
-    a = 0.5 * p["L"] * _POINTS[:, None]
-    full = 1 - 0.35 * _POINTS[:, None] ** 4
+    a = 0.5 * p["L"] * STATIONS[:, None]
+    full = 1 - 0.35 * STATIONS[:, None] ** 4
     across = view.v_r + p["lever"] * a * view.r
-    each = -0.5 * p["rho"] * q["C_d"] * p["d"] * full * np.abs(across) * across * (0.5 * p["L"] * _WEIGHTS[:, None])
+    each = -0.5 * p["rho"] * q["C_d"] * p["d"] * full * np.abs(across) * across * (0.5 * p["L"] * WEIGHTS[:, None])
     return Force(Y=each.sum(axis=0), N=(p["lever"] * a * each).sum(axis=0))
 
 

@@ -108,9 +108,15 @@ HISTORY = (late_position, late_heading, late_rate, late_speed, late_pitch, late_
 """Those that need the record before now; a pilot is not told of them."""
 
 
+SLOW = (0.3, 2.0)
+"""Least and largest slow part of a sensor's error, in multiples of its white part; even in the logarithm [S]."""
+TAU = (1.0, 60.0)
+"""s: its correlation time, in the same way [S]; a position by satellite reaches the upper end."""
+
+
 @dataclass(frozen=True)
 class Noise:
-    """Noise of one channel: white of sd `white`, and a first-order Markov part of sd `slow` and time constant `tau`."""
+    """Noise of one channel: white of sd `white`, and Ornstein-Uhlenbeck of sd `slow` and correlation time `tau` s."""
 
     white: float
     slow: float
@@ -125,6 +131,13 @@ class Noise:
         """(n, n)."""
         lag = dt * np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
         return self.slow**2 * np.exp(-lag / self.tau) + self.white**2 * np.eye(n)
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator, stated: float) -> Noise:
+        """Noise of a channel whose data sheet states `stated`: white near that, and a slow error that it leaves out."""
+        white = stated * float(np.exp(rng.normal(0.0, 0.12)))
+        slow = white * float(np.exp(rng.uniform(*np.log(SLOW))))
+        return cls(white, slow, float(np.exp(rng.uniform(*np.log(TAU)))))
 
     def draw(self, rng: np.random.Generator, n: int, dt: float) -> Array:
         """n samples dt apart."""

@@ -6,27 +6,30 @@ import fnmatch
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.text import Text
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
 from seatruth.commands.identify import names
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput, nearest
-from seatruth.storage.atomic import CannotWrite, write_file
 from seatruth.study import Study, load_study
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from seatruth.diagnosis import Diagnosis
     from seatruth.effects import Effect
 
 AUGMENTED = "augmented.toml"
+CHECKPOINT = "checkpoint.jobs"
 REPORT = "report.html"
-_ANSWERS = 6
-_LEAST = 0.005
-"""Probability below which an answer is not shown in the terminal."""
-_FINDINGS = 6
+_MOST_ANSWERS = 6
+_LEAST_PROBABILITY = 0.005
+"""Answers that are less probable are not shown in the terminal. Chosen here [S]."""
+_MOST_FINDINGS = 6
 
 
 def diagnose(
@@ -44,10 +47,11 @@ def diagnose(
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
     ] = None,
-    no_left_out: Annotated[
-        bool, typer.Option("--no-left-out", help="Do not predict each trial from the others.")
+    no_validation: Annotated[
+        bool, typer.Option("--no-validation", help="Do not predict each trial from the others.")
     ] = False,
     no_next_trial: Annotated[bool, typer.Option("--no-next-trial", help="Do not look for the next trial.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do not go on with an interrupted run.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
@@ -59,8 +63,9 @@ def diagnose(
         names(effects),
         seed=seed,
         threads=threads,
-        left_out=not no_left_out,
+        validate=not no_validation,
         suggest=not no_next_trial,
+        fresh=fresh,
         quiet=quiet,
     )
 
@@ -72,13 +77,19 @@ def run(
     *,
     seed: int | None = None,
     threads: int | None = None,
-    left_out: bool = True,
+    validate: bool = True,
     suggest: bool = True,
+    fresh: bool = False,
     quiet: bool = False,
 ) -> Result:
-    """Diagnoses, saves, reports and shows a study. `effects` are names, patterns and files; all installed if empty."""
+    """Diagnoses, saves, reports and shows a study; goes on with an interrupted run of the same study.
+
+    `effects` are names, patterns and files; all installed ones if empty.
+    """
     from seatruth.diagnosis import diagnose as diagnose_study
     from seatruth.report import write_report
+    from seatruth.storage.atomic import CannotWrite
+    from seatruth.storage.checkpoint import StaleCheckpoint
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -86,77 +97,92 @@ def run(
         what = "a file stands where the results' folder should be"
         do = "Name another folder with --out, or move the file."
         raise BadInput(what, where=str(folder), do=do) from None
+    checkpoint = folder / CHECKPOINT
+    if fresh:
+        checkpoint.unlink(missing_ok=True)
+    if checkpoint.exists() and not quiet:
+        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
     place = study.source.parent if study.source is not None else Path.cwd()
-    chosen, specs = _effects(effects or [], place)
+    chosen, specs = select_effects(effects or [], place)
     with ProgressLine(quiet=quiet) as progress:
-        diagnosis = diagnose_study(
-            study,
-            chosen,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-            left_out=left_out,
-            suggest=suggest,
-        )
+        try:
+            diagnosis = diagnose_study(
+                study,
+                chosen,
+                seed=seed,
+                threads=threads,
+                progress=progress,
+                checkpoint=checkpoint,
+                validate=validate,
+                suggest=suggest,
+            )
+        except StaleCheckpoint as problem:
+            do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
+            raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
         progress.show("Writing the result", now=False)
         try:
             diagnosis.save(folder)
             report = folder / REPORT
             write_report(diagnosis, report)
-            written = _augmented(diagnosis, study, folder, specs)
+            written = write_augmented(diagnosis, study, folder, specs)
         except CannotWrite:
-            # What was found is on the screen at least.
+            # The result is on the screen at least; the same command makes the files from the checkpoint.
             progress.__exit__(None, None, None)
             show(diagnosis)
             raise
+    interrupted = diagnosis.outcome["code"] == "interrupted"
+    if not interrupted:
+        checkpoint.unlink(missing_ok=True)
     show(diagnosis)
     lines = [f"Result: {folder}", f"Report: {report}"]
     if written is not None:
-        lines.append(f"The model with what was found, to simulate and identify with: {written}")
+        lines.append(f"The model with the named effects, to simulate and identify with: {written}")
     for line in lines:
         say(line, whole=True)
-    code = str(diagnosis.outcome["code"])
-    if code == "interrupted":
-        say("Interrupted: this is what was found so far.", style="yellow")
+    if interrupted:
+        say("Interrupted: this is the result so far. Run the same command again to go on.", style="yellow")
     data = {**diagnosis.content(), "folder": folder, "report": report, "augmented_study": written}
-    return Result(data, 130 if code == "interrupted" else 0)
+    return Result(data, 130 if interrupted else 0)
 
 
-def _effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict[str, str]]:
-    """The effects that are asked for (None for all), and how a study file calls each."""
+def select_effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict[str, str]]:
+    """The effects that take part (None for all), and by name how a study file calls those from a file."""
     from seatruth.effects import available, load_effects
     from seatruth.models.user_file import is_file
 
     if not wanted:
         return None, {}
-    known = available()
-    found: dict[str, Effect] = {}
+    installed = available()
+    chosen: dict[str, Effect] = {}
     specs: dict[str, str] = {}
     for spec in wanted:
         if is_file(spec):
             effect = load_effects([spec], folder)[0]
-            found[effect.name], specs[effect.name] = effect, spec
+            chosen[effect.name], specs[effect.name] = effect, spec
             continue
-        taken = [name for name in known if fnmatch.fnmatchcase(name, spec)]
-        if not taken:
-            raise BadInput(f"there is no effect {spec!r}", where="--effects", do=nearest(spec, known))
-        for name in taken:
-            found.setdefault(name, known[name])
-    return list(found.values()), specs
+        matching = [name for name in installed if fnmatch.fnmatchcase(name, spec)]
+        if not matching:
+            raise BadInput(f"there is no effect {spec!r}", where="--effects", do=nearest(spec, installed))
+        for name in matching:
+            chosen.setdefault(name, installed[name])
+    return list(chosen.values()), specs
 
 
-def _augmented(diagnosis: Diagnosis, study: Study, folder: Path, specs: Mapping[str, str]) -> Path | None:
-    """Writes the study file with the named effects and the identified values; None where the study has no file."""
+def write_augmented(diagnosis: Diagnosis, study: Study, folder: Path, specs: Mapping[str, str]) -> Path | None:
+    """Writes the study file with the named effects at their reported values; None where the study has no file."""
+    from seatruth.models.parameter import Prior
+    from seatruth.storage.atomic import write_file
     from seatruth.study.augment import augmented
 
     if study.source is None:
         return None
-    free = {p.name for p in study.parameters if p.vary}
-    priors = diagnosis.priors
-    values = {
-        name: value for name, value in diagnosis.augmented["parameters"].items() if name in free or name in priors
+    effects = [str(name) for name in diagnosis.augmented["effects"]]
+    # A fit of the augmented study starts from the reported values and believes what the diagnosis believed.
+    priors = {
+        f"{name}_{q.name}": Prior(q.null, q.prior_sd) for name in effects for q in diagnosis.effect(name).parameters
     }
-    called = {name: specs.get(name, name) for name in diagnosis.augmented["effects"]}
+    called = {name: specs.get(name, name) for name in effects}
+    values = diagnosis.augmented["parameters"]
     text = augmented(study.source, folder, f"{diagnosis.study} augmented", called, values, priors)
     path = folder / AUGMENTED
     write_file(path, text)
@@ -164,70 +190,91 @@ def _augmented(diagnosis: Diagnosis, study: Study, folder: Path, specs: Mapping[
 
 
 def show(diagnosis: Diagnosis) -> None:
-    """The diagnosis in the terminal: the verdict, the gap, which, where, how far, the next trial, the findings."""
-    from seatruth.report.diagnosis import words
+    """The diagnosis in the terminal: verdict, gap, causes, answers, where, how far, next trial, findings."""
+    from seatruth.report.text import diagnosis as text
+    from seatruth.report.text import gap
 
     if diagnosis.synthetic:
         say("SYNTHETIC: these trials were made by a simulator.", style="bold yellow")
-    first = words.data_first(diagnosis)
+    first = text.data_first(diagnosis)
     if first:
         say(f"! {first}", style="bold red")
-    say(words.verdict_in_words(diagnosis), style="bold")
+    say(f"{text.headline(diagnosis)}. {text.verdict_in_words(diagnosis)}", style="bold")
     outcome = diagnosis.outcome
     say(f"{len(diagnosis.effects)} effects took part, {outcome['fits']} fits, {outcome['wall_s']:.0f} s\n")
     console().print(_gap(diagnosis))
-    say(f"{words.gap_in_words(diagnosis)}\n")
-    console().print(_which(diagnosis))
-    weak = words.weak_in_words(diagnosis)
+    say(f"{gap.gap_in_words(diagnosis)}\n")
+    if diagnosis.verdict.causes:
+        console().print(_causes(diagnosis))
+        say("")
+    console().print(_answers(diagnosis))
+    weak = text.undetectable_in_words(diagnosis)
     if weak:
         say(f"! {weak}", style="yellow")
     say("")
-    for title, text in (
-        ("Where", words.where_in_words(diagnosis)),
-        ("How far", words.how_far_in_words(diagnosis)),
-        ("Next trial", words.next_in_words(diagnosis)),
+    for title, sentence in (
+        ("Where", gap.where_in_words(diagnosis)),
+        ("How far", text.validation_in_words(diagnosis)),
+        ("Next trial", text.next_in_words(diagnosis)),
     ):
-        say(f"{title}: {text}")
-    unnamed = diagnosis.unnamed
-    wanted = diagnosis.verdict["kind"] == "unknown" or diagnosis.verdict["beside"]
-    if wanted and unnamed is not None and unnamed["formula"]:
-        say(f"What is missing, as a formula: {words.formula_in_words(unnamed)}")
-    grave = [f for wanted in ("error", "warning") for f in diagnosis.findings if f.severity == wanted]
-    for finding in grave[:_FINDINGS]:
+        say(f"{title}: {sentence}")
+    if diagnosis.verdict.kind == "unknown" or diagnosis.verdict.discrepancy:
+        for formula in text.formula_in_words(diagnosis):
+            say(f"What is missing, as a formula: {formula}")
+    grave = [f for severity in ("error", "warning") for f in diagnosis.findings if f.severity == severity]
+    for finding in grave[:_MOST_FINDINGS]:
         say(str(finding), style="yellow")
-    if len(grave) > _FINDINGS:
-        say(f"and {len(grave) - _FINDINGS} more findings: see the report.")
+    if len(grave) > _MOST_FINDINGS:
+        say(f"and {len(grave) - _MOST_FINDINGS} more findings: see the report.")
     say("")
 
 
-def _gap(diagnosis: Diagnosis) -> Any:
-    from seatruth.report.diagnosis.words import channels
+def _gap(diagnosis: Diagnosis) -> Table:
+    from seatruth.report.text.gap import channels, fits
 
-    fits = ("before", "refit", "effect") if diagnosis.augmented["effects"] else ("before", "refit")
+    compared = fits(diagnosis)
     rows = []
     for row in channels(diagnosis):
-        scale = row["shown"]
-        sizes = [_number(row[key] * scale.factor) for key in ("noise", *(f"rmse_{f}" for f in fits))]
-        multiples = [_number(row[f"multiple_{fit}"], 2) for fit in fits]
-        rows.append([row["channel"], scale.unit, *sizes, *multiples])
-    heads = ["before", "refitted", "with effects"][: len(fits)]
-    # A blank sets the second group of names apart from the first: each column has one of its own.
+        sizes = [_number(size * row.channel.factor) for size in (row.noise, *(row.rmse[fit] for fit in compared))]
+        multiples = [_number(row.multiple[fit], 2) for fit in compared]
+        rows.append([row.channel.name, row.channel.unit, *sizes, *multiples])
+    heads = ["before", "refitted", "effects"][: len(compared)]
+    # A blank sets the second group of names apart from the first: each column has its own name.
     columns = ["channel", "unit", "noise", *heads, "× noise", *(f"{head} " for head in heads[1:])]
     return table(columns, rows, numbers=columns[2:])
 
 
-def _which(diagnosis: Diagnosis) -> Any:
-    from seatruth.report.diagnosis.words import in_titles, parameters_in_words
+def _causes(diagnosis: Diagnosis) -> Table:
+    from seatruth.diagnosis.sentences import chance
+    from seatruth.report.numbers import percent
+    from seatruth.report.text.diagnosis import readable, remark, titles
 
-    by_name = {row["name"]: row for row in diagnosis.which}
+    known = titles(diagnosis)
+    rows = [
+        [
+            cause.title,
+            " or ".join(known.get(name, name) for name in cause.effects),
+            readable(cause.in_words),
+            percent(cause.share),
+            chance(cause.probability),
+            remark(cause),
+        ]
+        for cause in sorted(diagnosis.verdict.causes, key=lambda cause: cause.small)
+    ]
+    columns = ["cause", "effect", "size", "share", "probability", "remark"]
+    return table(columns, rows, numbers=("share", "probability"))
+
+
+def _answers(diagnosis: Diagnosis) -> Table:
+    from seatruth.diagnosis.sentences import chance
+    from seatruth.report.text.diagnosis import in_titles
+
     rows: list[list[str]] = []
-    for candidate in diagnosis.candidates[:_ANSWERS]:
-        if rows and candidate["probability"] < _LEAST:
+    for effects, probability in diagnosis.answers()[:_MOST_ANSWERS]:
+        if rows and probability < _LEAST_PROBABILITY:
             break
-        effects = candidate["effects"]
-        sizes = parameters_in_words(by_name[effects[0]]) if len(effects) == 1 and effects[0] in by_name else ""
-        rows.append([f"{candidate['probability']:.1%}", in_titles(diagnosis, effects), sizes])
-    return table(["probability", "answer", "magnitude"], rows, numbers=("probability",))
+        rows.append([chance(probability), in_titles(diagnosis, effects)])
+    return table(["probability", "answer"], rows, numbers=("probability",))
 
 
 def _number(value: float, digits: int = 3) -> str:

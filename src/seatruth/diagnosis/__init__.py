@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.results import Diagnosis
+from seatruth.diagnosis.settings import Settings
 
-__all__ = ["Diagnosis", "diagnose"]
+__all__ = ["Diagnosis", "Settings", "diagnose"]

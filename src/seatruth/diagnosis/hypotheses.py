@@ -1,338 +1,373 @@
-"""Which effects: every one alone, all pairs of the leaders, triples where two do not suffice.
+"""Which hypotheses are fitted: every effect by its linearized likelihood, the leaders in full, then sets of them.
 
-Screening is linear and costs nothing: it orders the hypotheses. Those that lead are fitted without any approximation of
-the model's response, since signatures of a large gap are not linear, and each fit is screened anew for what it lacks.
+The search begins with the model alone, with and without discrepancy. At the fit with discrepancy every run is near its
+record, so that effects can be compared there by one linearization. Each hypothesis is then fitted with discrepancy, and
+from there without.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, Screen, effect_screen, fit
-from seatruth.diagnosis.initial_guess import STRAYED, from_pieces
-from seatruth.diagnosis.noise import NoiseFloor, noise_floor, white_floor
-from seatruth.diagnosis.problem import WIDER, GapProblem
-from seatruth.effects import Effect
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.initial_guess import from_equation_error
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, noise_prior
+from seatruth.storage.checkpoint import Checkpoint
 
-Say = Callable[[str], None]
-
-SINGLES = 10
-"""Effects fitted alone, the leaders of the screen, beside all with finite starting points that lead it."""
-LEADERS = 4
-"""Fitted hypotheses from which more effects are tried."""
-ADDITIONS = 4
-"""Effects tried beside each of them."""
-_LARGE = 20.0
-"""Log-evidence on the screen from which all effects are fitted."""
-_MUCH = 10.0
-"""Cost by which a set must be ahead of its part for the part to be fitted again."""
-MORE = 3.0
-"""Rise of the log-evidence on the screen from which one effect more is worth a fit."""
-_MOST = 8
-"""Effects at once."""
-_WORTH = 6.0
-"""Rise of the log-evidence from which a further one is worth it."""
-ROUNDS = 3
-"""Alternations between the fullest fit and the noise that it leaves."""
-_FULL_STEPS = 8
-_ROUGH = 2.0
-_FIRST_STEPS = 25
-_STATED = 1.5
-"""Part of the noise that a study states up to which more is believed."""
+Key = tuple[str, ...]
+_HOPE = 100.0
+"""Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
+_PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_ROUNDS = 3
+"""Times that a leading set is compared with its parts. [S]"""
+_NESTED = 8.0
+"""nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
+_LARGE = math.log(0.3)
+"""Log size of discrepancy from which runs that stray are fitted."""
+_SMALL = math.log(0.003)
+"""Log size of discrepancy beside a set that explains the trials without it."""
+Say = Callable[[str, int, int], None]
 
 
 @dataclass
 class Search:
-    """Every fitted hypothesis, by its effects in alphabetical order; () is the model without any."""
+    """Every fitted hypothesis by its effects, in alphabetical order, and whether discrepancy stands beside them."""
 
-    problem: GapProblem
-    floor: NoiseFloor
-    fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
-    screens: dict[tuple[str, ...], Screen] = field(default_factory=dict)
-    starts: dict[str, tuple[Array, Array]] = field(default_factory=dict)
-    """Pseudo-candidates "name@k": values of the effect's parameters (n,), and the whitened change of the errors."""
-    beside: int = 0
-    """Causes that act in any case, beside these effects."""
-    cut: bool = False
-    """The user stopped it: hypotheses that were not reached are screened only."""
+    problem: Problem
+    known: NoisePrior
+    fits: dict[tuple[Key, bool], Fit] = field(default_factory=dict)
+    screened: dict[tuple[Key, bool], float] = field(default_factory=dict)
+    """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
+    failed: dict[Key, str] = field(default_factory=dict)
+    """Hypotheses that were set aside, with the reason."""
+    store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
+    """Finished fits and screens, for a run that goes on."""
+    interrupted: bool = False
 
     @property
-    def base(self) -> Fit:
-        return self.fits[()]
+    def null(self) -> Fit:
+        """The model alone, as it fits best."""
+        return max((f for (key, _), f in self.fits.items() if not key), key=lambda f: f.evidence)
 
-    def evidence(self, effects: Sequence[str]) -> float:
-        """Log-evidence over the model without any effect: of the fit where there is one, else screened."""
+    def best(self, effects: Sequence[str]) -> Fit | None:
+        """The better of a set's fits with and without discrepancy; None where neither was fitted."""
         key = tuple(sorted(effects))
-        if key in self.fits:
-            return self.fits[key].evidence - self.base.evidence
-        return self.screens[()].evidence(*key)
+        fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
+        return max(fits, key=lambda f: f.evidence) if fits else None
 
-    def leaders(self, most: int) -> list[Fit]:
-        ranked = sorted((f for f in self.fits.values() if f.effects), key=lambda f: -f.evidence)
-        return ranked[:most]
+    def sets(self) -> list[Key]:
+        """Fitted sets, the one of highest evidence first."""
+        keys = {key for key, _ in self.fits}
+        return sorted(keys, key=lambda key: (-self._evidence(key), key))
+
+    def _evidence(self, key: Key) -> float:
+        found = self.best(key)
+        return -math.inf if found is None else found.evidence
+
+    def evidence(self, key: Key) -> float:
+        """Evidence of a set: of its fit, else linearized; -inf where neither is known."""
+        if self.best(key) is not None:
+            return self._evidence(key)
+        return max(self.screened.get((key, on), -math.inf) for on in (False, True))
+
+    def expected(self, key: Key) -> float:
+        """Linearized evidence of a set, less the penalty where it needs discrepancy."""
+        penalty = self.problem.settings.discrepancy_penalty
+        return max(self.screened.get((key, on), -math.inf) - (penalty if on else 0.0) for on in (False, True))
 
 
-def floor_of(problem: GapProblem, say: Say, most: Mapping[str, float] | None = None) -> tuple[NoiseFloor, Fit, Fit]:
-    """The noise floor, the fullest fit (coefficients, initial states, every effect at once, under their priors) and the
-    plain one, without effects.
+def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Search:
+    """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
-    It begins with white noise of the size that the study states, or that neighbouring samples show. A floor begun with
-    the errors of the unfitted model would take the gap's slow drift for the noise's memory, and keep it. `most` gives
-    by channel what else is known of how large noise can be.
+    Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
+    with what there is. Raises LinAlgError where the model alone cannot be fitted.
     """
-    least = _half_digit(problem)
-    sizes = _sizes(problem, least)
-    floor = white_floor(problem.series, sizes)
-    stated = {n: float(sd) for n, sd in problem.study.noise.items() if isinstance(sd, (int, float))}
-    most = {name: _STATED * sd for name, sd in {**(most or {}), **stated}.items()}
-    names = list(problem.effects)
-    x = problem.start
-    plain = fit(problem, (), floor, x, steps=_FIRST_STEPS, settled_at=_ROUGH)
-    if not plain.misfit < STRAYED * problem.rows:
-        nearer = from_pieces(problem, sizes)
-        if nearer is not None:
-            again = fit(problem, (), floor, nearer, steps=_FIRST_STEPS, settled_at=_ROUGH)
-            plain = min(plain, again, key=lambda one: one.cost)
-    full = plain
-    for k in range(ROUNDS):
-        say(f"Noise floor {k + 1} of {ROUNDS}")
-        if np.isfinite(full.cost):
-            x = full.x
-        again = fit(problem, names, floor, x, steps=_FULL_STEPS if k else _FIRST_STEPS, settled_at=_ROUGH)
-        if not np.isfinite(again.cost):
-            break
-        full, before = again, floor
-        floor = _quieter(problem, (full, plain), least, most)
-        if not all(np.isfinite(one.innovation) for one in floor.channels):
-            return before, full, plain
-        plain = fit(problem, (), floor, plain.x, steps=_FULL_STEPS, settled_at=_ROUGH)
-        changes = [abs(a.innovation / b.innovation - 1.0) for a, b in zip(floor.channels, before.channels)]
-        if k and max(changes) < 0.02:
-            break
-    return floor, full, plain
-
-
-def _quieter(
-    problem: GapProblem, fits: Sequence[Fit], least: Mapping[str, float], most: Mapping[str, float]
-) -> NoiseFloor:
-    """The noise that these fits leave: of each channel that of the fit which foretells it best.
-
-    The fullest fit leaves least where it has settled; a fit of so many effects does not always.
-    """
-    found = [
-        noise_floor(problem.series, problem.errors(one.x, one.active), taken=len(one.active), least=least, most=most)
-        for one in fits
-        if np.isfinite(one.cost)
-    ]
-    best = [min(channels, key=lambda one: one.innovation) for channels in zip(*(one.channels for one in found))]
-    return dataclasses.replace(found[0], channels=tuple(best))
-
-
-def _sizes(problem: GapProblem, least: Mapping[str, float]) -> dict[str, float]:
-    """Noise of each channel to begin with: stated by the study, or that of second differences of its samples."""
-    found = {}
-    for name in problem.outputs:
-        stated = problem.study.noise.get(name)
-        if isinstance(stated, (int, float)):
-            found[name] = float(stated)
-            continue
-        seconds = [np.diff(np.asarray(t.outputs[name]), n=2) for t in problem.trials if name in t.outputs]
-        values = np.concatenate(seconds) if seconds else np.zeros(0)
-        values = np.abs(values[np.isfinite(values)])
-        size = 1.4826 * float(np.median(values)) / math.sqrt(6.0) if values.size else 0.0
-        spread = max((float(np.nanstd(t.outputs[name])) for t in problem.trials if name in t.outputs), default=1.0)
-        found[name] = max(size, least.get(name, 0.0), 1e-4 * spread, 1e-12)
-    return found
-
-
-def search(problem: GapProblem, floor: NoiseFloor, near: Array, plain: Array, say: Say, *, largest: int = 3) -> Search:
-    """Screens and fits. `near` (K,) is where the fullest fit ended, a second start for every hypothesis; `plain` (K,)
-    is where the one without effects did. Sets of up to `largest` effects are looked at.
-
-    An interrupt once the model without effects is fitted ends it with what there is (`cut`).
-    """
-    found = Search(problem, floor)
-    say("The model without any effect")
-    found.fits[()] = _best(problem, (), floor, [problem.start, near, plain])
-    if not np.isfinite(found.base.cost):
-        return found
-    _secants(found)
-    found.screens[()] = effect_screen(found.base, problem, floor, {k: v[1] for k, v in found.starts.items()})
+    settings = problem.settings
+    found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
+    expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
+    say("the model alone", 0, expected)
+    _fit_null(found)
+    # With discrepancy the runs are near their records, where one linearization serves all effects.
+    near = found.fits.get(((), True)) or found.null
     try:
-        _widened(found, near, say, largest)
+        count = 0
+        for name in _screen(found, near)[: settings.singles]:
+            count += 1
+            say(f"effect {name}", count, expected)
+            _fit_both(found, (name,), near)
+        for size in range(2, settings.most_effects + 1):
+            leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
+            for leader in leaders:
+                at = found.best(leader)
+                assert at is not None
+                for name in _screen(found, at)[: settings.additions]:
+                    count += 1
+                    key = tuple(sorted((*leader, name)))
+                    best = max(f.evidence for f in found.fits.values())
+                    if found.expected(key) < best + settings.worth_fitting or found.best(key) is not None:
+                        continue
+                    say(f"effects {' and '.join(key)}", count, expected)
+                    _fit_both(found, key, at)
+        say("parts of the leading sets", expected, expected)
+        _refit_parts(found)
     except KeyboardInterrupt:
-        found.cut = True
+        found.interrupted = True
     return found
 
 
-def _widened(found: Search, near: Array, say: Say, largest: int) -> None:
-    """Fits effects alone, in pairs and by threes."""
-    problem = found.problem
-    singles = _ranked(found.screens[()], problem)
-    # What a large gap does is far from linear: there the screen's order is not to be trusted.
-    many = len(singles) if _gain(found.screens[()], singles[0]) > _LARGE else SINGLES
-    for k, name in enumerate(singles[:many]):
-        say(f"Effects one by one: {name} ({k + 1} of {min(many, len(singles))})")
-        _fitted(found, (name,), near)
-    _freed(found)
-    for size in range(2, largest + 1):
-        for _number, leader in enumerate(f for f in found.leaders(LEADERS) if len(f.effects) == size - 1):
-            own = _screened(found, leader)
-            wanted = [n for n in _ranked(own, problem) if _gain(own, n) > (MORE if size > 2 else -1.0)]
-            for name in wanted[:ADDITIONS]:
-                say(f"Effects {'in pairs' if size == 2 else 'by threes'}: {' and '.join(leader.effects)} with {name}")
-                _fitted(found, (*leader.effects, name), leader.x, near)
-        _without_one(found)
-        if size == 2:
-            for pair in _pairs(found.screens[()], problem)[:ADDITIONS]:
-                _fitted(found, pair, near)
+def _refit_parts(found: Search) -> None:
+    """Fits the parts of the leading sets again from where the sets ended, until no part takes the lead.
 
-
-def extended(found: Search, say: Say) -> None:
-    """Adds effects to the leading set while its evidence rises, and leaves out what is no longer needed.
-
-    A model that is wrong in many ways has many causes, none of which shows well before the others are in.
+    A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
     """
-    lead = found.leaders(1)[0]
-    while len(lead.effects) < _MOST:
-        say(f"Effects by {len(lead.effects) + 1}: {', '.join(lead.effects)}, and one more")
-        names = _ranked(_screened(found, lead), found.problem)[:ADDITIONS]
-        best = max((_fitted(found, (*lead.effects, name), lead.x) for name in names), key=lambda one: one.evidence)
-        if best.evidence < lead.evidence + _WORTH:
+    for round_ in range(_ROUNDS):
+        leader = found.sets()[0]
+        at = found.best(leader)
+        assert at is not None
+        for name in leader:
+            rest = tuple(n for n in leader if n != name)
+            point = _moved_to(found.problem, at.point, name, found.problem.mean[found.problem.columns[name]])
+            _fit(found, rest, at.discrepancy, point, at.sizes, attempt=4 + round_)
+        if leader:
+            point = at.point
+            for name in leader:
+                point = _moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+            _fit(found, (), at.discrepancy, point, at.sizes, attempt=4 + round_)
+        if found.sets()[0] == leader:
             break
-        lead = best
-        for name in lead.effects:
-            rest = _fitted(found, tuple(other for other in lead.effects if other != name), lead.x)
-            lead = rest if rest.evidence > lead.evidence else lead
 
 
-def _freed(found: Search) -> None:
-    """Fits what has not settled again from where the best fit ended."""
-    best = max(found.fits.values(), key=lambda one: one.evidence)
-    for key, one in list(found.fits.items()):
-        if one.settled or one is best:
-            continue
-        again = fit(found.problem, key, found.floor, best.x)
-        if again.cost < one.cost:
-            found.fits[key] = again
-            if not key:
-                _secants(found)
-            found.screens.pop(key, None)
-    _screened(found, found.base)
+def _leads(found: Search, key: Key) -> bool:
+    """Whether a set explains at least half of what the best one does: only such sets are worth extending."""
+    null, best = found.null.evidence, max(f.evidence for f in found.fits.values())
+    return found.evidence(key) >= null + 0.5 * (best - null)
 
 
-def _without_one(found: Search) -> None:
-    """Fits the parts of the leading sets again from where the sets ended: a part may have stopped on its way."""
-    for leader in found.leaders(2):
-        for name in leader.effects if len(leader.effects) > 1 else ():
-            key = tuple(other for other in leader.effects if other != name)
-            known = found.fits.get(key)
-            if known is None or known.cost > leader.cost + _MUCH:
-                got = fit(found.problem, key, found.floor, leader.x)
-                if known is None or got.cost < known.cost:
-                    found.fits[key] = got
-                    found.screens.pop(key, None)
+def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
+    """The fit of a set with discrepancy as beside `near`, which holds its effects: fitted if it was not yet."""
+    known = found.fits.get((key, near.discrepancy))
+    if known is not None:
+        return known
+    point = near.point
+    for name in near.effects:
+        if name not in key:
+            point = _moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+    return _fit(found, key, near.discrepancy, point, near.sizes)
 
 
-def _fitted(found: Search, effects: Sequence[str], *near: Array) -> Fit:
-    """Fits one hypothesis, from the best of the given points on; from the others only where that leads nowhere."""
-    key = tuple(sorted(effects))
-    if key in found.fits:
-        return found.fits[key]
+def _fit_null(found: Search) -> None:
     problem = found.problem
-    rival = min(one.cost for one in found.fits.values())
-    begin = [*_started(found, key, near[0]), *near, found.base.x]
-    best: Fit | None = None
-    for x in begin:
-        got = fit(problem, key, found.floor, x, rival=rival)
-        if best is None or got.cost < best.cost - 1e-3:
-            best = got
-        if best.settled and best.cost < found.base.cost:
-            break
-    assert best is not None
-    found.fits[key] = best
-    return best
+    sizes = first_sizes(problem, found.known)
+    start = problem.start
+    if problem.discrepancy is not None:
+        loose = _fit(found, (), True, start, sizes)
+        if loose is None or not loose.settled:
+            guess = from_equation_error(problem)
+            if guess is not None:
+                again = _fit(found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt=2)
+                loose = again or loose
+        if loose is not None:
+            start, sizes = loose.point, loose.sizes
+    # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
+    plain = _fit(found, (), False, problem.start, first_sizes(problem, found.known))
+    if start is not problem.start and (plain is None or not plain.settled):
+        _fit(found, (), False, start, sizes, attempt=2)
+    if not any(not key for key, _ in found.fits):
+        raise np.linalg.LinAlgError("the model alone could not be fitted")
 
 
-def _started(found: Search, key: Sequence[str], near: Array) -> list[Array]:
-    """The finite starting points that the screen prefers to the slope at the null, for effects that have some."""
-    screen = found.screens[()]
-    x = near.copy()
-    changed = False
-    for effect in key:
-        options = [name for name in screen.columns if name == effect or name.startswith(f"{effect}@")]
-        best = max(options, key=screen.gain)
-        if best != effect:
-            x[found.problem.columns[effect]] = found.starts[best][0]
-            changed = True
-    return [x] if changed else []
+def _fit_both(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
+    _fit_forward(found, key, near)
+    for on in (False, True):
+        parts = [found.fits.get((tuple(n for n in key if n != name), on)) for name in key]
+        parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)
+        own = found.fits.get((key, on))
+        # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
+        if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
+            _fit(found, key, on, parent.point, parent.sizes, attempt=3)
 
 
-def _best(problem: GapProblem, effects: Sequence[str], floor: NoiseFloor, starts: Sequence[Array]) -> Fit:
-    return min((fit(problem, effects, floor, x) for x in starts), key=lambda one: one.cost)
+def _fit_forward(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
+    problem = found.problem
+    start = _start(found, key, near)
+    best = max(f.evidence for f in found.fits.values())
+    at = problem.linearize(start, key)
+    if not np.isfinite(at.errors).all():
+        start = near.point
+        at = problem.linearize(start, key)
+    likelihood = Likelihood(problem, at)
+    bare = near.sizes.without_discrepancy()
+    expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
+    plain = found.fits.get(((), False))
+    gap = best - plain.evidence if plain is not None else 0.0
+    got = None
+    if not near.discrepancy or expected > best - max(_HOPE, gap / 2.0):
+        got = _fit(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    if problem.discrepancy is None:
+        return
+    if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
+        _fit(found, key, True, got.point, got.sizes.with_discrepancy(_SMALL))
+        return
+    sizes = near.sizes.with_discrepancy()
+    loose = _fit(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+    if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
+        # It may explain the trials without discrepancy, though one step did not show it.
+        _fit(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
 
 
-def _screened(found: Search, at: Fit) -> Screen:
-    key = at.effects
-    if key not in found.screens:
-        found.screens[key] = effect_screen(at, found.problem, found.floor, {k: v[1] for k, v in found.starts.items()})
-    return found.screens[key]
+def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
+    """Where one full step from a point leads; the point itself where the model diverges there."""
+    try:
+        step = likelihood.solve(sizes, key)
+    except np.linalg.LinAlgError:
+        return start
+    point = problem.moved(start, step.shared, step.local)
+    return point if np.isfinite(problem.errors(point)).all() else start
 
 
-def _gain(screen: Screen, name: str) -> float:
-    """The best of an effect's slope at its null and its finite starting points."""
-    options = [key for key in screen.columns if key == name or key.startswith(f"{name}@")]
-    return max(screen.gain(option) for option in options)
+def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: int = 1) -> Fit | None:
+    """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason."""
+    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
+    stored = found.store.get(name)
+    if stored is not None:
+        return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
+    rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key and attempt < 3 else -math.inf
+    try:
+        got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
+    except np.linalg.LinAlgError as trouble:
+        found.failed.setdefault(key, str(trouble))
+        return None
+    if not math.isfinite(got.evidence):
+        found.failed.setdefault(key, "its likelihood is not finite")
+        return None
+    found.store.put(name, _stored(got))
+    return _kept(found, got)
 
 
-def _ranked(screen: Screen, problem: GapProblem) -> list[str]:
-    names = {key.partition("@")[0] for key in screen.columns}
-    return sorted(names, key=lambda name: -_gain(screen, name))
+def _kept(found: Search, got: Fit) -> Fit:
+    """Keeps the better of a hypothesis' fits."""
+    place = got.effects, got.discrepancy
+    known = found.fits.get(place)
+    if known is None or got.evidence > known.evidence:
+        found.fits[place] = got
+    return found.fits[place]
 
 
-def _pairs(screen: Screen, problem: GapProblem) -> list[tuple[str, str]]:
-    names = [key for key in screen.columns if "@" not in key]
-    pairs = [(a, b) for k, a in enumerate(names) for b in names[k + 1 :]]
-    return sorted(pairs, key=lambda pair: -screen.gain(*pair))
+def _stored(got: Fit) -> dict[str, Any]:
+    """What a fit can be made from again."""
+    point, sizes = got.point, got.sizes
+    return {
+        "shared": point.shared,
+        "initial": point.initial,
+        "forces": point.forces,
+        "white": sizes.white,
+        "shape": list(sizes.shape),
+        "terms": sizes.terms,
+        "force_sizes": sizes.forces,
+        "coupling": sizes.coupling,
+        "settled": got.settled,
+    }
 
 
-def _secants(found: Search) -> None:
-    """What each finite starting point changes in the errors, beside what the model without effects leaves."""
-    problem, base = found.problem, found.base
-    for name, effect in problem.effects.items():
-        for k, start in enumerate(effect.starts):
-            x = base.x.copy()
-            values = np.array(
-                [float(start[q.name]) * scale for q, scale in zip(effect.parameters, _scales(problem, effect))]
-            )
-            x[problem.columns[name]] = values
-            errors = problem.errors(x)
-            if np.isfinite(errors).all():
-                found.starts[f"{name}@{k}"] = (values, found.floor.whiten(errors) - base.linear.errors)
+def _restored(problem: Problem, key: Key, discrepancy: bool, stored: Mapping[str, Any], known: NoisePrior) -> Fit:
+    point = Point(stored["shared"], stored["initial"], stored["forces"])
+    sizes = Sizes(stored["white"], tuple(stored["shape"]), stored["terms"], stored["force_sizes"], stored["coupling"])
+    return fit_at(problem, key, point, sizes, known, discrepancy=discrepancy, settled=bool(stored["settled"]))
 
 
-def _scales(problem: GapProblem, effect: Effect) -> list[float]:
-    """How much less an effect's starting points are on a small ship: as its typical magnitudes are."""
-    sizes = problem.sd[problem.columns[effect.name]] / WIDER
+def _screen(found: Search, at: Fit) -> list[str]:
+    """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
+    problem, settings = found.problem, found.problem.settings
+    others = [name for name in problem.effects if name not in at.effects]
+    name = f"screen {'+'.join(at.effects)}"
+    stored = found.store.get(name)
+    if stored is not None:
+        for other, (plain, loose) in stored.items():
+            found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
+            found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
+        return _ranked(found, at, others)
+    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
+    bare = at.sizes.without_discrepancy()
+    shrunk = [at.sizes.shrunk(part) for part in _PARTS] if at.discrepancy else []
+    # Size by size, since what takes time does not depend on the effect.
+    loose_scores = dict.fromkeys(others, -math.inf)
+    for sizes in shrunk:
+        prior = log_prior(settings, sizes, found.known)
+        for other in others:
+            value = likelihood.evidence(sizes, (*at.effects, other)) + prior
+            loose_scores[other] = max(loose_scores[other], value)
+    plain_prior = log_prior(settings, bare, found.known)
+    scores: dict[str, list[float]] = {}
+    for other in others:
+        key, loose = (*at.effects, other), loose_scores[other]
+        plain = likelihood.evidence(bare, key) + plain_prior
+        for start in _finite_starts(problem, other):
+            from_there = _score_from(found, at, key, other, start, bare)
+            plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
+        scores[other] = [plain, loose]
+        found.screened[tuple(sorted(key)), False] = plain
+        found.screened[tuple(sorted(key)), True] = loose
+    found.store.put(name, scores)
+    return _ranked(found, at, others)
+
+
+def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
+    return sorted(others, key=lambda name: (-found.expected(tuple(sorted((*at.effects, name)))), name))
+
+
+def _finite_starts(problem: Problem, name: str) -> list[Array]:
+    """Finite values from which an effect is tried whose null is no regular point: it has no slope there."""
+    effect = problem.effects[name]
+    if not effect.starts:
+        return []
     return [
-        min(1.0, float(size) / abs(q.value - effect.null[q.name])) if q.name in effect.froude else 1.0
-        for q, size in zip(effect.parameters, sizes)
+        np.array([float(start[q.name]) for q in effect.parameters])
+        for start in effect.starting_points(problem.study.model)
     ]
 
 
-def _half_digit(problem: GapProblem) -> dict[str, float]:
-    """Deviation of rounding to the record's last digit: no noise can be less."""
-    found: dict[str, float] = {}
-    for name in problem.outputs:
-        values = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
-        finite = np.unique(np.concatenate([v[np.isfinite(v)] for v in values])) if values else np.zeros(0)
-        steps = np.diff(finite)
-        if steps.size and (np.abs(steps / steps.min() - np.rint(steps / steps.min())) < 1e-3).all():
-            found[name] = float(steps.min()) / 12**0.5
-    return found
+def _moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
+    shared = point.shared.copy()
+    columns = problem.columns[name]
+    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
+    return Point(shared, point.initial, point.forces)
+
+
+def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
+    """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
+    problem = found.problem
+    there = problem.linearize(_moved_to(problem, at.point, name, values), key)
+    if not np.isfinite(there.errors).all():
+        return -math.inf, -math.inf
+    likelihood = Likelihood(problem, there)
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
+
+    return value(bare), value(at.sizes) if at.discrepancy else -math.inf
+
+
+def _start(found: Search, key: Key, near: Fit) -> Point:
+    """The point of a near fit, with each further effect at the best of its finite starts and its null."""
+    problem, point = found.problem, near.point
+    bare = near.sizes.without_discrepancy()
+    for name in key:
+        if name in near.effects:
+            continue
+        options = [problem.mean[problem.columns[name]], *_finite_starts(problem, name)]
+        if len(options) > 1:
+            scored = [(max(_score_from(found, near, key, name, values, bare)), -k) for k, values in enumerate(options)]
+            values = options[-max(scored)[1]]
+            point = _moved_to(problem, point, name, values)
+    return point

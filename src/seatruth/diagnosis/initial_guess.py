@@ -1,57 +1,98 @@
-"""Where the fit of a run that strays begins: with what short pieces of the trials say.
+"""Where the fit of runs that stray begins: with the forces that the recorded motion asks for.
 
-A vehicle that is unstable on its course, or turns in long circles, runs so far from its record at the believed
-coefficients that a fit of whole trials ends anywhere. Pieces that start anew from the data cannot stray: their fit
-brings the coefficients near enough.
+A model that lacks much runs so far from its record that a fit of whole runs ends anywhere. The equations of motion at
+the recorded states need no simulation: over short blocks, the change of each recorded speed minus what the model's
+equations give is linear in coefficients, discrepancy terms and forces (equation error, Klein and Morelli 2006, chapter
+5). It is biased by sensor noise, but it is near, and the fit starts from it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
 
 import numpy as np
 
-from seatruth.arrays import Array
-from seatruth.costs.trajectory import TrajectoryCost
-from seatruth.diagnosis.problem import GapProblem
-from seatruth.errors import SeatruthError
-from seatruth.models.black_box import BlackBox
-from seatruth.optimizers import minimise
-from seatruth.trials.trial import Trials
+from seatruth.arrays import Array, Flags
+from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
 
-STRAYED = 4.0
-"""Mean square of the whitened errors above which a first fit may have ended anywhere."""
-PIECES = 12
-"""Into which the longest trial is cut."""
+_BLOCKS = 6
+"""Blocks between two knots over which rates are averaged. [S]"""
+_ACCURACY = 0.05
+"""Accuracy of an averaged rate, as a part of the usual one. [S]"""
+_SIZE = 0.5
+"""Prior size of discrepancy, as a part of the usual rate: wide, since the fit starts where something is missing. [S]"""
 
 
-def from_pieces(problem: GapProblem, sizes: Mapping[str, float]) -> Array | None:
-    """x with the coefficients (not the effects) that fit pieces of the trials; `sizes` are deviations of the channels'
-    noise. None where the model cannot be started from the data, and for a black box.
-    """
-    study = problem.study
-    if isinstance(study.model, BlackBox):
-        return None  # each piece would be a run of somebody's program
-    own = {parameter.name for parameter in study.model.parameters}
-    try:
-        cost = TrajectoryCost(
-            study.replace(
-                parameters=tuple(p for p in problem.parameters if p.name in own),
-                trials=problem.trials,
-                holdout=Trials([]),
-                cost=problem.options.replace(
-                    initial="fixed", segments=max(trial.duration for trial in problem.trials) / PIECES
-                ),
-                noise=dict(sizes),
-                constraints=(),
-            ),
-            threads=problem.threads,
-        )
-        found = minimise(cost, "least_squares").x
-    except SeatruthError:
+def from_equation_error(problem: Problem) -> Point | None:
+    """The point whose coefficients, terms and forces meet the recorded rates; None where speeds are not recorded."""
+    model = problem.discrepancy
+    recorded = set(problem.outputs)
+    known = [(e, name) for e, name in enumerate(problem.equations) if name in recorded]
+    if model is None or not known:
         return None
-    x = problem.start.copy()
-    place = {name: k for k, name in enumerate(problem.names)}
-    for name, value in zip(cost.names, found):
-        x[place[name]] = value
-    return x if np.isfinite(x).all() else None
+    rows, targets = [], []
+    columns = [*problem.coefficients, *problem.terms]
+    names = [problem.unknowns[k].name for k in columns]
+    values = {**problem.space.nominal(), **problem.named(problem.start)}
+    theta = np.array([values[name] for name in names])
+    order = [channel.name for channel in model.states]
+    knots, count = problem.settings.knots, len(problem.equations)
+    for number, trial in enumerate(problem.trials):
+        states = np.repeat(problem.base_states[number][None], len(trial), axis=0)
+        valid = np.ones(len(trial), dtype=np.bool_)
+        for k, name in enumerate(order):
+            if name in recorded and name in trial.outputs:
+                states[:, k] = np.asarray(trial.outputs[name])
+                valid &= np.isfinite(states[:, k])
+        if valid.sum() < 3:
+            return None
+        t = np.asarray(trial.t)[valid]
+        inputs = np.stack([np.asarray(trial.inputs[c.name])[valid] for c in model.inputs], axis=1)
+        rates = evaluate_rhs(model, theta, names, values, states[valid], inputs, t)
+        slopes = evaluate_rhs_jacobian(model, theta, names, values, states[valid], inputs, t)
+        basis = hats(t, model.spacing, knots)
+        blocks = max(2, round(trial.duration / model.spacing * _BLOCKS))
+        edges = np.unique(np.linspace(0, len(t) - 1, blocks + 1).astype(int))
+        for a, b in itertools.pairwise(edges):
+            for e, name in known:
+                k, scale = order.index(name), _ACCURACY * problem.usual[e]
+                change = (states[valid][b, k] - states[valid][a, k]) / (t[b] - t[a])
+                row = np.zeros(len(columns) + len(problem.trials) * count * knots)
+                row[: len(columns)] = slopes[a : b + 1, k].mean(axis=0)
+                at = len(columns) + (number * count + e) * knots
+                row[at : at + knots] = basis[a : b + 1].mean(axis=0)
+                rows.append(row / scale)
+                targets.append((change - rates[a : b + 1, k].mean()) / scale)
+    A, target = np.array(rows), np.array(targets)
+    finite = np.isfinite(A).all(axis=1) & np.isfinite(target)
+    options: list[tuple[float, int, Point]] = []
+    for with_terms, with_coefficients in ((True, True), (False, True), (False, False)):
+        kept = np.ones(A.shape[1], dtype=np.bool_)
+        kept[: len(problem.coefficients)] = with_coefficients
+        kept[len(problem.coefficients) : len(columns)] = with_terms
+        step = _solved(problem, A[finite], target[finite], kept)
+        shared = problem.start.shared.copy()
+        shared[columns] = np.clip(shared[columns] + step[: len(columns)], problem.low[columns], problem.high[columns])
+        point = Point(shared, problem.start.initial.copy(), step[len(columns) :].reshape(problem.start.forces.shape))
+        errors = problem.errors(point)
+        if np.isfinite(errors).all():
+            scale = np.array([max(float(np.std(errors[problem.channel_of == c])), 1e-12) for c in range(len(recorded))])
+            options.append((float((np.log(scale)).sum()), len(options), point))
+    return min(options)[2] if options else None
+
+
+def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:
+    """Ridge regression under the priors of coefficients and wide ones of discrepancy; zero for what is not kept."""
+    sd = np.concatenate(
+        [
+            problem.sd[problem.coefficients],
+            _SIZE * problem.usual[problem.term_equation],
+            np.tile(np.repeat(_SIZE * problem.usual, problem.settings.knots), len(problem.trials)),
+        ]
+    )
+    scaled = (A * sd)[:, kept]
+    step = np.zeros(A.shape[1])
+    step[kept] = sd[kept] * np.linalg.solve(scaled.T @ scaled + np.eye(int(kept.sum())), scaled.T @ target)
+    return step

@@ -13,12 +13,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.stats import chi2, false_discovery_control
 
 from seatruth.arrays import Array, Indices
-from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.noise import NoiseFloor
-from seatruth.diagnosis.problem import GapProblem
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.results import Shares
+from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.statistics.state_space_noise import whiten
 
 BLOCKS = 12
 """Parts of each trial that are looked at in time and moved about in tests."""
@@ -29,66 +31,50 @@ _RATE = 0.05
 _ANGLES = ("psi",)
 
 
-def by_channel(problem: GapProblem, floor: NoiseFloor, fits: Mapping[str, Fit]) -> list[dict[str, Any]]:
-    """Root mean square errors of each channel of each trial under several fits, beside the noise."""
-    errors = {name: problem.errors(fit.x) for name, fit in fits.items()}
+def by_channel(problem: Problem, deviation: Array, points: Mapping[str, Point]) -> pd.DataFrame:
+    """Root mean square errors of each channel of each trial at several points, beside the noise `deviation` (C,)."""
+    errors = {name: problem.errors(point) for name, point in points.items()}
     rows = []
-    for group in problem.groups:
-        noise = floor.sd[group.channel]
-        unit = next(c.unit for c in problem.model.outputs if c.name == group.channel)
-        row: dict[str, Any] = {"trial": group.trial, "channel": group.channel, "unit": unit, "n": len(group.rows)}
-        for name, found in errors.items():
-            row[f"rmse_{name}"] = _rms(found[group.rows])
+    for one in problem.series:
+        channel = problem.study.model.outputs[one.channel]
+        noise = float(deviation[one.channel])
+        row: dict[str, Any] = {"trial": problem.trials[one.trial].name, "channel": channel.name, "unit": channel.unit}
+        row |= {"n": len(one.rows)}
+        row |= {f"rmse_{name}": _rms(values[one.rows]) for name, values in errors.items()}
         row["noise"] = noise
-        for name in errors:
-            row[f"multiple_{name}"] = row[f"rmse_{name}"] / noise
+        row |= {f"multiple_{name}": row[f"rmse_{name}"] / noise for name in errors}
         rows.append(row)
-    return rows
+    return pd.DataFrame(rows)
 
 
-def noise_table(floor: NoiseFloor) -> list[dict[str, Any]]:
-    """The noise of each channel: deviation, innovation, memory, samples and what they are worth."""
-    return [
-        {
-            "channel": c.channel,
-            "step_s": c.step,
-            "sd": c.sd,
-            "innovation": c.innovation,
-            "order": len(c.reflection),
-            "memory_s": c.memory,
-            "n": c.samples,
-            "n_eff": c.effective,
-        }
-        for c in floor.channels
-    ]
+def shares(before: float, refit: float, effects: float, rows: int) -> Shares:
+    """The misfit of the model as it was declared, split: noise, parameters, named effects, what is left.
 
-
-def shares(before: float, refit: float, best: float, rows: int) -> dict[str, float]:
-    """The misfit of the model as it was believed, split: noise, parameters, named effects, what is left.
-
-    Parts of the sum of squares of errors in multiples of the noise, which is given before and after the refit and with
-    the best effects; they add up to 1.
+    The arguments are sums of squared errors over the noise variance before and after the refit and with the effects.
     """
     total = max(before, 1e-300)
-    noise = min(float(rows), best, total)
-    left = max(0.0, min(best, total) - noise)
-    effects = max(0.0, min(refit, total) - min(best, total))
-    parameters = max(0.0, total - noise - left - effects)
-    return {
-        "noise": noise / total,
-        "parameters": parameters / total,
-        "effects": effects / total,
-        "left": left / total,
-        "misfit_before": before / rows,
-        "misfit_refit": refit / rows,
-        "misfit_effects": best / rows,
-    }
+    noise = min(float(rows), effects, total)
+    left = max(0.0, min(effects, total) - noise)
+    by_effects = max(0.0, min(refit, total) - min(effects, total))
+    parameters = max(0.0, total - noise - left - by_effects)
+    return Shares(
+        noise / total, parameters / total, by_effects / total, left / total, before / rows, refit / rows, effects / rows
+    )
 
 
-def in_time(problem: GapProblem, at: Fit) -> list[dict[str, Any]]:
+def whitened(problem: Problem, errors: Array, sizes: Sizes) -> Array:
+    """Errors (N,) whitened by the noise alone: standard normal where nothing but noise is left."""
+    shapes, found = noise_shapes(problem.settings), errors.copy()
+    for one in problem.series:
+        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
+        found[one.rows] = white * math.exp(-float(sizes.white[one.channel]))
+    return found
+
+
+def in_time(problem: Problem, errors: Array) -> pd.DataFrame:
     """Misfit of each trial in equal parts of its time, with the probability of more under noise alone."""
     rows: list[dict[str, Any]] = []
-    squares = at.linear.errors**2
+    squares = errors**2
     for number, trial in enumerate(problem.trials):
         edges = np.linspace(0.0, trial.duration, BLOCKS + 1)
         part = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, BLOCKS - 1)
@@ -107,14 +93,14 @@ def in_time(problem: GapProblem, at: Fit) -> list[dict[str, Any]]:
                         "p": float(chi2.sf(total, n)),
                     }
                 )
-    return _judged(rows)
+    return _tested(rows)
 
 
-def in_region(problem: GapProblem, at: Fit, seed: int = 0) -> list[dict[str, Any]]:
+def in_region(problem: Problem, errors: Array, point: Point, seed: int = 0) -> pd.DataFrame:
     """Misfit over cells of each variable of the motion and each input, against the other cells."""
-    variables = _variables(problem, at)
+    variables = _variables(problem, point)
     blocks = _blocks(problem)
-    squares = at.linear.errors**2
+    squares = errors**2
     generator = np.random.default_rng(seed)
     moved = [_moved(squares, blocks, generator) for _ in range(DRAWS)]
     rows: list[dict[str, Any]] = []
@@ -137,26 +123,26 @@ def in_region(problem: GapProblem, at: Fit, seed: int = 0) -> list[dict[str, Any
                     "p": (1 + more) / (1 + DRAWS),
                 }
             )
-    return _judged(rows)
+    return _tested(rows)
 
 
-def _judged(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _tested(rows: list[dict[str, Any]]) -> pd.DataFrame:
     if rows:
         adjusted = false_discovery_control([row["p"] for row in rows])
         for row, p in zip(rows, adjusted):
             row["p_adjusted"] = float(p)
-            row["stands_out"] = bool(p < _RATE)
-    return rows
+            row["significant"] = bool(p < _RATE)
+    return pd.DataFrame(rows)
 
 
-def _variables(problem: GapProblem, at: Fit) -> dict[str, tuple[str, Array]]:
+def _variables(problem: Problem, point: Point) -> dict[str, tuple[str, Array]]:
     """What the motion was at each residual: unit and values (rows,)."""
-    states = problem.states(at.x)
+    states = problem.states(point)
     names = [channel.name for channel in problem.model.states]
     found: dict[str, tuple[str, Array]] = {}
 
     def spread(of: Sequence[Array]) -> Array:
-        values = np.empty(problem.rows)
+        values = np.empty(problem.count)
         for number, series in enumerate(of):
             here = problem.trial_of == number
             values[here] = series[problem.sample_of[here]]
@@ -171,7 +157,7 @@ def _variables(problem: GapProblem, at: Fit) -> dict[str, tuple[str, Array]]:
             k = names.index(name)
             unit = problem.model.states[k].unit
             found[title] = (unit, spread([s[:, k] for s in states]))
-    for channel in problem.model.inputs:
+    for channel in problem.study.model.inputs:
         series = [np.asarray(trial.inputs[channel.name]) for trial in problem.trials]
         found[channel.name] = (channel.unit, spread(series))
     return found
@@ -192,10 +178,10 @@ def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
     return found
 
 
-def _blocks(problem: GapProblem) -> list[list[Indices]]:
+def _blocks(problem: Problem) -> list[list[Indices]]:
     """Rows of each trial's channels in blocks of time: for each trial and channel a list of equal blocks."""
     found = []
-    for group in problem.groups:
+    for group in problem.series:
         size = max(1, len(group.rows) // BLOCKS)
         count = len(group.rows) // size
         found.append([group.rows[k * size : (k + 1) * size] for k in range(count)])

@@ -1,7 +1,10 @@
-"""The trials, the model and everything that could be meant, as one least-squares problem with priors.
+"""The trials, the model, every effect and every missing force as one problem, simulated and differentiated together.
 
-x holds the model's free coefficients, the parameters of every effect that can act on the model, and the initial state
-of each trial. A hypothesis says which of them may differ from what the model believes; the others stay at their value.
+Three kinds of unknowns (`Point`): shared ones (the model's free coefficients, the parameters of effects, the
+coefficients of discrepancy terms), the initial states of each trial, and the values of each trial's own missing forces
+at its knots. `Linearization` holds the errors at a point and their derivatives.
+
+Shapes: T trials, C outputs, S shared unknowns, I free initial states of a trial, E equations of motion, N errors.
 """
 
 from __future__ import annotations
@@ -10,255 +13,306 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from seatruth.arrays import Array, Indices
-from seatruth.costs.options import TrajectoryOptions, as_trajectory
-from seatruth.costs.trajectory import TrajectoryCost
-from seatruth.diagnosis.noise import NoiseFloor, Series
+from seatruth.arrays import Array, Flags, Indices
+from seatruth.costs.options import TrajectoryOptions
+from seatruth.costs.parameter_space import ParameterSpace
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
+from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect, with_effects
-from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
-from seatruth.simulate import simulator
+from seatruth.simulate import Simulator, simulator
 from seatruth.study import Study
 from seatruth.trials.prepare.decimate import decimate
 from seatruth.trials.trial import Trial, Trials
 
-COEFFICIENT_SD = 0.2
-"""Standard deviation of a free coefficient that states no prior, as a part of its value."""
-WIDER = 2.5
-"""An effect's typical magnitude times this is its prior deviation: typical is no limit, and the tails of what happens
-at sea are long."""
-_PAUSE = 3.5
-"""Sampling steps from which two samples are no neighbours any more."""
-_WIDE = 10.0
-"""Prior deviation of an initial state, in multiples of how far it is searched: as good as none."""
+_LARGEST = 1e9
+"""Derivative over error from which a run is about to diverge: its square would swamp double precision."""
 
 
 @dataclass(frozen=True)
-class Linear:
-    """Residuals (rows,) at x and their derivatives (rows, n) by n active columns, whitened."""
+class Point:
+    """Values of all unknowns: `shared` (S,), `initial` (T, I), `forces` (T, E, knots)."""
 
-    x: Array
-    errors: Array
-    slopes: Array
+    shared: Array
+    initial: Array
+    forces: Array
 
 
 @dataclass(frozen=True)
-class _Part:
-    """A cost with some of the effects, and where its parameters stand in x."""
+class Series:
+    """One channel of one trial: its places among all errors (n,), and its times (n,) in s."""
 
-    cost: TrajectoryCost
-    columns: Indices
-
-
-class Lead(Protocol):
-    """Changes what is simulated."""
-
-    def model(self, model: Model) -> Model: ...
-    def trial(self, trial: Trial) -> Trial: ...
+    trial: int
+    channel: int
+    rows: Indices
+    t: Array
 
 
-class GapProblem:
-    """See the module. `effects` by name are those that may act; `names` are the entries of x.
+@dataclass(frozen=True)
+class Linearization:
+    """Errors (N,), measured minus simulated, at a point, and their derivatives.
 
-    `lead` changes the model with its effects, and each trial, into what is simulated instead (`led.py`).
+    `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by
+    the unknowns of each error's own trial, initial states first, then knots equation by equation.
     """
 
-    def __init__(
-        self, study: Study, effects: Sequence[Effect], *, threads: int | None = None, lead: Lead | None = None
-    ) -> None:
-        self.study, self.threads, self.lead = study, threads, lead
-        stated = as_trajectory(study.cost)
-        self.options = TrajectoryOptions(hold=stated.hold, max_step=stated.max_step, initial="free")
-        self.effects = {effect.name: effect for effect in effects}
-        self.model = self._with(list(effects))
-        own = set(study.model.nominal())
-        told = {parameter.name: parameter for parameter in study.parameters}
-        bounds: dict[str, Parameter] = {}
-        parameters = []
-        for parameter in self.model.parameters:
-            given = told.get(parameter.name, parameter)
-            if parameter.name in own:
-                parameters.append(_with_prior(given))
-            else:
-                parameters.append(parameter.replace(vary=True, prior=None, scale="linear", start=None))
-            bounds[parameter.name] = given
-        for effect in effects:
-            for name, prior in effect.priors(study.model).items():
-                place = next(k for k, p in enumerate(parameters) if p.name == effect.named(name))
-                parameters[place] = parameters[place].replace(prior=prior)
-        self.parameters = tuple(parameters)
-        outputs = [channel.name for channel in self.model.outputs]
-        trials = list(study.trials) if lead is None else [lead.trial(trial) for trial in study.trials]
-        self.trials = Trials([_from_zero(trial) for trial in decimate(trials, outputs)])
-        self.cost = self._cost(self.model, self.parameters)
-        cost = self.cost
-        self.names = cost.names
-        self._whole = _Part(cost, np.arange(len(cost.names), dtype=np.intp))
-        self._parts: dict[tuple[str, ...], _Part] = {tuple(self.effects): self._whole}
-        self.start = cost.start
-        self.size = len(self.names)
-        self.low, self.high = cost.bounds
-        free = len(cost.space.free)
-        self.low[free:], self.high[free:] = -math.inf, math.inf
-        self.groups = [group for group in cost.residual_blocks if group.kind == "data" and len(group.rows)]
-        self.rows = max(int(group.rows.max()) for group in self.groups) + 1
-        self.series = _series(cost, self.groups)
-        self.trial_of = np.zeros(self.rows, dtype=np.intp)
-        self.channel_of = np.zeros(self.rows, dtype=np.intp)
-        self.sample_of = np.zeros(self.rows, dtype=np.intp)
-        self.time_of = np.zeros(self.rows)
-        self.outputs = [channel.name for channel in self.model.outputs]
-        for group in self.groups:
-            self.trial_of[group.rows] = self.trials.names.index(group.trial)
-            self.channel_of[group.rows] = self.outputs.index(group.channel)
-            self.sample_of[group.rows] = group.sample
-            self.time_of[group.rows] = group.t
-        self.columns = {
-            name: np.array([self.names.index(effect.named(q.name)) for q in effect.parameters], dtype=np.intp)
-            for name, effect in self.effects.items()
-        }
-        effects_at = {int(k) for columns in self.columns.values() for k in columns}
-        self.nuisance = np.array([k for k in range(self.size) if k not in effects_at], dtype=np.intp)
-        self.coefficients = np.array([k for k in self.nuisance if k < free], dtype=np.intp)
-        self.initial = np.arange(free, self.size, dtype=np.intp)
-        self.mean, self.sd = self._priors(free)
-        for columns in self.columns.values():
-            self.sd[columns] *= WIDER
+    point: Point
+    effects: tuple[str, ...]
+    errors: Array
+    shared: Array
+    local: Array
 
-    def _with(self, effects: Sequence[Effect]) -> Model:
-        model = with_effects(self.study.model, effects)
-        return model if self.lead is None else self.lead.model(model)
+
+class Problem:
+    """See the module. Raises BadInput where an effect cannot act on the model."""
+
+    def __init__(
+        self, study: Study, effects: Sequence[Effect], settings: Settings, *, threads: int | None = None
+    ) -> None:
+        self.study, self.settings = study, settings
+        self.effects = {effect.name: effect for effect in effects}
+        self.outputs = [channel.name for channel in study.model.outputs]
+        trials = [_from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
+        model: Model = with_effects(study.model, effects)
+        self.discrepancy: DiscrepancyModel | None = None
+        if can_carry(study.model):
+            duration = max(trial.duration for trial in trials)
+            model = self.discrepancy = DiscrepancyModel(model, settings.knots, duration, scales_of(model, trials))
+            trials = [with_forces(trial, self.discrepancy) for trial in trials]
+        self.model, self.trials = model, Trials(trials)
+        self.equations = list(self.discrepancy.equations) if self.discrepancy else []
+        self.space = ParameterSpace(self._parameters())
+        self._lay_out()
+        self.mean = np.array([q.prior.mean if q.prior else q.value for q in self.unknowns])
+        self.sd = np.array([q.prior.sd if q.prior else 1.0 for q in self.unknowns])
+        for name, effect in self.effects.items():
+            magnitudes = [k for k, q in zip(self.columns[name], effect.parameters) if q.name not in effect.shape_priors]
+            self.sd[magnitudes] *= settings.prior_width
+        low_high = [(q.min, q.max) for q in self.unknowns]
+        self.low, self.high = np.array([a for a, _ in low_high]), np.array([b for _, b in low_high])
+        options = study.cost if isinstance(study.cost, TrajectoryOptions) else TrajectoryOptions()
+        self.hold, self.max_step, self.threads = options.hold, options.max_step, threads
+        self._simulator = simulator(
+            self.model, self.trials, free=self.space.varying, values=self.space.nominal(),
+            hold=self.hold, max_step=self.max_step, threads=threads,
+        )  # fmt: skip
+        self.usual = np.array([self._usual_rate(state) for state in self.equations])
+        self._set_up_initial_states()
+        self._set_up_errors()
+        self.start = Point(
+            np.array([q.value for q in self.unknowns]),
+            self.initial_mean.copy(),
+            np.zeros((len(self.trials), len(self.equations), settings.knots)),
+        )
 
     def active(self, effects: Sequence[str]) -> Indices:
-        """Columns of x that a hypothesis frees: the nuisances and the parameters of these effects."""
-        return np.sort(np.concatenate([self.nuisance, *(self.columns[name] for name in effects)]))
+        """Columns of the shared unknowns that a hypothesis frees: coefficients, terms, these effects' parameters."""
+        own = [self.columns[name] for name in effects]
+        return np.concatenate([self.coefficients, self.terms, *own]).astype(np.intp)
 
-    def part(self, active: Indices) -> _Part:
-        """The problem with the effects that these columns touch, and no others: the same errors, sooner."""
-        touched = set(active.tolist())
-        names = tuple(name for name, columns in self.columns.items() if touched & set(columns.tolist()))
-        if names not in self._parts:
-            if names == tuple(self.effects):
-                cost = self.cost
-            else:
-                model = self._with([self.effects[name] for name in names])
-                known = {p.name: p for p in self.parameters}
-                cost = self._cost(model, [known[p.name] for p in model.parameters])
-            place = {name: k for k, name in enumerate(self.names)}
-            self._parts[names] = _Part(cost, np.array([place[name] for name in cost.names], dtype=np.intp))
-        return self._parts[names]
+    def errors(self, point: Point, trials: Sequence[int] | None = None) -> Array:
+        """Measured minus simulated (N,) at a point; inf where a run diverges."""
+        found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
+        with np.errstate(all="ignore"):
+            errors = (self._simulator.measured - found.y[0])[self._valid]
+        errors[~np.isfinite(errors)] = math.inf
+        return np.asarray(errors)
 
-    def errors(self, x: Array, active: Indices | None = None) -> Array:
-        """Measured less simulated (rows,); inf where x diverges. `active` says which columns may be off their null."""
-        part = self._whole if active is None else self.part(active)
-        return np.asarray(part.cost.residuals(x[part.columns])[: self.rows])
+    def simulate(self, point: Point) -> list[Array]:
+        """Outputs (n, C) of each trial at a point."""
+        found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
+        return [found.y[0, rows] for rows in self._simulator.rows]
 
-    def derivatives(self, x: Array, active: Indices) -> Array:
-        """Of `errors` by these columns, (rows, len(active)); the others stand at their null."""
-        part = self.part(active)
-        place = {int(column): k for k, column in enumerate(part.columns)}
-        found = part.cost.jacobian(x[part.columns])[: self.rows]
-        return np.asarray(found[:, [place[int(column)] for column in active]])
+    def states(self, point: Point) -> list[Array]:
+        """States (n, n_states) of each trial at a point."""
+        found = self._bound(point, self.space.varying).states(self._theta(point), self._initial_states(point))
+        return [found[rows] for rows in self._simulator.rows]
 
-    def states(self, x: Array) -> list[Array]:
-        """States (n, S) of the model with all effects along each trial, simulated from x."""
-        sim = simulator(
-            self.model, self.trials, free=self.cost.space.varying, values=self.cost.space.nominal(),
-            hold=self.options.hold, max_step=self.options.max_step, threads=self.threads,
-        )  # fmt: skip
-        theta, x0 = self.cost.candidate(x)
-        found = sim.states(theta, x0)
-        return [found[rows] for rows in sim.rows]
+    def linearize(self, point: Point, effects: Sequence[str]) -> Linearization:
+        """Errors at a point and their derivatives by everything that a hypothesis with these effects frees."""
+        free = [self.unknowns[k].name for k in self.active(effects)]
+        knots = [self._knot_names[k] for k in range(len(self._knot_names))]
+        tied = [name for name in self.space.varying if name not in self.space.free_names]
+        names = (*free, *knots, *tied)
+        bound = self._bound(point, names)
+        theta = dict(zip(self.space.varying, self._theta(point)))
+        found = bound.jacobian(np.array([theta[n] for n in names]), self._initial_states(point), self.initial_names)
+        with np.errstate(all="ignore"):
+            errors = (self._simulator.measured - found.y)[self._valid]
+            slopes = -found.dy[self._valid]
+        errors[~np.isfinite(errors)] = math.inf
+        slopes[~(np.abs(slopes) < _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0))))] = 0.0
+        shared = np.zeros((len(errors), len(self.unknowns)))
+        shared[:, self.active(effects)] = slopes[:, : len(free)]
+        if tied:
+            chain = self.space.varying_jacobian(self._free_values(point))
+            rows = [self.space.varying.index(name) for name in tied]
+            at = len(free) + len(knots)
+            shared[:, self._from_free] += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept]
+        local = np.concatenate([slopes[:, len(names) :], slopes[:, len(free) : len(free) + len(knots)]], axis=1)
+        return Linearization(point, tuple(effects), errors, shared, local)
 
-    def whitened(self, x: Array, floor: NoiseFloor, active: Indices, without: int | None = None) -> Array:
-        """Whitened errors (rows,); those of the trial left out are zero."""
-        return self._masked(floor.whiten(self.errors(x, active)), without)
-
-    def linear(self, x: Array, floor: NoiseFloor, active: Indices, without: int | None = None) -> Linear:
-        """Whitened errors at x and their derivatives by these columns."""
-        slopes = self._masked(floor.whiten(self.derivatives(x, active)), without)
-        return Linear(x, self.whitened(x, floor, active, without), slopes)
-
-    def whole(self, x: Array, floor: NoiseFloor) -> Array:
-        """Whitened derivatives by every entry of x, (rows, K)."""
-        return floor.whiten(self.derivatives(x, np.arange(self.size, dtype=np.intp)))
-
-    def _masked(self, rows: Array, without: int | None) -> Array:
-        if without is not None:
-            rows[self.trial_of == without] = 0.0
-        return rows
-
-    def cost_of(
-        self, model: Model, extra: Sequence[Parameter], values: Mapping[str, float], trials: Trials | None = None
-    ) -> TrajectoryCost:
-        """The same question put to another form of the model (with probes), from other values, or of other trials."""
-        own = tuple(p.replace(value=_within(values.get(p.name, p.value), p)) for p in self.parameters)
-        return self._cost(model, (*own, *extra), trials)
-
-    def _cost(self, model: Model, parameters: Sequence[Parameter], trials: Trials | None = None) -> TrajectoryCost:
-        study = self.study.replace(
-            model=model,
-            parameters=tuple(parameters),
-            trials=self.trials if trials is None else trials,
-            holdout=Trials([]),
-            cost=self.options,
-            noise={channel.name: 1.0 for channel in model.outputs},
-            constraints=(),
+    def moved(self, point: Point, shared: Array, local: Array, part: float = 1.0) -> Point:
+        """The point after a part of a step: `shared` (S,), `local` (T, I + E knots); parameters stay in bounds."""
+        count = len(self.initial_names)
+        return Point(
+            np.clip(point.shared + part * shared, self.low, self.high),
+            point.initial + part * local[:, :count],
+            point.forces + part * local[:, count:].reshape(point.forces.shape),
         )
-        return TrajectoryCost(study, threads=self.threads)
 
-    def _priors(self, free: int) -> tuple[Array, Array]:
-        mean, sd = self.start.copy(), np.empty(self.size)
-        for k, parameter in enumerate(self.cost.parameters):
-            if parameter.prior is not None:
-                mean[k], sd[k] = parameter.prior.mean, parameter.prior.sd
+    def local_offset(self, point: Point) -> Array:
+        """Prior means of each trial's own unknowns minus their values (T, I + E knots)."""
+        return np.concatenate([self.initial_mean - point.initial, -point.forces.reshape(len(self.trials), -1)], axis=1)
+
+    def on_trial(self, trial: Trial, free: Sequence[str], values: Mapping[str, float]) -> Simulator:
+        """The model on another trial, with no forces missing; nothing is compiled anew."""
+        if self.discrepancy is not None:
+            trial = with_forces(trial, self.discrepancy)
+        return self._simulator.rebind(free=free, values={**self.space.nominal(), **values}, trials=[trial])
+
+    def named(self, point: Point) -> dict[str, float]:
+        """The shared unknowns of a point by their names in the model."""
+        return dict(zip((parameter.name for parameter in self.unknowns), point.shared.tolist()))
+
+    # Set-up
+
+    def _parameters(self) -> list[Parameter]:
+        own = set(self.study.model.nominal())
+        declared = {parameter.name: parameter for parameter in self.study.parameters}
+        priors: dict[str, Prior] = {}
+        for effect in self.effects.values():
+            priors |= {effect.named(name): prior for name, prior in effect.priors(self.study.model).items()}
+        found = []
+        for parameter in self.model.parameters:
+            name = parameter.name
+            if name in own:
+                found.append(_with_prior(declared.get(name, parameter), self.settings.coefficient_sd))
             else:
-                reach = parameter.max - parameter.min
-                sd[k] = _WIDE * reach if k >= free and math.isfinite(reach) else 1e3 * max(1.0, abs(parameter.value))
-        return mean, sd
+                found.append(parameter.replace(vary=True, prior=priors.get(name), scale="linear", start=None))
+        return found
+
+    def _lay_out(self) -> None:
+        """Which shared unknowns there are, and which columns are whose."""
+        knots = [name for names in (self.discrepancy.knot_names.values() if self.discrepancy else ()) for name in names]
+        self._knot_names = tuple(knots)
+        self.unknowns = tuple(parameter for parameter in self.space.free if parameter.name not in set(knots))
+        at = {parameter.name: k for k, parameter in enumerate(self.unknowns)}
+        free = list(self.space.free_names)
+        self._free_kept = np.array([free.index(parameter.name) for parameter in self.unknowns], dtype=np.intp)
+        self._from_free = np.arange(len(self.unknowns), dtype=np.intp)
+        self.columns: Mapping[str, Indices] = {
+            name: np.array([at[effect.named(q.name)] for q in effect.parameters], dtype=np.intp)
+            for name, effect in self.effects.items()
+        }
+        terms = self.discrepancy.terms if self.discrepancy else ()
+        self.terms = np.array([at[term.name] for term in terms], dtype=np.intp)
+        self.term_equation = np.array([self.equations.index(term.state) for term in terms], dtype=np.intp)
+        taken = {int(k) for columns in self.columns.values() for k in columns} | {int(k) for k in self.terms}
+        self.coefficients = np.array([k for k in range(len(self.unknowns)) if k not in taken], dtype=np.intp)
+
+    def _set_up_initial_states(self) -> None:
+        """Free initial states: all that are not hidden. What no output shows of them stays at its prior mean."""
+        names = [channel.name for channel in self.model.states]
+        follows = set(self.model.follows)
+        self.initial_names = tuple(n for n in names if n not in self.model.hidden and n not in follows)
+        self._initial_columns = [names.index(name) for name in self.initial_names]
+        base = self._simulator.initial_states
+        self.initial_mean = base[:, self._initial_columns].copy()
+        spread = [self._spread(name) for name in self.initial_names]
+        self.initial_sd = self.settings.initial_width * np.array(spread)
+        self.base_states = base
+
+    def _spread(self, name: str) -> float:
+        """How far a state moves: as recorded, else of the size 1."""
+        values = [np.asarray(t.outputs[name]) for t in self.trials if name in t.outputs]
+        finite = np.concatenate(values) if values else np.zeros(0)
+        finite = finite[np.isfinite(finite)]
+        size = float(np.ptp(finite)) if finite.size else 0.0
+        return size if size > 0.0 else 1.0
+
+    def _set_up_errors(self) -> None:
+        self._valid: Flags = np.isfinite(self._simulator.measured)
+        number = np.cumsum(self._valid.ravel()).reshape(self._valid.shape) - 1
+        self.count = int(self._valid.sum())
+        self.trial_of = np.zeros(self.count, dtype=np.intp)
+        self.channel_of = np.zeros(self.count, dtype=np.intp)
+        self.time_of = np.zeros(self.count)
+        self.sample_of = np.zeros(self.count, dtype=np.intp)
+        self.series: list[Series] = []
+        for trial, rows in enumerate(self._simulator.rows):
+            t = np.asarray(self.trials[trial].t)
+            for channel in range(len(self.outputs)):
+                valid = self._valid[rows, channel]
+                places = number[rows, channel][valid]
+                if places.size:
+                    self.series.append(Series(trial, channel, places, t[valid]))
+                    self.trial_of[places], self.channel_of[places] = trial, channel
+                    self.time_of[places], self.sample_of[places] = t[valid], np.flatnonzero(valid)
+
+    def _usual_rate(self, state: str) -> float:
+        """Usual acceleration of an equation: root mean square of the rate of the record's means over short blocks."""
+        blocks = 4 * self.settings.knots
+        parts = []
+        for trial in self.trials:
+            y = np.asarray(trial.outputs.get(state, np.zeros(0)))
+            valid = np.isfinite(y)
+            if valid.sum() < blocks:
+                continue
+            edges = np.linspace(trial.t[0], trial.t[-1], blocks + 1)
+            block = np.clip(np.digitize(trial.t[valid], edges) - 1, 0, blocks - 1)
+            counts = np.bincount(block, minlength=blocks)
+            means = np.bincount(block, y[valid], minlength=blocks) / np.maximum(counts, 1)
+            full = counts > 0
+            if full.sum() > 3:
+                parts.append(np.gradient(means[full], (0.5 * (edges[1:] + edges[:-1]))[full]))
+        size = float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
+        scale = self.discrepancy.scales[state] if self.discrepancy else 1.0
+        # A motion that hardly changes has a scale all the same: a hundredth of the motion over a trial.
+        return max(size, 0.01 * scale / min(trial.duration for trial in self.trials))
+
+    # Simulation
+
+    def _bound(self, point: Point, free: Sequence[str]) -> Simulator:
+        values = dict(zip(self.space.varying, self._theta(point)))
+        values = {**self.space.nominal(), **values}
+        trials = None
+        if self.discrepancy is not None:
+            trials = [with_forces(t, self.discrepancy, f) for t, f in zip(self.trials, point.forces)]
+        return self._simulator.rebind(free=tuple(free), values=values, trials=trials)
+
+    def _free_values(self, point: Point) -> Array:
+        """All free parameters of the space (K,): the unknowns, and the knots at zero."""
+        found = np.zeros(len(self.space.free))
+        found[self._free_kept] = point.shared
+        return found
+
+    def _theta(self, point: Point) -> Array:
+        return np.asarray(self.space.varying_values(self._free_values(point)[None])[0])
+
+    def _initial_states(self, point: Point) -> Array:
+        x0 = self.base_states.copy()
+        x0[:, self._initial_columns] = point.initial
+        names = [channel.name for channel in self.model.states]
+        for follower, (leader, sign) in self.model.follows.items():
+            column = names.index(leader)
+            x0[:, names.index(follower)] += sign * (x0[:, column] - self.base_states[:, column])
+        return x0
 
 
-def whole_trials(study: Study) -> None:
-    """Refuses what the diagnosis cannot work on, in one message."""
-    where = f"study {study.name!r}"
-    if study.cost.kind == "formula":
-        raise BadInput("a formula has no motion to diagnose", where=where, do="Give it a model and trials in time.")
-    short = [trial.name for trial in study.trials if len(trial) < 10]
-    if short:
-        raise BadInput(f"trial {short[0]!r} has under 10 samples", where=where, do="Leave it out.")
-
-
-def _with_prior(parameter: Parameter) -> Parameter:
-    """A free coefficient needs to be held by what was believed of it, or it takes up any effect."""
+def _with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
+    """A free coefficient needs a prior, or it takes up any effect."""
     if not parameter.vary or parameter.prior is not None:
         return parameter
     reach = parameter.max - parameter.min
     wide = reach / 4.0 if math.isfinite(reach) else 1.0
-    sd = COEFFICIENT_SD * abs(parameter.value) if parameter.value != 0.0 else wide
+    sd = relative_sd * abs(parameter.value) if parameter.value != 0.0 else wide
     return parameter.replace(prior=Prior(parameter.value, sd))
-
-
-def _within(value: float, parameter: Parameter) -> float:
-    return min(max(value, parameter.min), parameter.max)
 
 
 def _from_zero(trial: Trial) -> Trial:
     return dataclasses.replace(trial, t=trial.t - trial.t[0]) if trial.t[0] != 0.0 else trial
-
-
-def _series(cost: TrajectoryCost, groups: Sequence[object]) -> list[Series]:
-    found = []
-    for group in cost.residual_blocks:
-        if group.kind != "data" or not len(group.rows):
-            continue
-        steps = np.diff(group.t)
-        step = float(np.median(steps)) if steps.size else 1.0
-        cuts = np.flatnonzero(steps > _PAUSE * step) + 1
-        for part, t in zip(np.split(group.rows, cuts), np.split(group.t, cuts)):
-            found.append(Series(group.trial, group.channel, part, t, step))
-    return found

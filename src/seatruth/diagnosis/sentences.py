@@ -1,82 +1,213 @@
-"""The verdict in plain words."""
+"""The verdict as the sentences that stand above everything else: never surer than the evidence below them.
+
+>>> from seatruth.diagnosis.results import NamedCause, Shares
+>>> current = NamedCause(
+...     cause="environment.moving_water.uniform_current",
+...     title="a uniform current",
+...     effects=("current",),
+...     probability=0.97,
+...     in_words="0.21 +- 0.03 m/s towards 40 +- 8 deg",
+...     share=0.9,
+...     small=False,
+...     implausible=False,
+... )
+>>> shares = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
+>>> print(verdict_sentence("effects", [current], 0.97, False, shares, None, one_trial=False)[:95])
+The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (probability 97 %)
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import math
+from collections.abc import Sequence
+
+from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
+
+AT_NOISE = 1.2
+"""Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
+then at most 0.7 of the noise's standard deviation."""
+_LACKS = "The model also lacks something that no effect of the library describes."
+_LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
 
-def sentence(
-    verdict: Mapping[str, Any],
-    which: Sequence[Mapping[str, Any]],
-    shares: Mapping[str, float],
-    how_far: Mapping[str, Any] | None,
-    unnamed: Mapping[str, Any] | None,
+def verdict_sentence(
+    kind: Kind,
+    causes: Sequence[NamedCause],
+    probability: float,
+    discrepancy: bool,
+    shares: Shares,
+    validation: Validation | None,
+    one_trial: bool,
 ) -> str:
-    """One to three sentences: what, how sure, how far."""
-    by_name = {row["name"]: row for row in which}
-    kind, chance = verdict["kind"], f"probability {verdict['probability']:.0%}"
-    if kind == "effects":
-        causes = " and ".join(_cause(by_name[name]) for name in verdict["effects"])
-        gap = "A part of the gap" if verdict["beside"] else "The gap"
-        return f"{gap} comes from {causes} ({chance}).{_beside(verdict, unnamed)}{_shrinks(how_far)}"
-    if kind == "inseparable":
-        titles = ", ".join(by_name[name]["title"] for name in verdict["set"])
-        rest = _beside(verdict, unnamed)
-        return f"One of these causes the gap, and these trials cannot tell which: {titles} (together {chance}).{rest}"
-    if kind == "unknown":
-        where = f" It acts most like {_acting(str(unnamed['equation']))}." if unnamed else ""
-        return f"Something acts that is not in the library ({chance}).{where}"
-    weak = verdict["powerless"]
+    """The headline of a diagnosis in one to four sentences.
+
+    Args:
+        kind: of the verdict.
+        causes: what the verdict names, each at its level of the tree of causes.
+        probability: of the verdict.
+        discrepancy: whether the model also lacks something that no effect describes.
+        shares: the split of the misfit.
+        validation: prediction of trials that were left out, or None.
+        one_trial: whether there is one trial only, so that none can be left out.
+
+    Returns:
+        Plain text; "+-" stands before standard errors.
+    """
     if kind == "no_gap":
-        rest = f" These trials could not have shown {_listing(weak, by_name)}." if weak else ""
-        most = max((row["probability"] for row in which), default=0.0)
-        others = f"; no cause is likelier than {most:.0%}, what remains is too weak to show"
-        return f"No gap beyond the noise and the coefficients' own uncertainty ({chance}{others}).{rest}"
-    if verdict["set"]:
-        return (
-            f"No cause stands out. The likeliest are {_listing(verdict['set'], by_name)}, together {chance}; "
-            "the trials do not say enough."
+        small = _small(causes)
+        text = "There is no gap beyond the noise and the uncertainty of the coefficients"
+        return _joined(f"{text} (probability {chance(probability)}).", small)
+    if kind == "underpowered":
+        return _joined(_undecided(causes, probability), _lacks(discrepancy))
+    if kind == "unknown":
+        return _unknown(causes, probability, shares)
+    return _named(causes, probability, discrepancy, shares, validation, one_trial)
+
+
+def chance(probability: float) -> str:
+    """A probability in per cent; it is never "100 %" or "0 %", because no probability here is known that well."""
+    if probability >= 0.9995:
+        return "over 99.9 %"
+    return f"{100.0 * probability:.3g} %" if probability >= 5e-4 else "under 0.05 %"
+
+
+def whole_percent(part: float) -> str:
+    """A part of the gap in whole per cent, "93 %"."""
+    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
+
+
+def cause_in_words(cause: NamedCause) -> str:
+    """A cause at its level, with its size: "a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg".
+
+    Effects that the trials cannot tell apart are listed; they have a direction in common, but not a size.
+    """
+    if len(cause.effects) == 1:
+        if not cause.in_words:
+            return cause.title
+        number_first = cause.in_words[:1].isdigit()
+        return f"{cause.title} of {cause.in_words}" if number_first else f"{cause.title} ({cause.in_words})"
+    members = [name.replace("_", " ") for name in cause.effects]
+    same = f"{', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
+    _, towards, direction = cause.in_words.partition("towards ")
+    return f"{cause.title}{f', {towards}{direction}' if direction else ''}: {same}"
+
+
+def size_in_words(parameters: Sequence[EffectParameter]) -> str:
+    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
+
+    Components north and east are given as size and direction.
+    """
+    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
+    if direction:
+        return direction
+    parts = []
+    for q in parameters:
+        degrees = q.unit in ("rad", "rad/s")
+        factor = math.degrees(1.0) if degrees else 1.0
+        unit = q.unit.replace("rad", "deg") if degrees else q.unit
+        text = f"{q.name.replace('_', ' ')} {q.value * factor:.3g} +- {q.stderr * factor:.2g}"
+        parts.append(text if unit in ("", "1") else f"{text} {unit}")
+    return ", ".join(parts)
+
+
+def meets_noise(shares: Shares) -> bool:
+    """Whether the refitted model leaves hardly more than noise."""
+    return math.sqrt(max(shares.misfit_refit, 0.0)) <= AT_NOISE
+
+
+def shrinks_surely(validation: Validation) -> bool:
+    """Whether the effects shrink the gap on trials left out, with 97.5 % confidence."""
+    return validation.lower > 0.0
+
+
+def _named(
+    causes: Sequence[NamedCause],
+    probability: float,
+    discrepancy: bool,
+    shares: Shares,
+    validation: Validation | None,
+    one_trial: bool,
+) -> str:
+    little_left = math.sqrt(max(shares.misfit_effects, 0.0)) <= AT_NOISE
+    large = [cause for cause in causes if not cause.small]
+    sure = [cause for cause in large if not cause.implausible]
+    doubtful = [cause for cause in large if cause.implausible]
+    sentences = []
+    unproven = validation is not None and not shrinks_surely(validation)
+    if sure:
+        whole = "a part of the gap" if discrepancy and not little_left else "the gap"
+        probable = f"{_listed(sure)} (probability {chance(probability)})."
+        start = f"The most probable cause of {whole} is" if unproven else f"{whole.capitalize()} comes from"
+        sentences.append(f"{start} {probable}")
+    if doubtful:
+        subject = "The rest looks" if sure else "The gap looks"
+        sure_of = "" if sure else f" (probability {chance(probability)})"
+        sentences.append(
+            f"{subject} like {_listed(doubtful)}{sure_of}, but the size is beyond what is believed of this vehicle: "
+            "another cause may act in the same way."
         )
+    if not large:
+        sentences.append("No cause of practical size is seen.")
+    sentences += [_small(causes), _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy)]
+    if large:
+        sentences.append(_prediction(validation, one_trial))
+    return _joined(*sentences)
+
+
+def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
+    sure = f"(probability {chance(probability)})"
+    if meets_noise(shares):
+        multiple = math.sqrt(max(shares.misfit_refit, 0.0))
+        text = (
+            f"What the refitted model leaves is small: its error is {multiple:.2f} times the noise. It is more than "
+            f"noise, and its cause is not in the library {sure}."
+        )
+    else:
+        text = f"Something acts that is not in the library {sure}."
+    if causes:
+        text += f" Beside it acts {_listed(causes)}."
+    return text
+
+
+def _undecided(causes: Sequence[NamedCause], probability: float) -> str:
+    if not causes:
+        return f"These trials cannot decide whether an effect acts (the first answer has {chance(probability)})."
     return (
-        f"No gap is seen ({chance}), but these trials could not have shown {_listing(weak, by_name)} "
-        "at a typical magnitude."
+        f"These trials cannot decide what causes the gap. The most probable cause is {_listed(causes)} (probability "
+        f"{chance(probability)})."
     )
 
 
-def _beside(verdict: Mapping[str, Any], unnamed: Mapping[str, Any] | None) -> str:
-    if not verdict["beside"]:
-        return ""
-    like = f", most like {_acting(str(unnamed['equation']))}" if unnamed else ""
-    return f" Beside that acts something that is not in the library{like}."
+def _small(causes: Sequence[NamedCause]) -> str:
+    small = [cause for cause in causes if cause.small]
+    return f"Significant but of no practical size: {_listed(small)}." if small else ""
 
 
-def _acting(equation: str) -> str:
-    motion = equation in ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    return f"a force in {equation}" if motion else f"a term in the equation of {equation}"
+def _lacks(discrepancy: bool) -> str:
+    return _LACKS if discrepancy else ""
 
 
-def _cause(row: Mapping[str, Any]) -> str:
-    if row["in_words"]:
-        return f"{row['title']} of {row['in_words']}"
-    values = ", ".join(
-        f"{v['name']} {v['value']:.3g} +- {v['stderr']:.2g}{'' if v['unit'] == '1' else ' ' + v['unit']}"
-        for v in row["parameters"]
-    )
-    return f"{row['title']} ({values})"
-
-
-def _shrinks(how_far: Mapping[str, Any] | None) -> str:
-    closure = (how_far or {}).get("closure")
-    if not closure or not isinstance(closure["value"], float) or closure["value"] != closure["value"]:
-        return ""
+def _prediction(validation: Validation | None, one_trial: bool) -> str:
+    if one_trial:
+        return "With one trial, this cannot be tested on a trial left out."
+    if validation is None:
+        return "This was not tested on trials left out."
+    if not math.isfinite(validation.gap_explained):
+        return "On trials left out there is no gap to explain."
+    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+    if shrinks_surely(validation):
+        return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     return (
-        f" On trials left out it closes {closure['value']:.0%} of the gap that refitting leaves "
-        f"({closure['lower']:.0%} to {closure['upper']:.0%})."
+        f"But the gap does not shrink surely on trials left out: {whole_percent(validation.gap_explained)} of it is "
+        f"explained ({ends})."
     )
 
 
-def _listing(names: Sequence[str], by_name: Mapping[str, Mapping[str, Any]]) -> str:
-    titles = [str(by_name[name]["title"]) for name in names if name in by_name]
-    head = ", ".join(titles[:5])
-    return f"{head} and {len(titles) - 5} more" if len(titles) > 5 else head
+def _listed(causes: Sequence[NamedCause]) -> str:
+    texts = [cause_in_words(cause) for cause in causes]
+    between = "; " if any("," in text or ":" in text for text in texts) else ", "
+    return texts[0] if len(texts) == 1 else f"{between.join(texts[:-1])} and {texts[-1]}"
+
+
+def _joined(*sentences: str) -> str:
+    return " ".join(sentence for sentence in sentences if sentence)

@@ -55,6 +55,12 @@ class Table:
     rows: Sequence[Sequence[str]]
     folded: bool = False
 
+    @property
+    def cards(self) -> bool:
+        """Whether each row becomes a card on a phone, so that no text or verdict leaves the screen; tables of numbers
+        alone are scrolled."""
+        return any(column.kind in ("long", "verdict") for column in self.columns)
+
 
 @dataclass(frozen=True)
 class Picture:

@@ -6,12 +6,13 @@ D outputs, F free initial states.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple, Protocol, get_args
 
 from seatruth.arrays import Array, Flags
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.trials.trial import Trial
 
 Backend = Literal["compiled", "reference"]
 """How a model's equations are run: compiled for populations, or step by step in plain Python."""
@@ -112,6 +113,18 @@ class Simulator(Protocol):
 
         A hidden state that the model declares to follow a free one (`Model.follows`) moves with it. Raises BadInput
         for a state that the model does not have.
+        """
+
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> Simulator:
+        """The same model with other free parameters, values or trials (None: as they are); nothing is compiled anew.
+
+        `values` holds every parameter that is not free. Raises BadInput as `simulator` does.
         """
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from seatruth.arrays import Array
 from seatruth.models.black_box import BlackBox
 from seatruth.simulate.serial import SerialSimulator
 from seatruth.simulate.setup import Setup
+from seatruth.trials.trial import Trial
 
 
 class BlackBoxSimulator(SerialSimulator):
@@ -25,6 +27,16 @@ class BlackBoxSimulator(SerialSimulator):
         outputs = [channel.name for channel in model.outputs]
         self._states = [channel.name for channel in model.states]
         self._state_outputs = [outputs.index(name) for name in self._states]
+
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> BlackBoxSimulator:
+        """See `Simulator.rebind`."""
+        return BlackBoxSimulator(self._setup.changed(free, values, trials), self._box)
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """Not known of a black box: NaN for every output, (D,)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.setup import Setup
 from seatruth.simulate.time_grid import Hold, time_grid
+from seatruth.trials.trial import Trial
 
 _MOST_RECORDED = 256 * 1024 * 1024
 """Bytes of outputs that one call of a kernel records; more candidates take several calls. Chosen here [S]."""
@@ -27,12 +28,20 @@ class CompiledSimulator:
         self.free = setup.parameters.free
         self.rows = setup.rows
         self.measured = setup.measured
-        self.initial_states = setup.initial_states
-        self.assumed_zero = setup.assumed_zero
         self._hold, self._max_step, self._threads = hold, max_step, threads
         self._grid = time_grid(setup.model, setup.trials, hold, max_step)
         self.steps = self._grid.steps
         self._weighted: tuple[Array, Array, Array] | None = None
+
+    @property
+    def initial_states(self) -> Array:
+        """See `Simulator.initial_states`."""
+        return self._setup.initial_states
+
+    @property
+    def assumed_zero(self) -> tuple[tuple[str, str], ...]:
+        """See `Simulator.assumed_zero`."""
+        return self._setup.assumed_zero
 
     @cached_property
     def _program(self) -> Program:
@@ -52,7 +61,7 @@ class CompiledSimulator:
         """See `Simulator.outputs`."""
         values, starts = self._values(theta), self._setup.starts(x0, len(theta))
         y = np.empty((len(values), *self.measured.shape))
-        x_end = np.empty((len(values), *self.initial_states.shape))
+        x_end = np.empty((len(values), len(self.rows), len(self.model.states)))
         size = max(1, _MOST_RECORDED // max(1, y[:1].nbytes))
         for k in range(0, len(values), size):
             part = slice(k, k + size)
@@ -86,6 +95,20 @@ class CompiledSimulator:
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())
         return Jacobian(answer.y, answer.dy, answer.x_end, answer.dx_end, ~finite)
+
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> CompiledSimulator:
+        """See `Simulator.rebind`."""
+        changed = CompiledSimulator(
+            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads
+        )
+        changed.__dict__["_program"] = self._program
+        return changed
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""

@@ -9,7 +9,7 @@ so both take the same Runge-Kutta steps and differ by rounding only. Its derivat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from seatruth.models.base import Environment, Model, record
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import ParameterLayout, Setup
 from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
+from seatruth.trials.trial import Trial
 
 Row = Sequence[float]
 
@@ -72,6 +73,16 @@ class ReferenceSimulator(SerialSimulator):
         self._grid = time_grid(setup.model, setup.trials, hold, max_step)
         self._options = (hold, max_step)
         super().__init__(setup, self._grid.steps)
+
+    def rebind(
+        self,
+        *,
+        free: Sequence[str] | None = None,
+        values: Mapping[str, float] | None = None,
+        trials: Sequence[Trial] | None = None,
+    ) -> ReferenceSimulator:
+        """See `Simulator.rebind`."""
+        return ReferenceSimulator(self._setup.changed(free, values, trials), *self._options)
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""

@@ -92,6 +92,20 @@ class Setup:
             if _first_valid(trial, channel.name) is None
         )
 
+    def changed(
+        self,
+        free: Sequence[str] | None,
+        values: Mapping[str, float] | None,
+        trials: Sequence[Trial] | None,
+    ) -> Setup:
+        """The same model with other free parameters, values or trials; None leaves them."""
+        return set_up(
+            self.model,
+            self.trials if trials is None else trials,
+            self.parameters.free if free is None else free,
+            self.nominal if values is None else values,
+        )
+
     def population(self, theta: Array) -> Array:
         """theta as (P, K); ValueError for another shape."""
         theta = np.ascontiguousarray(theta, dtype=np.float64)
@@ -109,7 +123,7 @@ class Setup:
     def starts(self, x0: Array, size: int) -> Array:
         """x0, (T, S) or (P, T, S), as (P, T, S) for P = `size` candidates; ValueError for another shape."""
         x0 = np.asarray(x0, dtype=np.float64)
-        shape = self.initial_states.shape
+        shape = (len(self.trials), len(self.model.states))
         if x0.shape not in (shape, (size, *shape)):
             raise ValueError(f"x0 has shape {x0.shape}, {shape} or {(size, *shape)} is needed")
         return x0 if x0.ndim == 3 else np.broadcast_to(x0, (size, *shape))

@@ -1,4 +1,4 @@
-"""Writes a result into a study file: named effects and identified values."""
+"""A study file with named effects at their reported values added to its model, and no other change."""
 
 from __future__ import annotations
 
@@ -24,11 +24,15 @@ def augmented(
     values: Mapping[str, float],
     priors: Mapping[str, Prior],
 ) -> str:
-    """The text of a study file for `folder` that says what the one at `source` says, and more.
+    """The text of a study file for `folder` that holds what the one at `source` holds, with effects added.
 
-    `effects`: those to add, by name, each as `[model] effects` takes it (a file relative to `source`). `values`: by
-    parameter, where it stands from now on. `priors`: by parameter of those effects, which are freed. Files are named
-    relative to `folder`; everything that the file does not say stays unsaid.
+    Args:
+        source: the study file.
+        folder: where the text is to be written: files are named relative to it.
+        name: name of the new study.
+        effects: effects to add, by name, each as `[model] effects` takes it (a file relative to `source`).
+        values: values of their parameters, SI units.
+        priors: priors of their parameters, which a fit of the new study frees.
     """
     place = source.parent
     data: dict[str, Any] = tomllib.loads(source.read_text(encoding="utf-8-sig"))

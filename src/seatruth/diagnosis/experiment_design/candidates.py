@@ -9,17 +9,17 @@ single manoeuvres cannot tell apart, their sequence often does (a bias from a sc
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.problem import GapProblem
+from seatruth.diagnosis.problem import Problem
 from seatruth.trials.trial import Trial
 
-MOST = 3
-"""Manoeuvres in one trial."""
+MAX_PHASES = 3
+"""Manoeuvres in one trial. [S] A crew can sail three in a row without a break."""
 THEN = ", then "
 COURSES = {"": 0.0, "beam course: ": math.pi / 2, "reciprocal course: ": math.pi}
 """Words before a trial, and by how much its first heading is turned."""
@@ -27,6 +27,12 @@ SLOW_START = "slow start: "
 """Words before a trial that begins at a part of the usual speed; for models that have no drive among their inputs."""
 _SLOW = 0.6
 """Part of the usual drive in slow manoeuvres, and of the usual speed in a slow start."""
+_TOGETHER = 0.9
+"""Correlation of two inputs from which they are actuators of one kind that move together. [S]"""
+_ANGLE = "rad"
+"""Unit of what steers: it is never a drive, however long it was held."""
+_TRIM = 0.25
+"""Part of the largest angle up to which a median is a trim; beyond it, most of the time was spent in turns. [S]"""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -52,17 +58,23 @@ class Manoeuvre:
 class Menu:
     """What can be asked of a vehicle, from its trials."""
 
-    def __init__(self, problem: GapProblem) -> None:
+    def __init__(self, problem: Problem) -> None:
         self.pattern = max(problem.trials, key=lambda trial: trial.duration)
         self.step = float(np.median(np.diff(self.pattern.t)))
-        self.inputs = [channel.name for channel in problem.model.inputs]
+        self.inputs = [channel.name for channel in problem.study.model.inputs]
+        units = {channel.name: channel.unit for channel in problem.study.model.inputs}
         self.turns = "psi" in problem.outputs
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
-        self.usual = {name: float(np.median(v)) for name, v in values.items()}
+        self.usual = {name: _usual(v, units[name]) for name, v in values.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
         self.drives = [
-            n for n in self.inputs if abs(self.usual[n]) > 2.0 * float(np.std(values[n])) or n in ("n", "rpm")
+            n
+            for n in self.inputs
+            if (units[n] != _ANGLE and abs(self.usual[n]) > 2.0 * float(np.std(values[n]))) or n in ("n", "rpm")
         ]
+        steering = [name for name in self.inputs if name not in self.drives]
+        self.steering = _of_one_kind(steering, units, values)
+        self.driving = _of_one_kind(self.drives, units, values)
         self.t = np.arange(0.0, self.pattern.duration - 0.5 * self.step, self.step)
         self.phases = {phase.name: phase for phase in self._phases()}
 
@@ -114,60 +126,90 @@ class Menu:
         return outputs
 
     def _phases(self) -> list[Phase]:
-        steers = [name for name in self.inputs if name not in self.drives]
-        found = [phase for name in steers for phase in self._steered(name)]
-        for name in self.drives:
-            found += self._driven(name)
-            slow = {name: np.full(self.t.shape, _SLOW * self.usual[name])}
-            for other in steers:
-                for phase in self._steered(other)[:3]:
-                    text = f"{name} at {100 * _SLOW:.0f} %, {phase.text}"
+        found = [phase for group in self.steering for phase in self._steered(group)]
+        for group in self.driving:
+            found += self._driven(group)
+            slow = {name: np.full(self.t.shape, _SLOW * self.usual[name]) for name in group}
+            for others in self.steering:
+                for phase in self._steered(others)[:3]:
+                    text = f"{_words(group)} at {100 * _SLOW:.0f} %, {phase.text}"
                     found.append(Phase(f"slow {phase.name}", text, {**slow, **phase.inputs}))
         return [*found, Phase("straight run", "inputs held", {})]
 
-    def _steered(self, name: str) -> list[Phase]:
-        full, about, t = self.full[name], self.usual[name], self.t
-        half = self.seconds / 8.0
+    def _steered(self, group: Sequence[str]) -> list[Phase]:
+        """Manoeuvres of actuators of one kind, which move together."""
+        t, half, name = self.t, self.seconds / 8.0, _words(group)
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
+
+        def moved(part: Array | float) -> dict[str, Array]:
+            return {n: np.full(t.shape, self.usual[n]) + self.full[n] * part for n in group}
+
         return [
-            Phase(f"turn by +{name}", f"{name} hard over and held", {name: np.full(t.shape, about + full)}),
-            Phase(
-                f"turn by -{name}",
-                f"{name} hard over to the other side and held",
-                {name: np.full(t.shape, about - full)},
-            ),
-            Phase(
-                f"zigzag of {name}",
-                f"{name} hard over, alternating every {half:.3g} s",
-                {name: about + full * _square(t, half)},
-            ),
+            Phase(f"turn by +{name}", f"{name} hard over and held", moved(1.0)),
+            Phase(f"turn by -{name}", f"{name} hard over to the other side and held", moved(-1.0)),
+            Phase(f"zigzag of {name}", f"{name} hard over, alternating every {half:.3g} s", moved(_square(t, half))),
             Phase(
                 f"small zigzag of {name}",
                 f"{name} at a quarter, alternating every {half / 2.5:.3g} s",
-                {name: about + full / 4 * _square(t, half / 2.5)},
+                moved(0.25 * _square(t, half / 2.5)),
             ),
             Phase(
                 f"wide zigzag of {name}",
                 f"{name} at a half, alternating every {2 * half:.3g} s",
-                {name: about + full / 2 * _square(t, 2 * half)},
+                moved(0.5 * _square(t, 2 * half)),
             ),
             Phase(
                 f"staircase of {name}",
                 f"{name} in steps of {half:.3g} s: a quarter, a half, three quarters, none, the same to the other side",
-                {name: about + full * stairs},
+                moved(stairs),
             ),
         ]
 
-    def _driven(self, name: str) -> list[Phase]:
-        usual, t, end = self.usual[name], self.t, self.seconds
+    def _driven(self, group: Sequence[str]) -> list[Phase]:
+        t, end, name = self.t, self.seconds, _words(group)
         ramp = np.where((t < end / 3) | (t >= 2 * end / 3), 1.0, _SLOW)
         stop = np.where(t < end / 4, 1.0, 0.0)
         return [
-            Phase(f"steps of {name}", f"{name} to {100 * _SLOW:.0f} % and back, straight", {name: usual * ramp}),
             Phase(
-                f"coast-down ({name} to zero)", f"{name} to zero after a quarter of {end:.3g} s", {name: usual * stop}
+                f"steps of {name}",
+                f"{name} to {100 * _SLOW:.0f} % and back, straight",
+                {n: self.usual[n] * ramp for n in group},
+            ),
+            Phase(
+                f"coast-down ({name} to zero)",
+                f"{name} to zero after a quarter of {end:.3g} s",
+                {n: self.usual[n] * stop for n in group},
             ),
         ]
+
+
+def _usual(values: Array, unit: str) -> float:
+    """The value from which manoeuvres start: the median, for an angle its trim.
+
+    The median of a zigzag or of turns is the angle of the turns. Manoeuvres about it would leave what was recorded.
+    """
+    usual = float(np.median(values))
+    turning = unit == _ANGLE and abs(usual) > _TRIM * float(np.abs(values).max())
+    return 0.0 if turning else usual
+
+
+def _of_one_kind(names: Sequence[str], units: Mapping[str, str], values: Mapping[str, Array]) -> list[tuple[str, ...]]:
+    """Actuators in groups that moved together in the recorded trials: of one unit, and correlated."""
+    groups: list[list[str]] = []
+    for name in names:
+        for group in groups:
+            a, b = values[group[0]], values[name]
+            moving = float(np.std(a)) > 0.0 and float(np.std(b)) > 0.0
+            if units[name] == units[group[0]] and moving and float(np.corrcoef(a, b)[0, 1]) > _TOGETHER:
+                group.append(name)
+                break
+        else:
+            groups.append([name])
+    return [tuple(group) for group in groups]
+
+
+def _words(group: Sequence[str]) -> str:
+    return " and ".join(group)
 
 
 def _square(t: Array, half: float) -> Array:

@@ -1,120 +1,114 @@
-"""The next trial: which one of a menu would tell best apart what these trials cannot.
+"""The next trial: which one of a menu would best separate the causes that these trials cannot.
 
-Each surviving cause in turn is taken for the true one, at the size that was fitted. What the others leave of its trace
-once they and all coefficients are refitted is its lambda to the nearest of them (`rivals.py`). A trial's worth is the
-chance that it doubles that, in the mean over the survivors by their probability.
+A trial's worth is the chance that it doubles the smallest noncentrality between the survivors
+(`discrimination.py`), in the mean over the survivors by their probability. Where no trial of the menu has a chance
+worth its time, none is suggested.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from seatruth.diagnosis.discrepancy.score_test import Probes
-from seatruth.diagnosis.experiment_design.candidates import MOST, Manoeuvre, Menu
+from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES, Manoeuvre, Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals, Table
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.posterior import UNKNOWN
+from seatruth.diagnosis.results import MenuEntry, NextTrial
 
-Say = Callable[[str], None]
-_ENOUGH = 8.0
-"""Factor beyond which more is not told: what it rests on is not known that well."""
-_TWICE = 2.0
-"""Factor from which a trial is worth its while."""
-_UNSURE = 0.5
-"""Deviation of a foretold factor's logarithm: sizes are fitted, and models bend."""
-_UNSURER = 1.0
-"""The same for a cause without a name: its formula is fitted to where the trials were, not where a further one is."""
+_MOST_GAIN = 8.0
+"""Factor at which a predicted gain is clipped: what it rests on is not known that well. [S]"""
+_DOUBLED = 2.0
+"""Factor from which a trial is worth its time: goal of the benchmark."""
+_SPREAD = 0.5
+"""Standard deviation of the logarithm of a predicted factor: sizes are fitted, and models bend. [S]"""
 _LONGER = 0.03
-"""Chance of that factor which one manoeuvre more must bring."""
+"""Chance of doubling that one more manoeuvre must bring. [S]"""
 _ELSEWHERE = 0.01
-"""The same of another course or speed to begin with."""
+"""The same of another course or speed to begin with. [S]"""
 _KEPT = 3
-"""Sequences that are carried on."""
+"""Sequences that are continued. [S]"""
+_WORTH = 0.25
+"""Chance of doubling below which no trial is suggested. [S]"""
 
 
-def next_trial(
-    search: Search, chances: Mapping[str, float], say: Say, unnamed: Probes | None = None
-) -> dict[str, Any] | None:
-    """The trial that tells the survivors best apart, and how others compare; None with fewer than two survivors.
+@dataclass(frozen=True)
+class _Option:
+    start: str
+    phases: tuple[str, ...]
+    entry: MenuEntry
+    chance: float
 
-    `chances` are the survivors' probabilities; with that of "unknown", `unnamed` says what is missing in the equations.
+    @property
+    def worth(self) -> float:
+        """Chance of doubling, less what the trial costs."""
+        return self.chance - _LONGER * len(self.phases) - (_ELSEWHERE if self.start else 0.0)
+
+
+def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]) -> NextTrial | None:
+    """The trial that best separates the survivors; its `manoeuvre` is empty where none of the menu helps.
+
+    None where fewer than two survivors are left. `chances` are the survivors' probabilities.
     """
-    rivals = Rivals(search, chances, unnamed)
+    rivals = Rivals(search, chances)
     if not rivals.before:
         return None
     menu = Menu(search.problem)
-    rows: list[dict[str, Any]] = []
+    options: list[_Option] = []
+    starts = menu.starts()
+    expected = len(menu.phases) * (len(starts) + (MAX_PHASES - 1) * _KEPT)
 
-    def tried(names: Sequence[str], start: str) -> None:
+    def consider(names: Sequence[str], start: str) -> None:
         option = menu.trial(names, start)
-        say(f"Next trial: {option.name}")
+        say(option.name, len(options), expected)
         try:
             after = rivals.after(option.trial)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return
         if after is not None:
-            rows.append({"start": start, "phases": tuple(names), **_row(option, after, rivals)})
+            options.append(_option(option, after, rivals, start, tuple(names)))
 
-    kept: list[tuple[str, tuple[str, ...]]] = [(start, ()) for start in menu.starts()]
-    for many in range(1, MOST + 1):
+    kept: list[tuple[str, tuple[str, ...]]] = [(start, ()) for start in starts]
+    for many in range(1, MAX_PHASES + 1):
         for start, begun in kept:
             for name in menu.phases:
-                tried((*begun, name), start)
-        longest = sorted((row for row in rows if len(row["phases"]) == many), key=_worth)
-        best_of = {row["phases"]: row for row in longest}
-        leading = sorted(best_of.values(), key=_worth)[-_KEPT:]
-        kept = [(row["start"], row["phases"]) for row in leading]
-    if not rows:
-        return None
-    # A longer trial must be worth it.
-    rows.sort(key=_worth, reverse=True)
-    best = menu.named(rows[0]["manoeuvre"])
-    before = _smallest(rivals.before)
-    return {
-        **{key: rows[0][key] for key in ("manoeuvre", "text")},
-        "survivors": list(rivals.chances),
-        "lambda_now": min(before.values()),
-        "lambda_then": rows[0]["lambda"],
-        **{key: rows[0][key] for key in ("gain", "gains")},
-        "pairs_now": [{"pair": list(pair), "lambda": value} for pair, value in before.items()],
-        "menu": [{key: row[key] for key in ("manoeuvre", "text", "lambda", "gain", "weakest")} for row in rows],
-        "t": best.trial.t.tolist(),
-        "inputs": {name: np.asarray(v).tolist() for name, v in best.trial.inputs.items()},
-    }
+                if name not in begun:
+                    consider((*begun, name), start)
+        longest = sorted((o for o in options if len(o.phases) == many), key=lambda o: (o.worth, o.entry.manoeuvre))
+        best_of = {option.phases: option for option in longest}
+        leading = sorted(best_of.values(), key=lambda o: (o.worth, o.entry.manoeuvre))[-_KEPT:]
+        kept = [(option.start, option.phases) for option in leading]
+    options.sort(key=lambda o: (-o.worth, o.entry.manoeuvre))
+    now = min(_smallest(rivals.before).values())
+    names = tuple(rivals.chances)
+    entries = tuple(option.entry for option in options)
+    if not options or options[0].chance < _WORTH:
+        return NextTrial("", "No manoeuvre of the menu separates them.", names, now, now, 1.0, entries, (), {}, {}, {})
+    best = options[0].entry
+    trial = menu.named(best.manoeuvre).trial
+    inputs = {name: tuple(np.asarray(trial.inputs[name]).tolist()) for name in menu.inputs}
+    t = tuple(np.asarray(trial.t).tolist())
+    return NextTrial(best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {})
 
 
-def _row(option: Manoeuvre, after: Table, rivals: Rivals) -> dict[str, Any]:
+def _option(option: Manoeuvre, after: Table, rivals: Rivals, start: str, phases: tuple[str, ...]) -> _Option:
     pairs = _smallest(after)
-    pair = min(pairs, key=lambda key: pairs[key])
+    weakest = min(pairs, key=lambda pair: (pairs[pair], pair))
     gains = rivals.gains(after)
-    return {
-        "manoeuvre": option.name,
-        "text": option.text,
-        "lambda": pairs[pair],
-        "weakest": list(pair),
-        "gain": math.exp(rivals.mean({name: math.log(min(gain, _ENOUGH)) for name, gain in gains.items()})),
-        "score": rivals.mean({name: _chance(gain, name) for name, gain in gains.items()}),
-        "gains": gains,
-    }
+    gain = math.exp(rivals.mean({name: math.log(min(value, _MOST_GAIN)) for name, value in gains.items()}))
+    entry = MenuEntry(option.name, option.text, pairs[weakest], gain, weakest)
+    return _Option(start, phases, entry, rivals.mean({name: _chance(value) for name, value in gains.items()}))
 
 
-def _worth(row: Mapping[str, Any]) -> float:
-    """What a trial is worth, less what it costs."""
-    return float(row["score"]) - _LONGER * len(row["phases"]) - (_ELSEWHERE if row["start"] else 0.0)
-
-
-def _chance(gain: float, name: str) -> float:
-    """Chance that a trial which is foretold this factor brings twice."""
-    unsure = _UNSURER if name == UNKNOWN else _UNSURE
-    return 0.5 * math.erfc((math.log(_TWICE) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * unsure))
+def _chance(gain: float) -> float:
+    """Chance that a trial with this predicted factor doubles the noncentrality."""
+    return 0.5 * math.erfc((math.log(_DOUBLED) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * _SPREAD))
 
 
 def _smallest(table: Table) -> Table:
-    """The smaller of both directions, by pair in alphabetical order; of what is no rival there is one only."""
+    """The smaller of both directions, by pair in alphabetical order."""
     found: Table = {}
     for (s, r), value in table.items():
         pair = (min(s, r), max(s, r))

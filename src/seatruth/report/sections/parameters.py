@@ -13,8 +13,8 @@ from seatruth.report.blocks import Block, Column, Pictures, Section, Table, Text
 from seatruth.report.figures.estimates import MOST_CORRELATED, correlated
 from seatruth.report.numbers import count, estimate, interval, listed, number, shown
 from seatruth.report.sections.pictures import Album
+from seatruth.report.text.identification import strong_pairs
 from seatruth.report.view import View, finite
-from seatruth.report.words import strong_pairs
 from seatruth.text import origin_legend
 
 _STRONG = 0.9

@@ -9,8 +9,16 @@ from seatruth.report import figures
 from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Table, Text, table
 from seatruth.report.numbers import listed, number, seconds
 from seatruth.report.sections.pictures import Album
+from seatruth.report.text.identification import (
+    ending,
+    estimated,
+    fit_in_words,
+    in_order,
+    parameters_in_words,
+    pooled,
+    worries,
+)
 from seatruth.report.view import View, finite
-from seatruth.report.words import ending, estimated, fit_in_words, in_order, parameters_in_words, pooled, worries
 
 _SHORT = 16
 """Letters of each value up to which a group of them stands in one row."""

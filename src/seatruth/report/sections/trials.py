@@ -13,8 +13,8 @@ from seatruth.report.figures.quality import worst_ratio
 from seatruth.report.figures.runs import residual_channels, track_trials
 from seatruth.report.numbers import count, listed, number, percent, rounded, times
 from seatruth.report.sections.pictures import Album
+from seatruth.report.text.identification import channel_ratios, estimated, fits_trajectories
 from seatruth.report.view import View
-from seatruth.report.words import channel_ratios, estimated, fits_trajectories
 
 MOST_PANELS = 48
 """Time histories on one page; of more, the trials that fit worst and best."""

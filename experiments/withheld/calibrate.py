@@ -1,0 +1,194 @@
+"""Fits the few constants of the decision to development cases: `experiments/withheld calibrate`.
+
+Input is one table of hypotheses for each case, as the diagnosis wrote it beside its verdict: effects, whether the model
+also lacks something that no effect describes (discrepancy), log-evidence, log-prior. Nothing else of the diagnosis is
+used. The posterior of a hypothesis with n effects is proportional to
+
+    exp(log_evidence / temperature + log_prior + kind[n] + discrepancy (log_odds - occam [n > 0])),
+
+`temperature` for what the evidence leaves out (an approximate noise model overstates it), `kind` for the shares of
+answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside effects. The constants
+maximise the mean log probability of the truth; how well that holds on other cases is said by cross-validation over
+cases. The naming threshold is the lowest probability from which the named answers are wrong in at most `WRONG`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from seatruth.errors import BadInput
+from withheld.names import UNKNOWN
+from withheld.same import one_name, twins
+from withheld.score import LIBRARY, opened, said
+from withheld.seal import commit, write
+
+FOLDS = 5
+WRONG = 0.02
+"""Share of the named answers that may be wrong."""
+WIDTH = 2.0
+"""Standard deviation (nats) of the weak normal prior that keeps constants of which few cases tell near 0."""
+FLOOR = 1e-6
+"""Probability that a truth keeps which is among no hypotheses: the diagnosis left it out, which no constant mends."""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Constants:
+    """The constants of the decision; all but the temperature are in nats."""
+
+    temperature: float = 1.0
+    log_odds: float = 0.0
+    """Of a discrepancy."""
+    occam: float = 0.0
+    """Taken off a discrepancy beside effects."""
+    none: float = 0.0
+    two: float = 0.0
+    more: float = 0.0
+    """Of answers with so many effects, over those with one."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """The hypotheses of one case: (h,) arrays, and which of them are the truth."""
+
+    name: str
+    log_evidence: Array
+    log_prior: Array
+    discrepancy: Array
+    count: NDArray[np.intp]
+    answer: NDArray[np.intp]
+    """Number of the answer that each hypothesis belongs to."""
+    named: NDArray[np.bool_]
+    """Whether an answer (by number) names an effect."""
+    right: NDArray[np.bool_]
+    """Whether an answer is the truth."""
+
+
+def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any]:
+    """Fits the constants to a diagnosed set; writes calibration.json into its folder and returns its content."""
+    truths, verdicts = opened(out), said(out, program)
+    settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
+    if settings["set"] != "dev":
+        raise BadInput("constants are fitted to development cases only", where=str(out), do="Give a development set.")
+    cases = [table(truths[name], own) for name, own in verdicts.items() if own.get("hypotheses")]
+    if len(cases) < FOLDS:
+        raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
+    constants = fit(cases)
+    left_out = cross_validated(cases, seed)
+    before = Constants()
+    content = {
+        "constants": asdict(constants),
+        "threshold": threshold([one for case in cases for one in named_answers(case, constants)]),
+        "cases": len(cases),
+        "set": {"hash": _hash(out, program), "seed": settings["seed"], "commit": commit(), "folds_seed": seed},
+        "log_score": {
+            "as_diagnosed": float(np.mean([log_score(case, before) for case in cases])),
+            "fitted": float(np.mean([log_score(case, constants) for case in cases])),
+            "cross_validated": float(np.mean(left_out)),
+            "standard_error": float(np.std(left_out, ddof=1) / math.sqrt(len(left_out))),
+        },
+        "truth_among_hypotheses": float(np.mean([bool(case.right.any()) for case in cases])),
+    }
+    write(out / "calibration.json", json.dumps(content, indent=1) + "\n")
+    return content
+
+
+def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
+    """A case's hypotheses as arrays. No effect with a discrepancy is the answer "unknown"; with effects a discrepancy
+    does not change the answer."""
+    twin, rows = twins(), verdict["hypotheses"]
+    keys = [
+        tuple(one_name(row["effects"], twin)) or ((UNKNOWN,) if row["discrepancy"] else ())
+        for row in rows
+        if math.isfinite(row["log_evidence"])
+    ]
+    rows = [row for row in rows if math.isfinite(row["log_evidence"])]
+    answers = sorted(set(keys))
+    true = tuple(one_name(truth["effects"], twin))
+    accepted = {true, ()} if truth["kind"] == "form" else {true}
+    return Case(
+        str(truth["case"]),
+        np.array([float(row["log_evidence"]) for row in rows]),
+        np.array([float(row["log_prior"]) for row in rows]),
+        np.array([float(row["discrepancy"]) for row in rows]),
+        np.array([len(row["effects"]) for row in rows], dtype=np.intp),
+        np.array([answers.index(key) for key in keys], dtype=np.intp),
+        np.array([bool(key) and key != (UNKNOWN,) for key in answers]),
+        np.array([key in accepted for key in answers]),
+    )
+
+
+def posterior(case: Case, constants: Constants) -> Array:
+    """Probability of each answer, (answers,)."""
+    kind = np.array([constants.none, 0.0, constants.two, constants.more])[np.minimum(case.count, 3)]
+    beside = constants.log_odds - constants.occam * (case.count > 0)
+    log = case.log_evidence / constants.temperature + case.log_prior + kind + case.discrepancy * beside
+    weight = np.exp(log - log.max())
+    return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())
+
+
+def log_score(case: Case, constants: Constants) -> float:
+    """Log probability of the truth."""
+    p = float(posterior(case, constants)[case.right].sum())
+    return math.log(FLOOR + (1 - FLOOR) * p)
+
+
+def fit(cases: Sequence[Case]) -> Constants:
+    """The constants of the largest mean log score, with a weak prior about no change."""
+
+    def constants(x: Array) -> Constants:
+        return Constants(float(np.exp(x[0])), *(float(value) for value in x[1:]))
+
+    def loss(x: Array) -> float:
+        return -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float(x @ x) / WIDTH**2
+
+    found = minimize(loss, np.zeros(6), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
+    return constants(np.asarray(found.x, dtype=np.float64))
+
+
+def cross_validated(cases: Sequence[Case], seed: int) -> list[float]:
+    """Log score of each case by constants fitted to the cases of the other folds."""
+    order = np.random.default_rng(seed).permutation(len(cases))
+    scores = [0.0] * len(cases)
+    for k in range(FOLDS):
+        held = set(order[k::FOLDS].tolist())
+        constants = fit([case for n, case in enumerate(cases) if n not in held])
+        for n in held:
+            scores[n] = log_score(cases[n], constants)
+    return scores
+
+
+def named_answers(case: Case, constants: Constants) -> list[tuple[float, bool]]:
+    """The likeliest answer of a case, where it names an effect: its probability, and whether it is right."""
+    chance = posterior(case, constants)
+    best = int(np.argmax(chance))
+    return [(float(chance[best]), bool(case.right[best]))] if case.named[best] else []
+
+
+def threshold(answers: Sequence[tuple[float, bool]]) -> float:
+    """Lowest probability from which at most a share `WRONG` of the answers above it is wrong; 1 where there is none."""
+    ranked = sorted(answers, key=lambda one: -one[0])
+    best, wrong = 1.0, 0
+    for n, (chance, hit) in enumerate(ranked, 1):
+        wrong += not hit
+        if wrong <= WRONG * n:
+            best = chance
+    return best
+
+
+def _hash(out: Path, program: str) -> str:
+    """SHA-256 over the sealed truths and the verdicts that the constants were fitted to."""
+    digest = hashlib.sha256()
+    for file in sorted([*(out / "sealed").glob("c*.json"), *(out / "verdicts" / program).glob("c*.json")]):
+        digest.update(file.name.encode() + hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()

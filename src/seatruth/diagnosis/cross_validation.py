@@ -1,0 +1,206 @@
+"""What the named effects are worth on trials that took no part: leave-one-trial-out cross-validation.
+
+Each trial's part of the marginal likelihood stands apart (`marginal_likelihood.py`), so that the log predictive density
+of a trial left out is the difference of two sums: log p(all) - log p(all others). Where there is one trial,
+quarters of it are left out. How far the gap shrinks is measured on open-loop simulations of each trial with
+coefficients and effects from the others.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from seatruth.arrays import Array, Flags
+from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.hypotheses import Key, Search, ensure
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.posterior import log_prior
+from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.results import Fold, Validation
+from seatruth.diagnosis.sizes import Sizes, noise_shapes
+
+_BLOCKS = 4
+"""Parts of a single trial that are left out in turn. [S] Fewer hold too little, more leave too little out."""
+_REFITS = 3
+"""Gauss-Newton steps for the initial state of a predicted trial; it enters almost linearly."""
+_ENUMERATED = 6
+"""Trials up to which the bootstrap is enumerated; 2000 draws above."""
+_DRAWS = 2000
+_NO_GAP = 0.05
+"""Mean squared error over the noise variance, minus 1, below which there is no gap to explain. [S]"""
+
+
+def predictive_gains(search: Search, name: str, key: Key) -> Array:
+    """Log predictive density (nats) of each trial left out, with an effect less without it: (T,) or (blocks,).
+
+    Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
+    asked is what the effect adds, not whether forces of any kind would do as well.
+    """
+    with_it = search.best(key)
+    if with_it is None:
+        return np.zeros(0)
+    rest = tuple(n for n in key if n != name)
+    without = ensure(search, rest, with_it) or search.best(rest)
+    if without is None:
+        return np.zeros(0)
+    return _predictive(search.problem, with_it) - _predictive(search.problem, without)
+
+
+def lower_bound(gains: Array, level: float) -> float:
+    """One-sided bound (nats) of the sum of gains by a bootstrap over trials; NaN for none."""
+    n = len(gains)
+    if not n:
+        return math.nan
+    if n <= _ENUMERATED:
+        draws = np.array(list(itertools.product(range(n), repeat=n)))
+    else:
+        draws = np.random.default_rng(0).integers(0, n, size=(_DRAWS, n))
+    return float(np.quantile(gains[draws].sum(axis=1), level))
+
+
+def _predictive(problem: Problem, at: Fit) -> Array:
+    """Log predictive density of each trial, or of each block of a single one, given the rest."""
+    if len(problem.trials) > 1:
+        every = range(len(problem.trials))
+        whole = at.likelihood.log_likelihood(at.sizes, at.effects)
+        rest = [at.likelihood.log_likelihood(at.sizes, at.effects, [k for k in every if k != left]) for left in every]
+        return whole - np.array(rest)
+    edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
+    block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
+    whole = at.likelihood.log_likelihood(at.sizes, at.effects)
+    rest = [
+        Likelihood(problem, at.at, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
+    ]
+    return whole - np.array(rest)
+
+
+def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -> Validation | None:
+    """Predicts each trial from the others, without effects and with those of the answer; None for a single trial."""
+    problem = search.problem
+    count = len(problem.trials)
+    if count < 2:
+        return None
+    refit = _plain(search, ())
+    named = _plain(search, shown) if shown else refit
+    control = search.fits.get(((), True), refit)
+    # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
+    best = search.best(search.sets()[0])
+    assert best is not None
+    deviation = noise_deviation(problem, best.sizes)
+    gains = np.zeros(count)
+    for name in shown:
+        found = predictive_gains(search, name, shown)
+        gains = gains + found if len(found) == count else gains
+    folds = []
+    for left in range(count):
+        say(f"trial {problem.trials[left].name} left out", left, count)
+        others = [k for k in range(count) if k != left]
+        folds.append(
+            Fold(
+                problem.trials[left].name,
+                _selected(search, others),
+                _predicted(problem, refit, left, others, deviation, terms=False),
+                _predicted(problem, named, left, others, deviation, terms=False),
+                _predicted(problem, control, left, others, deviation, terms=True),
+                float(gains[left]),
+            )
+        )
+    return summary(folds)
+
+
+def summary(folds: Sequence[Fold]) -> Validation:
+    """The part of the gap that the effects explain on trials left out, with a jackknife interval over trials."""
+    refit, named, control = (
+        np.array([getattr(fold, f"error_{which}") ** 2 for fold in folds])
+        for which in ("refit", "effects", "discrepancy")
+    )
+    value = _explained(refit, named)
+    n = len(folds)
+    keep = [np.arange(n) != k for k in range(n)]
+    parts = np.array([_explained(refit[k], named[k]) for k in keep])
+    spread = (
+        math.sqrt((n - 1) / n * float(((parts - parts.mean()) ** 2).sum())) if np.isfinite(parts).all() else math.nan
+    )
+    half = float(student.ppf(0.975, n - 1)) * spread
+    return Validation(tuple(folds), value, value - half, value + half, _explained(refit, control))
+
+
+def _explained(refit: Array, named: Array) -> float:
+    gap = float(refit.mean()) - 1.0
+    return (float(refit.mean()) - float(named.mean())) / gap if gap > _NO_GAP and np.isfinite(named).all() else math.nan
+
+
+def _plain(search: Search, key: Key) -> Fit:
+    """A set's fit without discrepancy, which is what is simulated; with it where there is no other."""
+    found = search.fits.get((key, False)) or search.fits.get((key, True))
+    return found if found is not None else search.null
+
+
+def _selected(search: Search, trials: Sequence[int]) -> Key:
+    """The hypothesis that these trials alone prefer."""
+    settings, many = search.problem.settings, len(search.problem.effects)
+    best: tuple[float, Key] = (-math.inf, ())
+    for (key, on), found in search.fits.items():
+        value = found.likelihood.evidence(found.sizes, key, trials) / settings.temperature
+        value += log_prior(key, on, many, settings) - (settings.discrepancy_penalty if on else 0.0)
+        best = max(best, (value, key))
+    return best[1]
+
+
+def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:
+    """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
+    step = at.likelihood.solve(at.sizes, at.effects, others)
+    point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
+    bare = without_discrepancy(problem, point)
+    point = replace(point, forces=bare.forces) if terms else bare
+    here = problem.trial_of == left
+    best = math.inf
+    for _ in range(_REFITS):
+        now = problem.linearize(point, at.effects)
+        if not np.isfinite(now.errors[here]).all():
+            break
+        best = min(best, _size(problem, now.errors, here, deviation))
+        point = _initial_step(problem, now, here, left, deviation)
+    errors = problem.errors(point)
+    return min(best, _size(problem, errors, here, deviation)) if np.isfinite(errors[here]).all() else best
+
+
+def _size(problem: Problem, errors: Array, here: Flags, deviation: Array) -> float:
+    return float(np.sqrt(np.mean((errors[here] / deviation[problem.channel_of[here]]) ** 2)))
+
+
+def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
+    """The point with the initial state of each trial refitted, everything else held; the point where it diverges."""
+    for _ in range(_REFITS):
+        now = problem.linearize(point, ())
+        if not np.isfinite(now.errors).all():
+            return point
+        for trial in range(len(problem.trials)):
+            stepped = _initial_step(problem, replace(now, point=point), problem.trial_of == trial, trial, deviation)
+            point = stepped
+    return point
+
+
+def _initial_step(problem: Problem, now: Linearization, here: Flags, left: int, deviation: Array) -> Point:
+    """One Gauss-Newton step of one trial's initial state."""
+    count = len(problem.initial_names)
+    weight = 1.0 / deviation[problem.channel_of[here]]
+    slopes = now.local[here, :count] * weight[:, None]
+    offset = problem.initial_mean[left] - now.point.initial[left]
+    precision = 1.0 / problem.initial_sd**2
+    right = -(slopes.T @ (now.errors[here] * weight)) + precision * offset
+    initial = now.point.initial.copy()
+    initial[left] += np.linalg.solve(slopes.T @ slopes + np.diag(precision), right)
+    return replace(now.point, initial=initial)
+
+
+def noise_deviation(problem: Problem, sizes: Sizes) -> Array:
+    """Standard deviation of each channel's noise, white and slow together (C,)."""
+    shapes = noise_shapes(problem.settings)
+    return np.array([math.exp(w) * math.sqrt(shapes[k].correlation(0.0)) for w, k in zip(sizes.white, sizes.shape)])

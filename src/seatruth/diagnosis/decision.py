@@ -1,0 +1,147 @@
+"""From probabilities to what is said, at the finest level of the tree of causes that reaches its probability.
+
+A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
+holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
+named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
+positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.posterior import answers, none_and_unknown
+from seatruth.diagnosis.results import Hypothesis, Kind
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import Effect
+from seatruth.effects.causes import lowest_common_ancestor
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """One cause: the effects that stand in each other's place, the most probable first."""
+
+    effects: tuple[str, ...]
+    cause: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The kind of answer, the causes that are named, and the probability of what is said."""
+
+    kind: Kind
+    clusters: tuple[Cluster, ...]
+    probability: float
+    discrepancy: bool
+    shown: Key
+    """The set of effects whose fit stands for the answer."""
+
+
+def decide(
+    found: Sequence[Hypothesis],
+    effects: Mapping[str, Effect],
+    settings: Settings,
+    *,
+    near: Callable[[str, str], float],
+    helps: Callable[[str, Key], bool],
+    underpowered: bool,
+    converged: bool = True,
+) -> Decision:
+    """What is said.
+
+    Args:
+        found: hypotheses with their probabilities.
+        effects: by name.
+        settings: thresholds.
+        near: pairwise noncentrality of two effects.
+        helps: whether an effect, as part of a set, predicts trials left out.
+        underpowered: whether these trials could not show most effects.
+        converged: whether the fit of the model alone converged; if not, nobody can say that there is no gap.
+    """
+    sets = answers(found)
+    none, unknown = none_and_unknown(found)
+    named = sum(sets.values())
+    if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
+        sure = converged and not underpowered and none >= settings.name_threshold
+        return Decision("no_gap" if sure else "underpowered", (), none, False, ())
+    clusters: list[Cluster] = []
+    shown: Key = next(iter(sets), ())
+    shown_first: Key = ()
+    for name in shown:
+        cluster = _cluster(name, shown, sets, effects, settings, near)
+        if cluster.probability < settings.name_threshold:
+            continue
+        if helps(name, shown):
+            clusters.append(cluster)
+        else:
+            shown_first = shown
+    clusters = _merged(clusters, effects)
+    if clusters:
+        kept = tuple(name for name in shown if any(name in cluster.effects for cluster in clusters))
+        single = all(len(cluster.effects) == 1 for cluster in clusters)
+        return Decision(
+            "effects" if single else "inseparable",
+            tuple(clusters),
+            min(cluster.probability for cluster in clusters),
+            _discrepancy(found, kept),
+            kept,
+        )
+    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    refused = sum(sets[key] for key in sets if key == shown_first) if shown_first else 0.0
+    if max(lacking, unknown + refused) >= settings.name_threshold:
+        return Decision("unknown", (), min(1.0, max(lacking, unknown + refused)), True, ())
+    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+
+
+def _cluster(
+    name: str,
+    key: Key,
+    sets: Mapping[Key, float],
+    effects: Mapping[str, Effect],
+    settings: Settings,
+    near: Callable[[str, str], float],
+) -> Cluster:
+    """An effect of a set, and the effects that can stand in its place."""
+    rest = set(key) - {name}
+    weight = {name: sum(p for other, p in sets.items() if name in other)}
+    for other, p in sets.items():
+        added = set(other) - set(key)
+        if len(other) == len(key) and rest <= set(other) and len(added) == 1:
+            weight[added.pop()] = p
+    best = weight[name]
+    rivals = sorted(
+        (n for n in weight if n != name and weight[n] >= settings.least_rival * best), key=lambda n: (-weight[n], n)
+    )
+    members, held, total = [name], best, best + sum(weight[n] for n in rivals)
+    for rival in rivals:
+        if held >= settings.set_coverage * total and near(name, rival) >= settings.apart:
+            break
+        members.append(rival)
+        held += weight[rival]
+    covered = sum(p for other, p in sets.items() if set(other) & set(members))
+    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered)
+
+
+def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
+    """Clusters that share members are one cause."""
+    found: list[Cluster] = []
+    for cluster in clusters:
+        twin = next((k for k, one in enumerate(found) if set(one.effects) & set(cluster.effects)), None)
+        if twin is None:
+            found.append(cluster)
+            continue
+        members = tuple(dict.fromkeys([*found[twin].effects, *cluster.effects]))
+        cause = lowest_common_ancestor([effects[n].cause for n in members])
+        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability))
+    return found
+
+
+def _discrepancy(found: Sequence[Hypothesis], kept: Key) -> bool:
+    """Whether, with these effects, the model probably also lacks something that no effect describes."""
+    having = [one for one in found if set(kept) <= set(one.effects)]
+    total = sum(one.probability for one in having)
+    return total > 0.0 and sum(one.probability for one in having if one.discrepancy) > 0.5 * total

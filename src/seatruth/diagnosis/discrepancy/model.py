@@ -1,0 +1,128 @@
+"""A model with what its structure may lack: forces in its equations of motion.
+
+The missing acceleration in each equation is a sum of
+
+* terms in the motion and the inputs, the same in every trial (a damping or a wake of another form);
+* a function of time of each trial's own, straight lines between knots.
+
+Both are accelerations (m/s2, rad/s2) added to the rate of a state, so that any model can carry them. The terms and the
+knots are parameters that vanish at zero. The functions of time that are already known enter as inputs `force_STATE`,
+since a parameter has one value for all trials.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
+from seatruth.models.base import Equations, Model
+from seatruth.models.black_box import BlackBox
+from seatruth.models.parameter import Parameter
+from seatruth.models.wrapper import ModelWrapper
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
+
+
+class DiscrepancyModel(ModelWrapper):
+    """A model with missing forces.
+
+    Args:
+        base: the model, with its effects.
+        knots: how many knots span the longest trial.
+        duration: s, of the longest trial.
+        scales: usual size of each state and input, which makes the terms dimensionless.
+    """
+
+    def __init__(self, base: Model, knots: int, duration: float, scales: Mapping[str, float]) -> None:
+        self.scales = dict(scales)
+        self.knots, self.spacing = knots, duration / (knots - 1)
+        self.equations = equations(base)
+        self.terms: tuple[Term, ...] = tuple(terms_of(base))
+        self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
+        units = {state: acceleration_unit(base, state) for state in self.equations}
+        parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
+        parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
+        inputs = [Channel(force_input(state), units[state]) for state in self.equations]
+        super().__init__(base, inputs=inputs, parameters=parameters)
+
+    def make_rhs(self) -> Equations:
+        split_p, split_i, base = self.split_parameters(), self.split_inputs(), self.base.rhs
+        order = [channel.name for channel in self.base.states]
+        rows = [order.index(state) for state in self.equations]
+        knots, spacing, scales, terms = self.knots, self.spacing, self.scales, self.terms
+        term_rows = [order.index(term.state) for term in terms]
+
+        def factor(which: tuple[str, str], s: Any, i: Any) -> Any:
+            what, name = which
+            x = getattr(i if what == "input" or not hasattr(s, name) else s, name) / scales[name]
+            return math.sqrt(x * x + 1e-12) if what == "absolute" else x
+
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            p, own = split_p(p)
+            i, forces = split_i(i)
+            rates = list(base(s, i, p, e))
+            for place, (row, force) in enumerate(zip(rows, forces)):
+                total = force
+                for k in range(knots):
+                    total = total + own[place * knots + k] * max(0.0, 1.0 - abs(e.t / spacing - float(k)))
+                rates[row] = rates[row] + total
+            for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
+                product = coefficient
+                for which in term.factors:
+                    product = product * factor(which, s, i)
+                rates[row] = rates[row] + product
+            return tuple(rates)
+
+        return rhs
+
+    def size(self, term: Term) -> float:
+        """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
+        return math.prod(self.scales[name] for _, name in term.factors)
+
+
+def force_input(state: str) -> str:
+    """Name of the input that holds the missing acceleration of a state's equation."""
+    return f"force_{state}"
+
+
+def hats(t: Array, spacing: float, knots: int) -> Array:
+    """Linear B-splines at times t (n,), s: (n, knots)."""
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(t[:, None] / spacing - np.arange(knots))))
+
+
+def with_forces(trial: Trial, model: DiscrepancyModel, forces: Array | None = None) -> Trial:
+    """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None."""
+    basis = hats(np.asarray(trial.t), model.spacing, model.knots)
+    extra = {
+        force_input(state): np.zeros(len(trial)) if forces is None else basis @ forces[k]
+        for k, state in enumerate(model.equations)
+    }
+    return dataclasses.replace(trial, inputs={**trial.inputs, **extra})
+
+
+def can_carry(model: Model) -> bool:
+    """Whether missing forces can be added to a model: not to a black box, nor where nothing moves."""
+    return not isinstance(model, BlackBox) and bool(equations(model))
+
+
+def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
+    """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero."""
+    sizes = {}
+    for channel in (*model.states, *model.inputs):
+        parts = [
+            np.asarray(source[channel.name])
+            for trial in trials
+            for source in (trial.outputs, trial.inputs)
+            if channel.name in source
+        ]
+        values = np.concatenate(parts) if parts else np.zeros(0)
+        values = values[np.isfinite(values)]
+        size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+        sizes[channel.name] = size if size > 0.0 else 1.0
+    return sizes

@@ -1,0 +1,68 @@
+"""What the model's structure lacks beside the answer: sizes, functions of time, and a formula."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from seatruth.diagnosis.discrepancy.terms import acceleration_unit
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.results import Discrepancy, MissingForce, MissingTerm
+
+_SHOWN_TERMS = 8
+"""Terms that a report lists. [S]"""
+_CLEAR = 2.0
+"""Standard errors from which a term is listed."""
+
+
+def describe(search: Search, key: Key) -> Discrepancy | None:
+    """Discrepancy beside a set of effects; None where the model cannot carry it or it was not fitted."""
+    problem = search.problem
+    found = search.fits.get((key, True))
+    if found is None or problem.discrepancy is None:
+        return None
+    without = search.fits.get((key, False))
+    gain = math.inf if without is None else found.evidence - without.evidence
+    model, count = problem.discrepancy, len(problem.initial_names)
+    knots = problem.settings.knots
+    forces = []
+    for number, trial in enumerate(problem.trials):
+        deviation = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
+        t = [k * model.spacing for k in range(knots) if k * model.spacing <= trial.duration + model.spacing]
+        for e, (state, equation) in enumerate(model.equations.items()):
+            unit = acceleration_unit(problem.study.model, state)
+            rows = slice(e * knots, e * knots + len(t))
+            value = found.point.forces[number, e, : len(t)]
+            forces.append(
+                MissingForce(
+                    trial.name, equation, tuple(t), tuple(value.tolist()), tuple(deviation[rows].tolist()), unit
+                )
+            )
+    return Discrepancy(
+        sizes={equation: float(_size(found, e)) for e, equation in enumerate(model.equations.values())},
+        forces=tuple(forces),
+        terms=_terms(search, found),
+        log_evidence=gain,
+    )
+
+
+def _size(found: Fit, equation: int) -> float:
+    return math.hypot(math.exp(float(found.sizes.terms[equation])), math.exp(float(found.sizes.forces[equation])))
+
+
+def _terms(search: Search, found: Fit) -> tuple[MissingTerm, ...]:
+    problem = search.problem
+    assert problem.discrepancy is not None
+    error = found.stderr(problem)
+    rows = []
+    for term, k in zip(problem.discrepancy.terms, problem.terms):
+        value, sd = float(found.point.shared[k]), float(error[k])
+        if sd > 0.0 and abs(value) > _CLEAR * sd:
+            rows.append(
+                MissingTerm(term.label, term.text, value, sd, acceleration_unit(problem.study.model, term.state))
+            )
+    return tuple(
+        sorted(rows, key=lambda row: (-abs(row.coefficient) / row.stderr, row.equation, row.term))[:_SHOWN_TERMS]
+    )

@@ -1,0 +1,267 @@
+"""The marginal likelihood of a hypothesis: effects compete with noise and with model discrepancy on equal terms.
+
+Around a point the errors of all channels are, to first order,
+
+    e = J_a a + J_q q + J_d d + J_f f + J_0 x_0 + noise,
+
+normal in everything: coefficients a and effect parameters q under their priors, discrepancy terms d and each trial's
+own forces f of sizes that the trials decide, initial states x_0 as good as unknown, noise white plus slow in each
+channel. The unknowns are integrated out in closed form, by elimination on Gram matrices of whitened columns: first each
+trial's own unknowns, then the shared ones. What is left depends on the sizes alone, which are then maximised:
+restricted maximum likelihood (Patterson and Thompson 1971). Every trial's part stays apart until the last sum, so that
+the density of a trial left out costs nothing more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve
+
+from seatruth.arrays import Array, Flags, Indices
+from seatruth.diagnosis.evidence import scale_gain
+from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
+from seatruth.statistics.state_space_noise import whiten
+
+_RIDGE = 1e-9
+"""Relative ridge on correlation matrices: rounding."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The most probable step from a point, and what is known of the shared unknowns after the trials."""
+
+    shared: Array
+    """Step of the shared unknowns (S,)."""
+    local: Array
+    """Step of each trial's own unknowns (T, L)."""
+    free: Indices
+    """The shared unknowns (k,) that the hypothesis frees."""
+    covariance: Array
+    """Their posterior covariance (k, k)."""
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """Each trial's own unknowns integrated out: Gram matrices (T, 1 + S', 1 + S') and log-likelihood parts (T,)."""
+
+    grams: Array
+    base: Array
+    roots: Array
+    factors: Array
+    halves: Array
+
+
+class Likelihood:
+    """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
+
+    `keep` (N,) says which errors count; all where None.
+    """
+
+    def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
+        self.problem, self.at = problem, at
+        self.columns = problem.active(at.effects)
+        self.place = {int(column): k for k, column in enumerate(self.columns)}
+        self._shapes = noise_shapes(problem.settings)
+        self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
+        for one in problem.series:
+            kept = np.ones(len(one.rows), dtype=np.bool_) if keep is None else keep[one.rows]
+            rows = one.rows[kept]
+            block = np.concatenate(
+                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], at.local[rows]], axis=1
+            )
+            self._blocks[one.trial, one.channel] = block, one.t[kept]
+            self.counts[one.trial, one.channel] = len(rows)
+        self._size = 1 + len(self.columns) + at.local.shape[1]
+        self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
+        self._last_reduced: tuple[bytes, _Reduced] | None = None
+        # Gram matrices are taken with errors at the prior means of everything.
+        self._offset = (problem.mean - at.point.shared)[self.columns]
+        self._local_offset = problem.local_offset(at.point)
+        pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
+        self._pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
+        knot = np.arange(problem.settings.knots)
+        memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
+        self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
+
+    # Evidence
+
+    def log_likelihood(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
+        """Log marginal likelihood (nats) of all trials, or of some; -inf where the algebra fails."""
+        try:
+            gram, base, at, root = self._summed(sizes, effects, trials)
+            factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+            half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
+        except np.linalg.LinAlgError:
+            return -math.inf
+        return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half)
+
+    def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
+        """The same, averaged over the unknown order of each effect's magnitude (`evidence.py`)."""
+        value = self.log_likelihood(sizes, effects, trials)
+        if not effects or not math.isfinite(value):
+            return value
+        information, pull, sd = self.information(sizes, effects, trials)
+        groups, k = [], 0
+        for name in effects:
+            count = len(self.problem.columns[name])
+            shapes = self.problem.effects[name].shape_priors
+            magnitude = [j for j, q in enumerate(self.problem.effects[name].parameters) if q.name not in shapes]
+            groups.append(np.array([k + j for j in magnitude], dtype=np.intp))
+            k += count
+        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales)
+
+    def information(
+        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None
+    ) -> tuple[Array, Array, Array]:
+        """What the trials say of these effects, all else integrated out.
+
+        Returns the information (n, n) on their parameters, its product with their most probable distance from their
+        prior means (n,), and their prior deviations (n,).
+        """
+        gram, _, at, root = self._summed(sizes, (), trials)
+        own = np.array([self.place[int(c)] for name in effects for c in self.problem.columns[name]], dtype=np.intp)
+        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        half = np.linalg.solve(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
+        left = gram[np.ix_(np.concatenate([[0], 1 + own]), np.concatenate([[0], 1 + own]))] - half.T @ half
+        return left[1:, 1:], -left[1:, 0], self.problem.sd[self.columns[own]]
+
+    def solve(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> Solution:
+        """The most probable step from the point. Raises LinAlgError where the algebra fails."""
+        gram, _, at, root = self._summed(sizes, effects, trials)
+        reduced = self._reduce(sizes)
+        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        own = np.zeros(len(self.columns))
+        own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0])
+        shared = np.zeros(len(self.problem.unknowns))
+        shared[self.columns] = self._offset + own
+        right = -(reduced.halves @ np.concatenate([[1.0], own]))
+        scaled = np.linalg.solve(reduced.factors.transpose(0, 2, 1), right[:, :, None])
+        local = (reduced.roots @ scaled)[:, :, 0] + self._local_offset
+        half = np.linalg.solve(factor, root.T)
+        return Solution(shared, local, self.columns[at], half.T @ half)
+
+    def local_covariance(self, sizes: Sizes, trial: int) -> Array:
+        """Posterior covariance (L, L) of one trial's own unknowns, the shared ones held."""
+        reduced = self._reduce(sizes)
+        half = np.linalg.solve(reduced.factors[trial], reduced.roots[trial].T)
+        return np.asarray(half.T @ half)
+
+    def quadratic(self, sizes: Sizes) -> Array:
+        """Gram matrix (1 + S', 1 + S') of [errors, columns] with initial states integrated out, errors at the point.
+
+        Without priors of the shared unknowns.
+        """
+        offset, local = self._offset, self._local_offset
+        try:
+            self._offset, self._local_offset = np.zeros_like(offset), np.zeros_like(local)
+            self._last_gram = self._last_reduced = None
+            return np.asarray(self._reduce(sizes).grams.sum(axis=0))
+        finally:
+            self._offset, self._local_offset = offset, local
+            self._last_gram = self._last_reduced = None
+
+    # Priors
+
+    def shared_root(self, sizes: Sizes, effects: Sequence[str]) -> tuple[Indices, Array]:
+        """Which columns (k,) a hypothesis frees, and a square root (k, k) of their prior covariance."""
+        problem = self.problem
+        on = bool(np.isfinite(sizes.terms).any())
+        first = [self.place[int(c)] for c in problem.coefficients]
+        middle = [self.place[int(c)] for c in problem.terms] if on else []
+        own = [self.place[int(c)] for name in effects for c in problem.columns[name]]
+        at = np.array([*first, *middle, *own], dtype=np.intp)
+        root = np.diag(problem.sd[self.columns[at]])
+        if on and problem.discrepancy is not None:
+            equation = self.equation_root(sizes.terms, sizes.coupling)
+            texts = np.array([term.text for term in problem.discrepancy.terms])
+            same = texts[:, None] == texts
+            which = problem.term_equation
+            n = len(first)
+            root[n : n + len(middle), n : n + len(middle)] = same * equation[np.ix_(which, which)]
+        return at, root
+
+    def local_root(self, sizes: Sizes) -> Array:
+        """A square root (L, L) of the prior covariance of a trial's own unknowns."""
+        count = len(self.problem.initial_names)
+        root = np.zeros((self.at.local.shape[1],) * 2)
+        root[range(count), range(count)] = self.problem.initial_sd
+        if self.problem.equations:
+            root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
+        return root
+
+    def equation_root(self, log_sizes: Array, coupling: Array) -> Array:
+        """A square root (E, E) of the covariance of missing accelerations between equations."""
+        correlation = np.eye(len(log_sizes))
+        for (a, b), value in zip(self._pairs, coupling):
+            correlation[a, b] = correlation[b, a] = value
+        size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
+        return np.asarray(size[:, None] * np.linalg.cholesky(correlation + _RIDGE * np.eye(len(size))))
+
+    # Elimination
+
+    def _gram(self, channel: int, shape: int) -> tuple[Array, Array]:
+        """Gram matrices (T, m, m) of one channel's columns under noise of one shape, log-determinants (T,)."""
+        key = channel, shape
+        if key not in self._grams:
+            trials = len(self.problem.trials)
+            grams, logs = np.zeros((trials, self._size, self._size)), np.zeros(trials)
+            for (trial, which), (block, t) in self._blocks.items():
+                if which == channel:
+                    white, logs[trial] = whiten(block, t, self._shapes[shape])
+                    grams[trial] = white.T @ white
+            self._grams[key] = grams, logs
+        return self._grams[key]
+
+    def _whole(self, sizes: Sizes) -> tuple[Array, Array]:
+        """Gram matrices (T, m, m) of all channels, errors at the prior means, and the noise's log-likelihood (T,)."""
+        key = sizes.white.tobytes(), sizes.shape
+        if self._last_gram is not None and self._last_gram[0] == key:
+            return self._last_gram[1], self._last_gram[2]
+        total = np.zeros((len(self.problem.trials), self._size, self._size))
+        base = np.zeros(len(total))
+        for c, shape in enumerate(sizes.shape):
+            if self.counts[:, c].any():
+                grams, logs = self._gram(c, shape)
+                total += grams * math.exp(-2.0 * sizes.white[c])
+                base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
+        shift = np.ones((len(total), self._size, 1))
+        shift[:, 1 : 1 + len(self.columns), 0] = self._offset
+        shift[:, 1 + len(self.columns) :, 0] = self._local_offset
+        column = (total @ shift)[:, :, 0]
+        total[:, 0, 0] = np.einsum("ti,ti->t", shift[:, :, 0], column)
+        total[:, 0, 1:] = total[:, 1:, 0] = column[:, 1:]
+        self._last_gram = key, total, base
+        return total, base
+
+    def _reduce(self, sizes: Sizes) -> _Reduced:
+        key = b"".join((sizes.white.tobytes(), bytes(sizes.shape), sizes.forces.tobytes(), sizes.coupling.tobytes()))
+        if self._last_reduced is not None and self._last_reduced[0] == key:
+            return self._last_reduced[1]
+        total, base = self._whole(sizes)
+        n = 1 + len(self.columns)
+        root = self.local_root(sizes)
+        inner = root.T @ total[:, n:, n:] @ root
+        diagonal = np.arange(inner.shape[1])
+        inner[:, diagonal, diagonal] += 1.0
+        factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
+        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:, :n]), dtype=np.float64)
+        grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
+        base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+        found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)
+        self._last_reduced = key, found
+        return found
+
+    def _summed(
+        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None
+    ) -> tuple[Array, float, Indices, Array]:
+        reduced = self._reduce(sizes)
+        which = slice(None) if trials is None else list(trials)
+        at, root = self.shared_root(sizes, effects)
+        return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root

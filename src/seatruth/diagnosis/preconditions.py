@@ -1,0 +1,109 @@
+"""What a study must have to be diagnosed, which effects can act on it, and what weakens any answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatruth.costs.options import FormulaOptions
+from seatruth.diagnosis.problem import Problem
+from seatruth.effects import Effect, available, effects_by_name
+from seatruth.errors import BadInput
+from seatruth.models.black_box import BlackBox
+from seatruth.study import Study
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+_FEWEST_SAMPLES = 10
+"""Samples of a trial below which nothing can be said of its motion. [S]"""
+_ONE_COURSE = 0.5
+"""rad: courses that differ less count as one. [S]"""
+
+
+def require_trials(study: Study) -> None:
+    """Raises BadInput for a study that cannot be diagnosed."""
+    where = f"study {study.name!r}"
+    if isinstance(study.cost, FormulaOptions):
+        raise BadInput("a formula has no motion to diagnose", where=where, do="Give it a model and trials in time.")
+    short = [trial.name for trial in study.trials if len(trial) < _FEWEST_SAMPLES]
+    if short:
+        raise BadInput(f"trial {short[0]!r} has fewer than {_FEWEST_SAMPLES} samples", where=where, do="Leave it out.")
+
+
+def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:
+    """Effects that can act on the study's model, and why others cannot. BadInput where none can."""
+    installed = available()
+    asked = list(installed.values())
+    if wanted is not None:
+        asked = [e if isinstance(e, Effect) else effects_by_name([e], installed)[0] for e in wanted]
+    present = {effect.name for effect in getattr(study.model, "effects", ())}
+    usable, reasons = [], {}
+    for effect in asked:
+        reason = "the model has it already" if effect.name in present else effect.missing(study.model)
+        if not reason and not effect.dynamic:
+            reason = "it is noise, which the noise model describes"
+        if not reason and isinstance(study.model, BlackBox) and not effect.suits_black_box:
+            reason = "it acts inside the model, and the model is a black box"
+        if reason:
+            reasons[effect.name] = reason
+        else:
+            usable.append(effect)
+    if not usable:
+        raise BadInput(
+            "no effect can act on this model",
+            where=f"study {study.name!r}",
+            do="; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3]),
+        )
+    return usable, reasons
+
+
+def weaknesses(study: Study, problem: Problem) -> list[Finding]:
+    """What weakens any diagnosis of this study."""
+    found = []
+    where = f"study {study.name!r}"
+    if len(study.trials) == 1:
+        text = "There is one trial: effects are checked on parts of it, and nothing is predicted from other trials."
+        found.append(Finding("warning", "one-trial", text, where, "Add trials."))
+    if not len(problem.coefficients):
+        text = "No coefficient of the model is free: any error in one would be taken for an effect."
+        found.append(Finding("warning", "no-coefficients", text, where, "Set `vary` for those that are uncertain."))
+    without = [p.name for p in study.parameters if p.vary and p.prior is None]
+    if without:
+        percent = 100.0 * problem.settings.coefficient_sd
+        text = f"{len(without)} free coefficients state no prior; {percent:.0f} % of the value was taken."
+        found.append(
+            Finding("note", "prior-assumed", text, where, "State what is known of them: prior_mean, prior_sd.")
+        )
+    trials = list(problem.trials)
+    for k, one in enumerate(trials):
+        for other in trials[k + 1 :]:
+            if _same(one, other):
+                text = f"Trials {one.name!r} and {other.name!r} hold the same data: they count twice."
+                found.append(Finding("error", "duplicate", text, where, "Leave one out.", one.name))
+    if on_one_course(trials):
+        text = "All trials keep to one course: a current, a heading bias and a wind look alike there."
+        found.append(Finding("warning", "one-course", text, where, "Add a reciprocal run or a full turn."))
+    return found
+
+
+def on_one_course(trials: Sequence[Trial]) -> bool:
+    """Whether all trials keep to one course, and none turns by half a circle."""
+    courses = []
+    for trial in trials:
+        psi = np.asarray(trial.outputs.get("psi", np.zeros(0)))
+        psi = psi[np.isfinite(psi)]
+        if not psi.size:
+            continue
+        if float(np.ptp(psi)) > math.pi:
+            return False
+        courses.append(float(np.angle(np.mean(np.exp(1j * psi)))))
+    return bool(courses) and all(abs(np.angle(np.exp(1j * (c - courses[0])))) < _ONE_COURSE for c in courses)
+
+
+def _same(one: Trial, other: Trial) -> bool:
+    return len(one) == len(other) and all(
+        name in other.outputs and np.array_equal(values, other.outputs[name], equal_nan=True)
+        for name, values in one.outputs.items()
+    )

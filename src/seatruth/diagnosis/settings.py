@@ -1,0 +1,104 @@
+"""Every number that a diagnosis rests on, with its unit, meaning and origin.
+
+Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]":
+chosen here by judgement, for the reason that stands beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of `diagnose`. The defaults are what every published figure was measured with.
+
+    Example:
+        >>> Settings().knots
+        12
+    """
+
+    coefficient_sd: float = 0.2
+    """Prior standard deviation of a free coefficient that states none, as a part of its value. [S] Spread of semi-
+    empirical estimates of manoeuvring derivatives (ITTC 2008, Manoeuvring Committee: 10 to 30 %)."""
+    prior_width: float = 2.5
+    """Prior standard deviation of an effect's magnitude over its typical one. [S] Typical is no limit: 2.5 puts a third
+    of the prior beyond twice the typical magnitude."""
+    initial_width: float = 10.0
+    """Prior standard deviation of an initial state over the spread of its record. [S] As good as unknown."""
+    knots: int = 12
+    """Knots of the forces of each trial over the longest one. [S] A gap that changes within a twelfth of a trial is
+    left to the terms in the motion and to the noise."""
+    force_memory: float = 1.5
+    """Knots over which a trial's own missing force keeps its sign (exponential correlation). [S]"""
+    noise_ratios: tuple[float, ...] = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0)
+    """Slow part of the sensor noise over the white one, the grid of its standard deviation. GPS, gyro and filtered
+    channels: 0.3 to 2; 6 for channels that were filtered before they were recorded. [S]"""
+    noise_times: tuple[float, ...] = (1.0, 3.0, 10.0, 30.0, 60.0)
+    """s, grid of its correlation time; bounded, since a random walk of a position would hide every slow cause. [S]"""
+    noise_ratio: float = 0.8
+    """Median of that ratio. [S] Slow errors of GNSS, gyro and log are 0.3 to 2 times the white ones."""
+    noise_ratio_spread: float = 0.6
+    """Standard deviation of its logarithm. [S] 0.3 and 2 are at one and a half deviations."""
+    declared_noise_sd: float = 0.2
+    """Standard deviation of the logarithm of the white noise about a declared value: data sheets are right to some
+    20 %. [S]"""
+    smallest_discrepancy: float = 1e-4
+    """Size of a missing acceleration, as a part of the usual one, below which it counts as none. [S] Below what any
+    recorded trial resolves."""
+    scales: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
+    """Parts of an effect's prior deviation over which its evidence is averaged: its order of magnitude is unknown, and
+    one wide prior would over-penalise weak effects (Lindley's paradox)."""
+    fit_steps: int = 30
+    """Most Gauss-Newton steps of one fit. [S] Four to eight are usual."""
+    settled: float = 0.05
+    """Fall of the objective (nats) below which a fit has converged. [S] Small beside the 1 nat that could change an
+    answer."""
+    hopeless: float = 30.0
+    """Log-evidence (nats) behind the best hypothesis beyond which a fit is broken off: a probability of 1e-13."""
+    singles: int = 10
+    """Effects fitted alone in full, the leaders of the linearized likelihood. [S]"""
+    leaders: int = 3
+    """Sets to which further effects are added. [S]"""
+    additions: int = 3
+    """Effects added to each of them. [S]"""
+    most_effects: int = 3
+    """Effects in one hypothesis. [S] Four causes at once were never found by any record we have."""
+    worth_fitting: float = 1.0
+    """Linearized log-evidence (nats) above the best fit for which a larger set is fitted: the prior of one more effect
+    costs several times that. [S]"""
+    prior_none: float = 0.2
+    """Prior probability that nothing acts. Calibrated."""
+    prior_unknown: float = 0.1
+    """Prior probability of a cause that is not in the library. Calibrated."""
+    prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
+    """Prior probability of one, two, three effects, shared equally among the sets of that size. Calibrated."""
+    prior_discrepancy: float = 0.05
+    """Prior probability that the model's structure lacks something beside named effects. Calibrated."""
+    discrepancy_penalty: float = 3.0
+    """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for
+    each of six sizes, after the Bayesian information criterion's prefactor. Calibrated."""
+    temperature: float = 1.0
+    """Divides log-evidence. 1: the statistical model is taken at its word. Calibrated."""
+    name_threshold: float = 0.6
+    """Probability from which a cause is named, at whatever level of the tree reaches it. Calibrated."""
+    set_coverage: float = 0.95
+    """Probability that the effects reported together hold. Convention."""
+    least_rival: float = 0.15
+    """Probability, as a part of the leader's, below which a rival does not count as a look-alike. [S]"""
+    apart: float = 11.0
+    """Pairwise noncentrality below which two effects count as not told apart: with it the wrong one of two wins in 5 %
+    of records, as Phi(-sqrt(11) / 2) = 0.05."""
+    significance: float = 0.05
+    """One-sided level at which an effect's gain on trials left out must be positive. Convention."""
+    least_noncentrality: float = 6.6
+    """Noncentrality below which an effect is not named: its size cannot be told from none at the level 0.01."""
+    implausible: float = 4.0
+    """Prior standard deviations (`prior_width` times the typical magnitude) beyond which an effect looks like a cause
+    but is not said to be it. [S]"""
+    small_share: float = 0.05
+    """Part of the gap below which an effect is said to be of no practical size. [S]"""
+    power: float = 2.8
+    """Standard deviations at which an effect is found with power 0.8 in a two-sided test at 0.05: 1.96 + 0.84."""
+    folds_rivals: int = 4
+    """Hypotheses among which each fold selects. [S]"""

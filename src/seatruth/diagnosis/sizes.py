@@ -1,0 +1,232 @@
+"""Sizes of noise and discrepancy: what they are, what is known of them before, and how they are maximised."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.statistics.state_space_noise import NoiseShape
+
+PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
+"""Equations whose missing forces are correlated: a side force that acts off the origin has a moment."""
+_FIRST_SIZE = math.log(0.03)
+"""Size of discrepancy from which the search starts, as a part of the usual acceleration. [S] A few per cent."""
+_STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coupling": (0.3, 0.6)}
+"""Difference over which a slope is taken, and the longest step, in logarithms of sizes and in Fisher's z. [S]"""
+_OUTSIDE = 50.0
+"""Curvature (nats) of the walls beyond which no size goes."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of noise and discrepancy, C channels and E equations.
+
+    `white` (C,): log of the white noise's standard deviation. `shape` (C,): number of its shape among the grid's.
+    `terms`, `forces` (E,): log size of the missing acceleration over the usual one, in terms and in forces of time;
+    -inf for none. `coupling`: correlation of the pairs of equations that the model has.
+    """
+
+    white: Array
+    shape: tuple[int, ...]
+    terms: Array
+    forces: Array
+    coupling: Array
+
+    @property
+    def discrepancy(self) -> bool:
+        """Whether any equation lacks something."""
+        return bool(np.isfinite(self.terms).any() or np.isfinite(self.forces).any())
+
+    def without_discrepancy(self) -> Sizes:
+        """The same noise, nothing missing."""
+        none = np.full_like(self.terms, -math.inf)
+        return replace(self, terms=none, forces=none)
+
+    def shrunk(self, part: float) -> Sizes:
+        """The same noise, with this part of the discrepancy."""
+        return replace(self, terms=self.terms + math.log(part), forces=self.forces + math.log(part))
+
+    def with_discrepancy(self, least: float = math.log(0.01)) -> Sizes:
+        """The same noise, with discrepancy from which a search can start."""
+
+        def at_least(values: Array) -> Array:
+            return np.where(np.isfinite(values), np.maximum(values, least), least)
+
+        return replace(self, terms=at_least(self.terms), forces=at_least(self.forces))
+
+
+@dataclass(frozen=True)
+class NoisePrior:
+    """What is known of the noise before the fit, by channel's number.
+
+    `declared`: standard deviation that the study states (the white part). `least`: of the rounding of the record.
+    """
+
+    declared: Mapping[int, float]
+    least: Mapping[int, float]
+
+
+@cache
+def noise_shapes(settings: Settings) -> tuple[NoiseShape, ...]:
+    """The grid of noise shapes: white alone, then each ratio with each time."""
+    grid = (NoiseShape(ratio, tau) for ratio in settings.noise_ratios for tau in settings.noise_times)
+    return (NoiseShape(), *grid)
+
+
+def noise_prior(problem: Problem) -> NoisePrior:
+    """Declared noise, and the deviation of rounding to the record's last digit."""
+    declared = {
+        c: float(problem.study.noise[name])
+        for c, name in enumerate(problem.outputs)
+        if isinstance(problem.study.noise.get(name), (int, float))
+    }
+    least: dict[int, float] = {}
+    for c, name in enumerate(problem.outputs):
+        values = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
+        finite = np.unique(np.concatenate([v[np.isfinite(v)] for v in values])) if values else np.zeros(0)
+        steps = np.diff(finite)
+        if steps.size and (np.abs(steps / steps.min() - np.rint(steps / steps.min())) < 1e-3).all():
+            # Uniform rounding errors: step / sqrt(12).
+            least[c] = float(steps.min()) / math.sqrt(12.0)
+    return NoisePrior(declared, least)
+
+
+def first_sizes(problem: Problem, prior: NoisePrior) -> Sizes:
+    """White noise as declared, else of second differences of neighbouring samples; a few per cent of discrepancy."""
+    white = []
+    for c, name in enumerate(problem.outputs):
+        if c in prior.declared:
+            white.append(math.log(prior.declared[c]))
+            continue
+        samples = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
+        second = np.concatenate([np.diff(y, n=2) for y in samples]) if samples else np.zeros(0)
+        second = np.abs(second[np.isfinite(second)])
+        # Second differences of white noise have variance 6 sd^2; 1.4826 makes the median absolute value a deviation.
+        size = 1.4826 * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+        spread = max((float(np.nanstd(y)) for y in samples if np.isfinite(y).any()), default=1.0)
+        white.append(math.log(max(size, prior.least.get(c, 0.0), 1e-5 * spread, 1e-12)))
+    E = len(problem.equations)
+    pairs = sum(a in problem.equations and b in problem.equations for a, b in PAIRS)
+    start = np.full(E, _FIRST_SIZE)
+    return Sizes(np.array(white), (0,) * len(white), start, start.copy(), np.zeros(pairs))
+
+
+def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
+    """Logarithm of the prior density of sizes, up to a constant.
+
+    Declared white noise is log-normal, other noise and discrepancy are uniform in the logarithm between walls; white
+    noise alone is as probable as all slow shapes together, and their ratio is log-normal.
+    """
+    total = 0.0
+    shapes = _log_shape_prior(settings)
+    for c, log_white in enumerate(sizes.white):
+        if c in known.declared:
+            total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
+        if c in known.least:
+            total -= _OUTSIDE * max(math.log(known.least[c]) - log_white, 0.0) * 1e3
+        total += shapes[sizes.shape[c]]
+    lowest = math.log(settings.smallest_discrepancy)
+    for values in (sizes.terms, sizes.forces):
+        inside = values[np.isfinite(values)]
+        beyond = np.maximum(inside, 0.0) ** 2 + np.maximum(lowest - inside, 0.0) ** 2
+        total -= _OUTSIDE * float(beyond.sum())
+    # Lewandowski, Kurowicka and Joe 2009 with eta = 2 for each pair: no correlation is likeliest, +-1 impossible.
+    return total + float(np.log(np.maximum(1.0 - sizes.coupling**2, 1e-12)).sum())
+
+
+@cache
+def _log_shape_prior(settings: Settings) -> tuple[float, ...]:
+    """Logarithm of the prior probability of each noise shape."""
+    z = np.log(np.array(settings.noise_ratios) / settings.noise_ratio) / settings.noise_ratio_spread
+    weight = np.repeat(np.exp(-0.5 * z**2), len(settings.noise_times))
+    return (math.log(0.5), *(math.log(0.5) + np.log(weight / weight.sum())).tolist())
+
+
+def maximise(
+    objective: Callable[[Sizes], float],
+    sizes: Sizes,
+    settings: Settings,
+    *,
+    channels: Sequence[int],
+    noise: bool = True,
+    shapes: bool = True,
+    sweeps: int = 2,
+) -> tuple[Sizes, float]:
+    """Coordinate ascent: parabolic steps in the logarithms of sizes, shapes of noise to neighbours of the grid.
+
+    Returns the best sizes and the objective there. `channels` are those that were recorded.
+    """
+    best, value = sizes, objective(sizes)
+    for _ in range(sweeps):
+        before = value
+        if noise:
+            for c in channels:
+                best, value = _climb(objective, best, value, "white", c)
+                if shapes:
+                    best, value = _reshape(objective, best, value, c, settings)
+        if sizes.discrepancy:
+            for part in ("terms", "forces"):
+                for e in range(len(best.terms)):
+                    best, value = _climb(objective, best, value, part, e)
+            for k in range(len(best.coupling)):
+                best, value = _climb(objective, best, value, "coupling", k)
+        if value < before + 0.1:
+            break
+    return best, value
+
+
+def _climb(objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int) -> tuple[Sizes, float]:
+    """A Newton step along one coordinate, from differences, and parts of it; correlations move in Fisher's z."""
+    here = float(getattr(best, part)[k])
+    here = math.atanh(here) if part == "coupling" else here
+    h, reach = _STEPS[part]
+
+    def at(x: float) -> Sizes:
+        values = getattr(best, part).copy()
+        values[k] = math.tanh(x) if part == "coupling" else x
+        return replace(best, **{part: values})
+
+    left, right = at(here - h), at(here + h)
+    a, b = objective(left), objective(right)
+    top, top_value = max(((best, value), (left, a), (right, b)), key=lambda entry: entry[1])
+    curvature = a + b - 2.0 * value
+    move = 0.5 * h * (a - b) / curvature if curvature < 0.0 else math.copysign(reach, b - a)
+    move = min(max(move, -reach), reach)
+    for shorter in (1.0, 0.4):
+        there = at(here + shorter * move)
+        found = objective(there)
+        if found > top_value:
+            return there, found
+    return top, top_value
+
+
+def _reshape(
+    objective: Callable[[Sizes], float], best: Sizes, value: float, c: int, settings: Settings
+) -> tuple[Sizes, float]:
+    """The first neighbouring shape of one channel's noise that is better, at the same white or the same total size."""
+    shapes = noise_shapes(settings)
+    ratios, times, now = len(settings.noise_ratios), len(settings.noise_times), best.shape[c]
+    if now == 0:
+        options = [1 + r * times + t for r in (1, 3) for t in (1, 3) if r < ratios and t < times]
+    else:
+        r, t = divmod(now - 1, times)
+        near = ((r, t + 1), (r, t - 1), (r + 1, t), (r - 1, t))
+        options = [1 + i * times + j for i, j in near if 0 <= i < ratios and 0 <= j < times] + [0]
+    for option in options:
+        shape = (*best.shape[:c], option, *best.shape[c + 1 :])
+        total = 0.5 * math.log(shapes[now].correlation(0.0) / shapes[option].correlation(0.0))
+        for shift in (0.0, total):
+            white = best.white.copy()
+            white[c] += shift
+            trial = replace(best, shape=shape, white=white)
+            found = objective(trial)
+            if found > value + 1e-9:
+                return trial, found
+    return best, value

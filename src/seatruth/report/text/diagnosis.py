@@ -1,0 +1,287 @@
+"""What a diagnosis says about its verdict, in the sentences that its report and the terminal share.
+
+The headline itself is `Verdict.sentence` (`seatruth.diagnosis.sentences`); the sentences here stand below it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
+from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely, whole_percent
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects.causes import CAUSES
+from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
+from seatruth.report.text.gap import WORTH_MENTION, ranked
+
+SURE = 0.9
+"""Probability from which a named cause is called named, below it likely. Chosen here [S]."""
+
+NEAR = Settings().apart
+"""Pairwise noncentrality below which two effects count as not distinguishable."""
+_RATES = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
+
+_EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")
+
+
+def readable(sentence: str) -> str:
+    """A sentence of the diagnosis as it is printed: ± for +-, small numbers without exponents."""
+
+    def plain(match: re.Match[str]) -> str:
+        digits = len(match[1].partition("e")[0].partition(".")[2]) + int(match[1].partition("e-")[2])
+        return f"{float(match[1]):.{digits}f}"
+
+    return _EXPONENT.sub(plain, sentence.replace("+-", "±"))
+
+
+def capitalized(sentence: str) -> str:
+    """With its first letter as a capital; the others stay."""
+    return sentence[:1].upper() + sentence[1:]
+
+
+def node_in_words(node: str) -> str:
+    """A node of the tree of causes: its title, or its path where a plug-in's node is not in the tree."""
+    return CAUSES.get(node, node.rpartition(".")[2].replace("_", " "))
+
+
+def titles(diagnosis: Diagnosis) -> dict[str, str]:
+    """Title of every effect that took part, by name."""
+    return {effect.name: effect.title for effect in diagnosis.effects}
+
+
+def in_titles(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
+    """A set of effects in words."""
+    known = titles(diagnosis)
+    return answer(tuple(known.get(name, name) for name in effects))
+
+
+def errors_of_data(diagnosis: Diagnosis) -> list[str]:
+    """Errors in the data, which make the whole diagnosis unreliable."""
+    return list(dict.fromkeys(f"{f.message} {f.do}".strip() for f in diagnosis.findings if f.severity == "error"))
+
+
+def data_first(diagnosis: Diagnosis) -> str:
+    """The warning that stands above any verdict on data with errors; empty where there are none."""
+    wrong = errors_of_data(diagnosis)
+    if not wrong:
+        return ""
+    more = " There is one more error." if len(wrong) == 2 else ""
+    more = f" There are {len(wrong) - 1} more errors." if len(wrong) > 2 else more
+    return f"The data first: {wrong[0]}{more} Correct this before you believe what follows."
+
+
+def predicts(diagnosis: Diagnosis) -> bool:
+    """Whether the verdict's effects were shown to shrink the gap on trials left out."""
+    return diagnosis.validation is not None and shrinks_surely(diagnosis.validation)
+
+
+def large(diagnosis: Diagnosis) -> list[NamedCause]:
+    """Named causes of practical size."""
+    return [cause for cause in diagnosis.verdict.causes if not cause.small]
+
+
+def is_sure(diagnosis: Diagnosis) -> bool:
+    """Whether the verdict can be taken as it stands."""
+    verdict = diagnosis.verdict
+    if errors_of_data(diagnosis) or diagnosis.outcome.get("code") != "done":
+        return False
+    if verdict.kind == "no_gap":
+        return True
+    believable = not any(cause.implausible for cause in verdict.causes)
+    named = verdict.kind in ("effects", "inseparable") and bool(large(diagnosis)) and verdict.probability >= SURE
+    return named and believable and predicts(diagnosis)
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict in a few words, no surer than its evidence."""
+    verdict, causes = diagnosis.verdict, large(diagnosis)
+    if errors_of_data(diagnosis):
+        return "The data have errors"
+    if verdict.kind == "no_gap":
+        return "No gap beyond the noise"
+    if verdict.kind == "underpowered":
+        return "These trials cannot decide"
+    if verdict.kind == "unknown":
+        small = meets_noise(diagnosis.shares)
+        return "A small rest without a known cause" if small else "A cause that is not in the library"
+    if not causes:
+        return "No cause of practical size"
+    if all(cause.implausible for cause in causes):
+        return "It looks like a known cause, but of an implausible size"
+    if verdict.kind == "inseparable":
+        return "A kind of cause is named" if is_sure(diagnosis) else "A likely kind of cause"
+    if is_sure(diagnosis):
+        return "A cause is named" if len(causes) == 1 else "Causes are named"
+    return "A likely cause" if len(causes) == 1 else "Likely causes"
+
+
+def verdict_in_words(diagnosis: Diagnosis) -> str:
+    """The headline sentence of the diagnosis."""
+    return readable(diagnosis.verdict.sentence)
+
+
+def cause_short(diagnosis: Diagnosis, cause: NamedCause) -> str:
+    """A named cause with its members by title."""
+    known = titles(diagnosis)
+    if len(cause.effects) == 1:
+        return readable(cause_in_words(cause))
+    return f"{cause.title} ({' or '.join(known.get(name, name) for name in cause.effects)})"
+
+
+def remark(cause: NamedCause) -> str:
+    """What limits a named cause, for a column of a table."""
+    parts = ["looks like it"] if cause.implausible else []
+    return ", ".join([*parts, "no practical size"] if cause.small else parts)
+
+
+def parameters_in_words(effect: EffectResult) -> str:
+    """An effect's parameters with their standard errors in the units of the page."""
+    if effect.in_words:
+        return readable(effect.in_words)
+    return ", ".join(f"{q.name.replace('_', ' ')} {' '.join(value_and_unit(q))}".strip() for q in effect.parameters)
+
+
+def value_and_unit(q: EffectParameter) -> tuple[str, str]:
+    """ "1.15 ± 0.23" and "deg"."""
+    scale = shown(q.name, q.unit)
+    value, error = q.value * scale.factor, q.stderr * scale.factor
+    if not (math.isfinite(error) and error > 0):
+        return number(value, 3), scale.unit
+    return f"{estimate(value, error)} ± {number(error, 2)}", scale.unit
+
+
+def interval_in_words(q: EffectParameter) -> str:
+    """The 95 % interval in the unit of the page."""
+    factor = shown(q.name, q.unit).factor
+    return interval(q.lower * factor, q.upper * factor, q.stderr * factor)
+
+
+def which_in_words(diagnosis: Diagnosis) -> str:
+    """The answer to "which", with how sure."""
+    verdict = diagnosis.verdict
+    sure = chance(verdict.probability)
+    if verdict.causes:
+        causes = [cause_short(diagnosis, cause) for cause in verdict.causes]
+        text = f"{capitalized('; '.join(causes))}. Probability {sure}."
+        text += " Beside it, the structure of the model lacks something." if verdict.discrepancy else ""
+        return f"{text}{_runner_up(diagnosis)}"
+    if verdict.kind == "unknown":
+        return f"None of the {len(diagnosis.effects)} effects that took part explains it. Probability {sure}."
+    if verdict.kind == "no_gap":
+        return f"No effect is needed. Probability {sure}."
+    likely = [f"{in_titles(diagnosis, key)} ({chance(p)})" for key, p in diagnosis.answers() if p >= WORTH_MENTION]
+    return f"No answer stands out. The most probable are {listed(likely, 4)}." if likely else "No answer stands out."
+
+
+def _runner_up(diagnosis: Diagnosis) -> str:
+    """The next probable answer where it counts, and what the named effects are easily taken for."""
+    named = {name for cause in diagnosis.verdict.causes for name in cause.effects}
+    rest = [(key, p) for key, p in diagnosis.answers() if not key or not set(key) <= named]
+    text = ""
+    if rest and rest[0][1] >= WORTH_MENTION:
+        text = f" The next probable answer is {in_titles(diagnosis, rest[0][0])} ({chance(rest[0][1])})."
+    known = titles(diagnosis)
+    near = [
+        known.get(other, other)
+        for effect in diagnosis.effects
+        if effect.name in diagnosis.named
+        for other, value in effect.confusable.items()
+        if value < NEAR and other not in named
+    ]
+    if near:
+        text += f" These trials hardly tell it from {listed(list(dict.fromkeys(near)), 4)}."
+    return text
+
+
+def validation_in_words(diagnosis: Diagnosis) -> str:
+    """The gap explained on trials left out with its interval, beside the control."""
+    validation = diagnosis.validation
+    if len(diagnosis.trials) < 2:
+        return "One trial alone: nothing can be left out."
+    if not diagnosis.named:
+        return "The verdict names no effect, so there is nothing to test on trials left out."
+    if validation is None:
+        return "Not asked: no trial was left out."
+    if not math.isfinite(validation.gap_explained):
+        return "On trials left out the refitted model leaves no gap to explain."
+    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+    share = whole_percent(validation.gap_explained)
+    text = (
+        f"The effects explain {share} of the gap on trials left out ({ends})."
+        if shrinks_surely(validation)
+        else f"The gap does not shrink surely on trials left out: the effects explain {share} of it ({ends})."
+    )
+    if math.isfinite(validation.control):
+        control = whole_percent(validation.control) if validation.control > 0.0 else "none of it"
+        text += f" Free terms in the equations, fitted instead of effects, explain {control}."
+    return text
+
+
+def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
+    """The next trial and what it would bring; `detailed` says also what the crew does."""
+    suggested = diagnosis.next_trial
+    if suggested is None:
+        return "Not asked."
+    if len(suggested.survivors) < 2:
+        return "No two causes are left that a further trial would have to separate."
+    causes = listed([survivor(diagnosis, name) for name in suggested.survivors], 4)
+    if not suggested.manoeuvre:
+        return f"No trial on the menu would help to separate {causes}."
+    now, then = (math.sqrt(max(x, 0.0)) for x in (suggested.noncentrality_now, suggested.noncentrality_then))
+    about = f" ({suggested.text})" if suggested.text and detailed else ""
+    size = f"from {number(now, 2)} to {number(then, 2)} standard deviations"
+    grows = f"the smallest distance between two of them grows {size}"
+    trial = f"{capitalized(suggested.manoeuvre)}{about}"
+    if suggested.noncentrality_now >= NEAR:
+        return f"These trials already distinguish {causes}. {trial} would separate them further: {grows}."
+    still = "" if suggested.noncentrality_then >= NEAR else " That is still too little to distinguish them."
+    return f"{trial}. It would best separate {causes}: {grows}.{still}"
+
+
+def survivor(diagnosis: Diagnosis, name: str) -> str:
+    """Title of a cause that is left."""
+    return "a cause that is not in the library" if name == UNKNOWN else titles(diagnosis).get(name, name)
+
+
+def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
+    """Effects that these trials could not have shown at their typical magnitude."""
+    return [
+        effect
+        for effect in diagnosis.effects
+        if effect.typical and not any(effect.detectable.get(q, math.inf) <= size for q, size in effect.typical.items())
+    ]
+
+
+def undetectable_in_words(diagnosis: Diagnosis) -> str:
+    """Names of the same; empty where there are none."""
+    weak = [effect.title for effect in undetectable(diagnosis)]
+    return f"At their typical magnitude these trials could not have shown: {listed(weak, 12)}." if weak else ""
+
+
+def formula_in_words(diagnosis: Diagnosis) -> list[str]:
+    """The missing accelerations as formulas over the motion, one per equation: "add to dr/dt: 0.25 v r − 0.02"."""
+    if diagnosis.discrepancy is None:
+        return []
+    found = []
+    for equation in dict.fromkeys(term.equation for term in diagnosis.discrepancy.terms):
+        terms = [term for term in diagnosis.discrepancy.terms if term.equation == equation]
+        texts = [number(q.coefficient, 3) + ("" if q.term == "1" else f" {q.term}") for q in terms]
+        right = " + ".join(texts).replace(f"+ {MINUS}", f"{MINUS} ")
+        unit = next((q.unit.replace("^2", "²") for q in terms if q.unit), "")
+        found.append(f"add to {_RATES.get(equation, f'd{equation}/dt')}: {right}{f' ({unit})' if unit else ''}")
+    return found
+
+
+def lacks_in_words(diagnosis: Diagnosis) -> str:
+    """How much the structure lacks, in one sentence."""
+    missing = diagnosis.discrepancy
+    if missing is None:
+        return "For this model no missing forces can be estimated."
+    sizes = [(name, size) for name, size in ranked(missing.sizes) if size >= 0.005]
+    if not sizes:
+        return "The trials show no missing forces beside the effects of the verdict."
+    parts = [f"{percent(size)} of the usual acceleration in {name}" for name, size in sizes[:3]]
+    text = f"Beside the effects of the verdict, missing forces have a size of {listed(parts)}"
+    return f"{text} (log-evidence {number(missing.log_evidence, 3)} over none)."

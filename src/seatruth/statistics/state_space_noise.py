@@ -1,0 +1,104 @@
+"""Measurement noise as white noise plus a bounded slow error, and exact whitening by it.
+
+A position sensor's error has a white part and a slow part that returns to zero (multipath, filters): an
+Ornstein-Uhlenbeck process of standard deviation `ratio` times the white one and correlation time `tau`,
+
+    cov(e_i, e_j) = sd^2 (delta_ij + ratio^2 exp(-|t_i - t_j| / tau)).
+
+Sampled, that is an ARMA(1,1) process, which no short autoregressive model describes. The Kalman filter of its state
+whitens it exactly from the first sample on, in a number of operations linear in the samples, at any sampling times
+(Anderson and Moore, Optimal Filtering, 1979, chapters 6 and 9).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.signal import lfilter
+
+from seatruth.arrays import Array
+
+_STEADY = 1e-13
+"""Relative change of the filter's gain from one sample to the next below which it counts as constant: rounding."""
+_SAME = 1e-6
+"""Relative difference up to which sampling steps count as equal: logs hold decimals of times."""
+
+
+@dataclass(frozen=True)
+class NoiseShape:
+    """Noise up to its size: `ratio` is the slow part's standard deviation over the white one's, `tau` (s) its time.
+
+    Example:
+        >>> NoiseShape(1.0, 10.0).correlation(0.0)
+        2.0
+    """
+
+    ratio: float = 0.0
+    tau: float = 1.0
+
+    def correlation(self, lag: float) -> float:
+        """Covariance at a lag (s) over the white variance; at lag 0 the white part is included."""
+        slow = float(self.ratio**2 * np.exp(-abs(lag) / self.tau))
+        return 1.0 + slow if lag == 0.0 else slow
+
+
+def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
+    """Whitens one series by noise whose white part has standard deviation 1.
+
+    Args:
+        columns: (n,) or (n, k): values at the times, one column a quantity.
+        t: (n,) increasing times in s.
+        shape: what the noise is like.
+
+    Returns:
+        The whitened columns, of the shape given, and the logarithm of the determinant of the noise's covariance.
+
+    Example:
+        >>> values, log_determinant = whiten(np.ones(3), np.arange(3.0), NoiseShape())
+        >>> values.tolist(), log_determinant
+        ([1.0, 1.0, 1.0], 0.0)
+    """
+    if shape.ratio == 0.0 or not len(t):
+        return columns.copy(), 0.0
+    values = columns[:, None] if columns.ndim == 1 else columns
+    variance, gain, fade = _filter(np.ascontiguousarray(t, dtype=np.float64).tobytes(), shape)
+    predicted = _predictions(values, gain, fade)
+    found = (values - predicted) / np.sqrt(variance)[:, None]
+    return (found[:, 0] if columns.ndim == 1 else found), float(np.log(variance).sum())
+
+
+@lru_cache(maxsize=4096)
+def _filter(times: bytes, shape: NoiseShape) -> tuple[Array, Array, Array]:
+    """Variance of each sample given those before it (n,), gain (n,), and decay to the next sample (n,)."""
+    t = np.frombuffer(times)
+    n = len(t)
+    fade = np.exp(-np.diff(t) / shape.tau)
+    power = shape.ratio**2
+    variance, gain = np.empty(n), np.empty(n)
+    state = power
+    for k in range(n):
+        variance[k] = state + 1.0
+        gain[k] = state / variance[k]
+        if k < n - 1:
+            state = fade[k] ** 2 * state / variance[k] + power * (1.0 - fade[k] ** 2)
+    return variance, gain, np.append(fade, 0.0)
+
+
+def _predictions(values: Array, gain: Array, fade: Array) -> Array:
+    """What each sample's past predicts of it: (n, k). Sample by sample until the gain is constant, then one filter."""
+    n = len(values)
+    found = np.zeros_like(values)
+    changing = np.abs(np.diff(gain)) > _STEADY * gain[:-1]
+    changing[:-1] |= np.abs(np.diff(fade[:-1])) > _SAME * fade[:-2]
+    last = int(np.flatnonzero(changing)[-1]) + 2 if changing.any() else 1
+    state = np.zeros(values.shape[1])
+    for k in range(min(last, n - 1)):
+        state = fade[k] * (state + gain[k] * (values[k] - state))
+        found[k + 1] = state
+    if last < n - 1:
+        pole, weight = fade[last] * (1.0 - gain[last]), fade[last] * gain[last]
+        rest, _ = lfilter([weight], [1.0, -pole], values[last : n - 1], axis=0, zi=pole * state[None])
+        found[last + 1 :] = rest
+    return found

@@ -1,0 +1,152 @@
+"""What named effects are worth on trials that took no part."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.cross_validation import (
+    lower_bound,
+    noise_deviation,
+    predictive_gains,
+    refit_initial_states,
+    summary,
+    validate,
+)
+from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.results import Fold
+from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.trials.trial import Trial
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
+    return search(small.problem(ship_folder, offset_runs), small.silent)
+
+
+def test_the_bound_is_that_of_all_bootstrap_samples() -> None:
+    gains = np.array([1.0, 4.0, -0.5])
+    sums = [sum(draw) for draw in itertools.product(gains, repeat=3)]
+    assert lower_bound(gains, 0.05) == pytest.approx(np.quantile(sums, 0.05))
+
+
+def test_the_bound_of_many_trials_is_near_the_normal_one_and_the_same_again() -> None:
+    gains = np.random.default_rng(0).normal(1.0, 1.0, size=40)
+    expected = gains.sum() - 1.645 * math.sqrt(40) * gains.std()
+    assert lower_bound(gains, 0.05) == pytest.approx(expected, abs=2.0)
+    assert lower_bound(gains, 0.05) == lower_bound(gains, 0.05)
+
+
+def test_one_trial_against_the_others_refuses() -> None:
+    """A gain that comes from one trial alone is not sure."""
+    assert lower_bound(np.array([20.0, -0.5, -0.4, -0.6]), 0.05) < 0.0
+    assert lower_bound(np.array([5.0, 6.0, 4.0, 7.0]), 0.05) > 0.0
+
+
+def test_without_trials_there_is_no_bound() -> None:
+    assert math.isnan(lower_bound(np.zeros(0), 0.05))
+
+
+def folds(refit: list[float], effects: list[float]) -> list[Fold]:
+    return [Fold(f"run {k}", (), a, b, a, 0.0) for k, (a, b) in enumerate(zip(refit, effects))]
+
+
+def test_the_gap_explained_with_its_jackknife_interval() -> None:
+    """By hand: mean squares 9 -> 1 of a gap of 8 is all; leaving one of three out gives the spread."""
+    same = summary(folds([3.0] * 3, [1.0] * 3))
+    assert same.gap_explained == pytest.approx(1.0)
+    assert (same.lower, same.upper) == (pytest.approx(1.0), pytest.approx(1.0))
+    assert same.control == pytest.approx(0.0)
+    found = summary(folds([3.0, 3.0, 5.0], [1.0, 2.0, 2.0]))
+    refit, named = np.array([9.0, 9.0, 25.0]), np.array([1.0, 4.0, 4.0])
+
+    def explained(keep: list[int]) -> float:
+        return float((refit[keep].mean() - named[keep].mean()) / (refit[keep].mean() - 1.0))
+
+    parts = np.array([explained([1, 2]), explained([0, 2]), explained([0, 1])])
+    spread = math.sqrt(2.0 / 3.0 * ((parts - parts.mean()) ** 2).sum())
+    assert found.gap_explained == pytest.approx(explained([0, 1, 2]))
+    # Student's t at 0.975 with 2 degrees of freedom.
+    assert found.upper - found.gap_explained == pytest.approx(4.3027 * spread, rel=1e-4)
+    assert found.gap_explained - found.lower == pytest.approx(found.upper - found.gap_explained)
+
+
+def test_where_there_is_no_gap_none_is_explained() -> None:
+    assert math.isnan(summary(folds([1.0, 1.0], [0.9, 0.9])).gap_explained)
+
+
+def test_a_trial_that_diverges_explains_nothing() -> None:
+    assert math.isnan(summary(folds([3.0, 3.0], [1.0, math.inf])).gap_explained)
+
+
+def test_the_gain_of_a_trial_is_the_difference_of_what_was_seen_with_and_without_it(found: Search) -> None:
+    gains = predictive_gains(found, "rudder_offset", ("rudder_offset",))
+    assert gains.shape == (4,)
+    assert lower_bound(gains, 0.05) > 0.0
+    with_it, without = found.best(("rudder_offset",)), found.best(())
+    assert with_it is not None
+    assert without is not None
+    expected = 0.0
+    for at, sign in ((with_it, 1.0), (without, -1.0)):
+        value = at.likelihood.log_likelihood
+        expected += sign * (value(at.sizes, at.effects) - value(at.sizes, at.effects, [0, 1, 3]))
+    assert gains[2] == pytest.approx(expected)
+
+
+def test_an_effect_that_does_not_act_does_not_predict(found: Search) -> None:
+    for name in ("gyro_bias", "rudder_gain"):
+        gains = predictive_gains(found, name, (name,))
+        right = predictive_gains(found, "rudder_offset", ("rudder_offset",))
+        assert gains.sum() < 0.5 * right.sum()
+
+
+def test_what_was_not_fitted_has_no_gain(found: Search) -> None:
+    assert predictive_gains(found, "gyro_bias", ("gyro_bias", "heading_bias", "rudder_gain")).size == 0
+
+
+def test_trials_are_predicted_to_their_noise_by_the_effect_that_acts(found: Search) -> None:
+    checked = validate(found, ("rudder_offset",), small.silent)
+    assert checked is not None
+    assert [fold.trial for fold in checked.folds] == [trial.name for trial in found.problem.trials]
+    for fold in checked.folds:
+        assert fold.effects == ("rudder_offset",)
+        assert fold.error_effects < 1.5
+        assert fold.error_refit > fold.error_effects
+    assert 0.8 < checked.gap_explained < 1.2
+    assert checked.lower < checked.gap_explained < checked.upper
+    assert checked.gap_explained > checked.control
+
+
+def test_one_trial_is_left_out_in_blocks(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    alone = search(small.problem(ship_folder, offset_runs[:1]), small.silent)
+    gains = predictive_gains(alone, "rudder_offset", ("rudder_offset",))
+    assert gains.shape == (4,)
+    assert gains.sum() > 0.0
+    assert validate(alone, ("rudder_offset",), small.silent) is None
+
+
+def test_refitted_initial_states_take_no_other_gap(found: Search) -> None:
+    problem = found.problem
+    deviation = noise_deviation(problem, found.null.sizes)
+    shifted = replace(problem.start, initial=problem.start.initial + 0.01)
+    back = refit_initial_states(problem, shifted, deviation)
+    weighed = [
+        float(((problem.errors(p) / deviation[problem.channel_of]) ** 2).sum()) for p in (shifted, problem.start, back)
+    ]
+    assert weighed[2] <= min(weighed[:2]) + 1e-6
+    np.testing.assert_array_equal(back.shared, problem.start.shared)
+    np.testing.assert_array_equal(back.forces, problem.start.forces)
+
+
+def test_noise_deviation_holds_both_parts(found: Search) -> None:
+    shapes = noise_shapes(found.problem.settings)
+    ratio_one = next(k for k, shape in enumerate(shapes) if shape.ratio == 1.0)
+    sizes = replace(found.null.sizes, shape=(0, ratio_one))
+    expected = np.exp(sizes.white) * np.array([1.0, math.sqrt(2.0)])
+    np.testing.assert_allclose(noise_deviation(found.problem, sizes), expected)

@@ -1,0 +1,161 @@
+"""From probabilities to what is said, on probabilities made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from seatruth.diagnosis.decision import Decision, decide
+from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.results import Hypothesis
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import available
+
+SETTINGS = Settings()
+
+
+def hypotheses(*entries: tuple[Key, float] | tuple[Key, float, bool]) -> list[Hypothesis]:
+    found = [
+        Hypothesis(entry[0], len(entry) == 3, 0.0, 0.0, entry[1], True) for entry in entries
+    ]  # evidence and priors play no part in the decision
+    return sorted(found, key=lambda one: -one.probability)
+
+
+def decided(
+    *entries: tuple[Key, float] | tuple[Key, float, bool],
+    near: dict[frozenset[str], float] | None = None,
+    refused: tuple[str, ...] = (),
+    underpowered: bool = False,
+) -> Decision:
+    distances = near or {}
+    return decide(
+        hypotheses(*entries),
+        available(),
+        SETTINGS,
+        near=lambda a, b: distances.get(frozenset((a, b)), math.inf),
+        helps=lambda name, key: name not in refused,
+        underpowered=underpowered,
+    )
+
+
+def test_one_effect_that_holds_the_probability_is_named() -> None:
+    said = decided((("current",), 0.9), (("wind",), 0.05), ((), 0.05))
+    assert said.kind == "effects"
+    assert said.shown == ("current",)
+    (cause,) = said.clusters
+    assert cause.effects == ("current",)
+    assert cause.cause == "environment.moving_water.uniform_current"
+    assert said.probability == pytest.approx(0.9)
+    assert not said.discrepancy
+
+
+def test_two_effects() -> None:
+    said = decided((("current", "rudder_offset"), 0.9), (("current",), 0.05), ((), 0.05))
+    assert said.kind == "effects"
+    assert [cause.effects for cause in said.clusters] == [("current",), ("rudder_offset",)]
+    assert said.probability == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("pair", "cause"),
+    [
+        (("wind", "wave_drift"), "environment.force_fixed_to_earth"),
+        (("rudder_lag", "rudder_delay"), "actuator.steering.dynamics"),
+        (("current", "heading_bias"), ""),
+    ],
+)
+def test_look_alikes_are_named_by_their_lowest_common_ancestor(pair: tuple[str, str], cause: str) -> None:
+    said = decided(((pair[0],), 0.5), ((pair[1],), 0.45), ((), 0.05))
+    assert said.kind == "inseparable"
+    (cluster,) = said.clusters
+    assert cluster.effects == pair
+    assert cluster.cause == cause
+    assert cluster.probability == pytest.approx(0.95)
+    assert said.shown == (pair[0],)
+
+
+def test_a_rival_that_is_near_counts_even_where_the_leader_holds_most() -> None:
+    entries = ((("wind",), 0.80), (("wave_drift",), 0.15), ((), 0.05))
+    assert decided(*entries, near={frozenset(("wind", "wave_drift")): 5.0}).kind == "inseparable"
+    far = decided((("wind",), 0.90), (("wave_drift",), 0.05), ((), 0.05))
+    assert far.kind == "effects"
+
+
+def test_a_rival_of_little_probability_is_none() -> None:
+    said = decided((("wind",), 0.9), (("wave_drift",), 0.05), near={frozenset(("wind", "wave_drift")): 1.0})
+    assert said.kind == "effects"
+    assert said.clusters[0].effects == ("wind",)
+
+
+def test_look_alikes_beside_an_effect_that_is_sure() -> None:
+    said = decided(
+        (("rudder_offset", "wind"), 0.5), (("rudder_offset", "wave_drift"), 0.45), (("rudder_offset",), 0.05)
+    )
+    assert said.kind == "inseparable"
+    by_first = {cause.effects[0]: cause for cause in said.clusters}
+    assert by_first["rudder_offset"].effects == ("rudder_offset",)
+    assert by_first["wind"].effects == ("wind", "wave_drift")
+    assert by_first["rudder_offset"].probability == pytest.approx(1.0)
+
+
+def test_two_effects_that_stand_in_for_one_another_are_one_cause() -> None:
+    said = decided(
+        (("wave_drift", "wind"), 0.4),
+        (("wind",), 0.3),
+        (("wave_drift",), 0.3),
+        near={frozenset(("wind", "wave_drift")): 1.0},
+    )
+    names = [name for cause in said.clusters for name in cause.effects]
+    assert len(names) == len(set(names))
+
+
+def test_nothing_is_named_that_does_not_predict() -> None:
+    said = decided((("current",), 0.95), ((), 0.05), refused=("current",))
+    assert said.kind == "unknown"
+    assert said.clusters == ()
+    assert said.shown == ()
+    assert said.discrepancy
+
+
+def test_of_two_effects_only_the_one_that_predicts_is_named() -> None:
+    said = decided((("current", "rudder_offset"), 0.95), ((), 0.05), refused=("current",))
+    assert said.kind == "effects"
+    assert said.shown == ("rudder_offset",)
+
+
+def test_no_gap() -> None:
+    said = decided(((), 0.8), (("current",), 0.2))
+    assert said.kind == "no_gap"
+    assert said.probability == pytest.approx(0.8)
+    assert decided(((), 0.8), (("current",), 0.2), underpowered=True).kind == "underpowered"
+
+
+def test_a_cause_outside_the_library() -> None:
+    said = decided(((), 0.9, True), (("current",), 0.1))
+    assert said.kind == "unknown"
+    assert said.discrepancy
+    assert said.probability >= 0.9
+
+
+def test_nothing_is_sure() -> None:
+    said = decided((("current",), 0.4), (("rudder_offset",), 0.05), ((), 0.3), ((), 0.25, True))
+    assert said.kind == "underpowered"
+    assert said.shown == ()
+
+
+def test_discrepancy_beside_a_named_effect() -> None:
+    said = decided((("current",), 0.6, True), (("current",), 0.3), ((), 0.1))
+    assert said.kind == "effects"
+    assert said.discrepancy
+
+
+def test_probabilities_stay_within_their_bounds() -> None:
+    for entries in (
+        [((), 1.0)],
+        [((), 1.0, True)],
+        [(("current",), 1.0)],
+        [(("current",), 0.5, True), (("current",), 0.5)],
+        [(("current",), 0.5, True), ((), 0.5, True)],
+    ):
+        assert 0.0 <= decided(*entries).probability <= 1.0  # type: ignore[arg-type]  # a list of both forms

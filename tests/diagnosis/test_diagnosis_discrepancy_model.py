@@ -1,0 +1,114 @@
+"""A model with missing forces: it is the plain one at zero, and adds what it says."""
+
+from __future__ import annotations
+
+import math
+
+import boat_case as boat
+import numpy as np
+import pytest
+
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, force_input, hats, scales_of, with_forces
+from seatruth.models.base import Environment
+from seatruth.models.black_box import BlackBox
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
+
+KNOTS, DURATION = 5, 40.0
+SCALES = {"u": 2.0, "v": 0.2, "r": 0.05, "psi": 1.0, "x": 10.0, "y": 10.0, "delta": 0.2}
+
+
+@pytest.fixture(scope="module")
+def model() -> DiscrepancyModel:
+    return DiscrepancyModel(boat.Boat(), KNOTS, DURATION, SCALES)
+
+
+def rates(model: DiscrepancyModel, t: float, forces: dict[str, float] | None = None, **parameters: float) -> np.ndarray:
+    """Rates of the states at one motion."""
+    from collections import namedtuple
+
+    s = namedtuple("s", [c.name for c in model.states])(1.8, 0.1, 0.04, 0.3, 5.0, 6.0)
+    inputs = {c.name: 0.0 for c in model.inputs} | {"delta": 0.15} | (forces or {})
+    i = namedtuple("i", inputs)(**inputs)
+    values = {**model.nominal(), **parameters}
+    p = namedtuple("p", values)(**values)
+    return np.array(model.rhs(s, i, p, Environment(t=t)))
+
+
+def test_with_nothing_missing_it_is_the_model_itself(model: DiscrepancyModel) -> None:
+    plain = boat.Boat()
+    from collections import namedtuple
+
+    s = namedtuple("s", [c.name for c in plain.states])(1.8, 0.1, 0.04, 0.3, 5.0, 6.0)
+    i = namedtuple("i", ["delta"])(0.15)
+    p = namedtuple("p", plain.nominal())(**plain.nominal())
+    np.testing.assert_array_equal(rates(model, 7.0), np.array(plain.rhs(s, i, p, Environment(t=7.0))))
+
+
+def test_a_knot_adds_a_straight_line_between_its_neighbours(model: DiscrepancyModel) -> None:
+    base = rates(model, 12.0)
+    for t, share in ((0.0, 0.0), (10.0, 1.0), (15.0, 0.5), (20.0, 0.0), (30.0, 0.0)):
+        added = rates(model, t, knot_r_1=0.01) - base
+        np.testing.assert_allclose(added, [0, 0, 0.01 * share, 0, 0, 0], atol=1e-15)
+
+
+def test_an_input_of_force_adds_itself(model: DiscrepancyModel) -> None:
+    added = rates(model, 3.0, {force_input("v"): 0.02}) - rates(model, 3.0)
+    np.testing.assert_allclose(added, [0, 0.02, 0, 0, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("1", 1.0),
+        ("v", 0.1 / 0.2),
+        ("r|r|", (0.04 / 0.05) ** 2),
+        ("u v", 1.8 / 2.0 * 0.1 / 0.2),
+        ("u^2 delta", (1.8 / 2.0) ** 2 * 0.15 / 0.2),
+    ],
+)
+def test_a_term_adds_its_product_over_the_scales(model: DiscrepancyModel, text: str, size: float) -> None:
+    term = next(term for term in model.terms if term.text == text and term.state == "v")
+    added = rates(model, 3.0, **{term.name: 0.01}) - rates(model, 3.0)
+    np.testing.assert_allclose(added, [0, 0.01 * size, 0, 0, 0, 0], rtol=1e-6, atol=1e-14)
+
+
+def test_the_size_of_a_term_is_the_product_of_its_scales(model: DiscrepancyModel) -> None:
+    term = next(term for term in model.terms if term.text == "u v")
+    assert model.size(term) == pytest.approx(0.4)
+
+
+def test_hats_sum_to_one() -> None:
+    basis = hats(np.linspace(0.0, DURATION, 33), DURATION / (KNOTS - 1), KNOTS)
+    np.testing.assert_allclose(basis.sum(axis=1), 1.0)
+    np.testing.assert_allclose(hats(10.0 * np.arange(5), 10.0, 5), np.eye(5), atol=1e-15)
+
+
+def test_forces_of_a_trial_become_inputs(model: DiscrepancyModel) -> None:
+    trial = Trial("run", np.array([0.0, 5.0, 10.0]), {"delta": np.zeros(3)}, {})
+    forces = np.zeros((3, KNOTS))
+    forces[2, 1] = 0.4
+    carried = with_forces(trial, model, forces)
+    np.testing.assert_allclose(carried.inputs[force_input("r")], [0.0, 0.2, 0.4])
+    assert not np.any(carried.inputs[force_input("u")])
+    assert not np.any(with_forces(trial, model).inputs[force_input("r")])
+
+
+def test_a_black_box_and_a_model_without_motion_carry_none() -> None:
+    state = (Channel("r", "rad/s"),)
+    box = BlackBox("box", lambda trial, p, first: {}, states=state, inputs=(), outputs=state, parameters=())
+    assert not can_carry(box)
+    assert can_carry(boat.Boat())
+
+
+def test_scales_are_those_of_the_record() -> None:
+    trial = Trial(
+        "run",
+        np.arange(4.0),
+        {"delta": np.full(4, -0.2)},
+        {"u": np.array([3.0, math.nan, -3.0, 3.0]), "r": np.zeros(4)},
+    )
+    scales = scales_of(boat.Boat(), [trial])
+    assert scales["u"] == pytest.approx(3.0)
+    assert scales["delta"] == pytest.approx(0.2)
+    assert scales["r"] == scales["v"] == 1.0

@@ -1,0 +1,111 @@
+"""The menu from which the next trial is put together."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import boat_case as boat
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.experiment_design.candidates import SLOW_START, Menu
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import load_effects
+from seatruth.trials.trial import Trial
+
+
+@pytest.fixture(scope="module")
+def problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    return small.problem(ship_folder, offset_runs)
+
+
+def test_the_menu_stays_within_what_the_trials_did(problem: Problem) -> None:
+    menu = Menu(problem)
+    longest = max(t.duration for t in problem.trials)
+    values = np.concatenate([np.asarray(t.inputs["delta"]) for t in problem.trials])
+    for name in menu.phases:
+        option = menu.trial([name])
+        delta = np.asarray(option.trial.inputs["delta"])
+        assert np.abs(delta - np.median(values)).max() <= np.abs(values - np.median(values)).max() + 1e-12
+        assert option.trial.duration == pytest.approx(longest, abs=1.0)
+        assert "s in all" in option.text
+    assert {"turn by +delta", "turn by -delta", "zigzag of delta", "staircase of delta"} < set(menu.phases)
+    assert "reciprocal course: " in menu.starts()
+
+
+def test_manoeuvres_follow_one_another_and_the_name_says_which(problem: Problem) -> None:
+    menu = Menu(problem)
+    names = ["turn by +delta", "straight run", "zigzag of delta"]
+    whole = menu.trial(names, "reciprocal course: ")
+    single = len(menu.t)
+    for k, name in enumerate(names):
+        part = menu.trial([name]).trial
+        assert np.array_equal(whole.trial.inputs["delta"][k * single : (k + 1) * single], part.inputs["delta"][:-1])
+    again = menu.named(whole.name)
+    assert again.name == whole.name
+    assert np.array_equal(again.trial.inputs["delta"], whole.trial.inputs["delta"])
+    turned = whole.trial.outputs["psi"][0] - menu.trial(names).trial.outputs["psi"][0]
+    assert turned == pytest.approx(np.pi)
+    with pytest.raises(KeyError):
+        menu.named("a manoeuvre of no menu")
+
+
+def test_a_channel_counts_at_the_samples_at_which_it_is_recorded(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    keep = np.arange(len(plain_runs[0])) % 3 == 0
+    sparse = [
+        dataclasses.replace(t, outputs={**t.outputs, "psi": np.where(keep, t.outputs["psi"], math.nan)})
+        for t in plain_runs
+    ]
+    option = Menu(small.problem(ship_folder, sparse)).trial(["straight run"]).trial
+    assert np.isfinite(option.outputs["psi"]).sum() == pytest.approx(len(option) / 3, abs=1.0)
+    assert np.isfinite(option.outputs["r"]).all()
+
+
+def catamaran(port: np.ndarray, starboard: np.ndarray) -> Menu:
+    model = boat.Catamaran()
+    runs = boat.trials(model, [{"port": port, "starboard": starboard}], headings=(0.0,))
+    return Menu(Problem(boat.study(model, runs), load_effects(["gyro_bias"]), Settings(), threads=1))
+
+
+def test_actuators_of_one_kind_move_together() -> None:
+    delta = boat.zigzag(60, 0.2, 9.0)
+    menu = catamaran(delta, 0.95 * delta)
+    assert menu.steering == [("port", "starboard")]
+    moved = menu.trial(["turn by +port and starboard"]).trial
+    assert moved.inputs["port"].max() == pytest.approx(0.2)
+    assert moved.inputs["starboard"].max() == pytest.approx(0.19)
+    assert not any(name in menu.phases for name in ("turn by +port", "turn by +starboard"))
+
+
+def test_actuators_that_moved_apart_are_moved_apart() -> None:
+    menu = catamaran(boat.zigzag(60, 0.2, 9.0), boat.zigzag(60, 0.2, 14.0))
+    assert menu.steering == [("port",), ("starboard",)]
+    assert {"turn by +port", "turn by +starboard"} < set(menu.phases)
+
+
+def test_a_vehicle_without_a_drive_can_start_slowly() -> None:
+    delta = boat.zigzag(60, 0.2, 9.0)
+    menu = catamaran(delta, delta)
+    assert SLOW_START in menu.starts()
+    slow, usual = menu.trial(["straight run"], SLOW_START), menu.trial(["straight run"])
+    assert slow.trial.outputs["u"][0] == pytest.approx(0.6 * usual.trial.outputs["u"][0])
+    assert "60 % of the usual speed" in slow.text
+
+
+def test_a_zigzag_is_about_no_angle_and_a_turn_is_no_drive() -> None:
+    """The median of either is the angle that was held."""
+    for delta in (boat.zigzag(60, 0.2, 9.0), np.full(60, 0.2)):
+        menu = catamaran(delta, delta)
+        assert menu.usual["port"] == 0.0
+        assert not menu.drives
+        for name in menu.phases:
+            assert np.abs(menu.trial([name]).trial.inputs["port"]).max() <= 0.2 + 1e-12
+
+
+def test_a_trim_is_kept() -> None:
+    delta = 0.02 + boat.zigzag(60, 0.2, 9.0) * (np.arange(60) > 35)
+    assert catamaran(delta, delta).usual["port"] == pytest.approx(0.02)

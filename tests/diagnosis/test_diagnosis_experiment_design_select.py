@@ -1,0 +1,74 @@
+"""Which trial is suggested."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
+from seatruth.diagnosis.experiment_design.select import next_trial
+from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.results import NextTrial
+from seatruth.trials.trial import Trial
+
+CHANCES = {"rudder_offset": 0.7, "gyro_bias": 0.2, "heading_bias": 0.1}
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path) -> Search:
+    """Short trials of a rudder that stands off: not much is known yet."""
+    runs = small.trials(ship_folder, {"rudder_offset_angle": small.OFFSET}, specs=["rudder_offset"])
+    return search(small.problem(ship_folder, small.shortened(runs[:2], 30)), small.silent)
+
+
+@pytest.fixture(scope="module")
+def suggested(found: Search) -> NextTrial:
+    suggestion = next_trial(found, CHANCES, small.silent)
+    assert suggestion is not None
+    return suggestion
+
+
+def test_the_suggestion_is_the_best_of_the_menu(suggested: NextTrial) -> None:
+    assert suggested.manoeuvre
+    assert suggested.menu[0].manoeuvre == suggested.manoeuvre
+    assert suggested.survivors == tuple(CHANCES)
+    assert suggested.noncentrality_then >= suggested.noncentrality_now
+    assert suggested.gain == suggested.menu[0].gain > 1.0
+    assert len(suggested.manoeuvre.split(", then ")) <= MAX_PHASES
+    assert set(suggested.inputs) == {"delta"}
+    assert len(suggested.t) == len(suggested.inputs["delta"])
+
+
+def test_it_is_the_same_again(found: Search, suggested: NextTrial) -> None:
+    assert next_trial(found, CHANCES, small.silent) == suggested
+
+
+def test_one_survivor_needs_no_further_trial(found: Search) -> None:
+    assert next_trial(found, {"rudder_offset": 1.0}, small.silent) is None
+    assert next_trial(found, {}, small.silent) is None
+
+
+TWIN = """
+from seatruth.effects.actuators import RudderOffset
+
+
+class Twin(RudderOffset):
+    name = "twin"
+    title = "another name of the same cause"
+"""
+
+
+def test_none_is_suggested_where_nothing_helps(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """Two effects of the same equations stay the same in every trial."""
+    (ship_folder / "twin.py").write_text(TWIN)
+    problem = small.problem(ship_folder, offset_runs[:2], ["rudder_offset", "twin.py:Twin"])
+    twins = search(problem, small.silent)
+    suggestion = next_trial(twins, {"rudder_offset": 0.5, "twin": 0.5}, small.silent)
+    assert suggestion is not None
+    assert suggestion.manoeuvre == ""
+    assert suggestion.text
+    assert suggestion.noncentrality_then == suggestion.noncentrality_now
+    assert suggestion.gain == 1.0
+    assert suggestion.t == ()

@@ -1,0 +1,160 @@
+"""Which hypotheses are fitted, on the small ship: the effect that acts leads, and a stopped search goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.settings import Settings
+from seatruth.storage.checkpoint import Checkpoint
+from seatruth.trials.trial import Trial
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
+    return search(small.problem(ship_folder, offset_runs), small.silent)
+
+
+ACTING: Mapping[str, tuple[str, float]] = {
+    "rudder_gain": ("rudder_gain_k", 0.6),
+    "gyro_bias": ("gyro_bias_b", 0.003),
+    "heading_bias": ("heading_bias_b", 0.05),
+}
+
+
+def test_the_effect_that_acts_has_the_highest_evidence(found: Search) -> None:
+    assert found.sets()[0] == ("rudder_offset",)
+    assert found.evidence(("rudder_offset",)) > found.fits[(), False].evidence + 20.0
+    assert found.evidence(("rudder_offset",)) > found.null.evidence
+    assert not found.failed
+    assert not found.interrupted
+
+
+@pytest.mark.parametrize("name", ["rudder_gain", "gyro_bias"])
+def test_other_effects_too(ship_folder: Path, name: str) -> None:
+    parameter, value = ACTING[name]
+    runs = small.trials(ship_folder, {parameter: value}, specs=[name])
+    other = search(small.problem(ship_folder, runs), small.silent)
+    assert other.sets()[0] == (name,)
+
+
+def test_all_singles_and_the_model_alone_are_fitted_both_ways(found: Search) -> None:
+    assert {(), *((name,) for name in small.EFFECTS)} <= {key for key, _ in found.fits}
+    assert ((), False) in found.fits
+    assert ((), True) in found.fits
+    for (key, on), one in found.fits.items():
+        assert one.effects == key
+        assert one.discrepancy is on is one.sizes.discrepancy
+        assert math.isfinite(one.evidence)
+        assert key == tuple(sorted(key))
+
+
+def test_the_best_fit_of_a_set_is_the_better_of_two(found: Search) -> None:
+    both = [found.fits[(), on].evidence for on in (False, True)]
+    best = found.best(())
+    assert best is not None
+    assert best.evidence == max(both) == found.null.evidence
+    assert found.best(("gyro_bias", "heading_bias", "rudder_gain")) is None
+    assert found.evidence(("nothing",)) == -math.inf
+
+
+def test_the_linearized_evidence_predicts_that_of_the_fit(found: Search) -> None:
+    """Each effect alone, of this ship: within a few nats."""
+    for name in small.EFFECTS:
+        best = found.best((name,))
+        assert best is not None
+        if best.evidence > found.null.evidence:
+            assert found.expected((name,)) == pytest.approx(best.evidence, abs=5.0)
+
+
+def test_two_effects_that_act_are_found_together(ship_folder: Path) -> None:
+    runs = small.trials(
+        ship_folder, {"rudder_offset_angle": 0.02, "gyro_bias_b": 0.003}, specs=["rudder_offset", "gyro_bias"]
+    )
+    both = search(small.problem(ship_folder, runs), small.silent)
+    assert both.sets()[0] == ("gyro_bias", "rudder_offset")
+
+
+def test_the_setting_bounds_the_size_of_a_set(ship_folder: Path) -> None:
+    runs = small.trials(
+        ship_folder, {"rudder_offset_angle": 0.02, "gyro_bias_b": 0.003}, specs=["rudder_offset", "gyro_bias"]
+    )
+    single = search(small.problem(ship_folder, runs, settings=Settings(most_effects=1, singles=2)), small.silent)
+    assert max(len(key) for key, _ in single.fits) == 1
+    assert len({key for key, _ in single.fits if key}) == 2
+
+
+def test_progress_counts_up_to_what_is_expected(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    said: list[tuple[str, int, int]] = []
+    search(small.problem(ship_folder, offset_runs), lambda text, done, total: said.append((text, done, total)))
+    assert said[0][0] == "the model alone"
+    assert [done for _, done, _ in said] == sorted(done for _, done, _ in said)
+    assert all(done <= total for _, done, total in said)
+
+
+def test_a_stored_search_is_the_same(ship_folder: Path, offset_runs: list[Trial], found: Search) -> None:
+    store = Checkpoint(None, "test")
+    first = search(small.problem(ship_folder, offset_runs), small.silent, store)
+    count = len(store)
+    again = search(small.problem(ship_folder, offset_runs), small.silent, store)
+    assert count == len(store)
+    for other in (first, again):
+        assert other.fits.keys() == found.fits.keys()
+        assert other.screened == found.screened
+        for place, one in found.fits.items():
+            assert other.fits[place].evidence == one.evidence
+            np.testing.assert_array_equal(other.fits[place].point.shared, one.point.shared)
+
+
+def test_an_interrupt_leaves_what_was_reached(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    def stop(text: str, done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    cut = search(small.problem(ship_folder, offset_runs), stop)
+    assert cut.interrupted
+    assert 1 <= len({key for key, _ in cut.fits if key}) < len(small.EFFECTS)
+
+
+def test_an_interrupt_before_anything_is_fitted_is_one(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    def stop(text: str, done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search(small.problem(ship_folder, offset_runs), stop)
+
+
+EXPLODES = """
+from seatruth.effects import Effect
+from seatruth.models import Parameter
+
+
+class Explodes(Effect):
+    name = "explodes"
+    title = "a rudder that runs away"
+    cause = "actuator.steering.gain"
+    needs_inputs = ("delta",)
+    needs_states = ("r",)
+    acts_on = ("actuator:delta",)
+    parameters = (Parameter("k", 1e3, "1"),)
+    null = {"k": 0.0}
+    starts = ({"k": 1e4},)
+
+    @staticmethod
+    def true_inputs(i, s, q, e):
+        return i._replace(delta=i.delta + q.k * s.r * (1.0 + 1e6 * s.r * s.r))
+"""
+
+
+def test_an_effect_that_makes_the_model_diverge_does_not_win(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    (ship_folder / "explodes.py").write_text(EXPLODES)
+    problem = small.problem(ship_folder, offset_runs, ["explodes.py:Explodes", *small.EFFECTS])
+    other = search(problem, small.silent)
+    assert "explodes" not in other.sets()[0]
+    assert "rudder_offset" in other.sets()[0]

@@ -1,0 +1,272 @@
+"""The marginal likelihood against a multivariate normal density that is built entry by entry."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import boat_case as boat
+import numpy as np
+import pytest
+import small_case as small
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
+from seatruth.effects import load_effects
+from seatruth.trials.trial import Trial
+
+FEW = Settings(knots=4, initial_width=0.02)
+"""Wide priors of initial states would leave the dense matrices, not what is tested, few correct digits."""
+EFFECTS = ("rudder_offset", "gyro_bias")
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """A boat with sway and yaw, whose missing forces are correlated; three short trials."""
+    inputs = [{"delta": boat.zigzag(14, 0.2, 5.0)}, {"delta": boat.zigzag(18, 0.1, 4.0)}, {"delta": np.full(12, 0.1)}]
+    runs = boat.trials(boat.Boat(), inputs, headings=(0.0, 1.0, 2.0))
+    return Problem(boat.study(boat.Boat(), runs), load_effects(EFFECTS), FEW, threads=1)
+
+
+@pytest.fixture(scope="module")
+def at(problem: Problem) -> Linearization:
+    """Away from the prior means in everything."""
+    rng = np.random.default_rng(3)
+    start = problem.start
+    shared = start.shared.copy()
+    shared[problem.coefficients] *= 1.02
+    shared[problem.columns["rudder_offset"]] = 0.01
+    shared[problem.terms] = 1e-5 * rng.normal(size=len(problem.terms))
+    initial = start.initial + 0.002 * rng.normal(size=start.initial.shape)
+    forces = 1e-3 * rng.normal(size=start.forces.shape)
+    return problem.linearize(Point(shared, initial, forces), EFFECTS)
+
+
+def sizes_of(problem: Problem, *, terms: bool = False, forces: bool = False) -> Sizes:
+    """Some slow noise in two channels, sizes that differ, and a coupling of sway and yaw."""
+    shapes = noise_shapes(problem.settings)
+    shape = [0] * len(problem.outputs)
+    shape[1], shape[4] = 8, len(shapes) - 3
+    white = np.log([boat.NOISE[name] for name in problem.outputs])
+    E = len(problem.equations)
+    none = np.full(E, -math.inf)
+    spread = np.log(np.linspace(0.05, 0.2, E))
+    return Sizes(white, tuple(shape), spread if terms else none, spread - 0.3 if forces else none, np.array([0.6]))
+
+
+CASES = [(False, False), (True, False), (False, True), (True, True)]
+
+
+def equation_covariance(problem: Problem, log_sizes: np.ndarray, coupling: np.ndarray) -> np.ndarray:
+    E = len(problem.equations)
+    correlation = np.eye(E)
+    pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
+    for (a, b), value in zip(pairs, coupling):
+        i, j = problem.equations.index(a), problem.equations.index(b)
+        correlation[i, j] = correlation[j, i] = value
+    size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * problem.usual
+    return np.asarray(correlation * np.outer(size, size))
+
+
+class Dense:
+    """errors ~ N(mean, noise + J P J') about a linearization, with every matrix written out."""
+
+    def __init__(self, problem: Problem, at: Linearization, sizes: Sizes, effects: Sequence[str]) -> None:
+        settings, N, S = problem.settings, problem.count, len(problem.unknowns)
+        L, T = at.local.shape[1], len(problem.trials)
+        self.J = np.zeros((N, S + T * L))
+        self.J[:, :S] = at.shared
+        for n, trial in enumerate(problem.trial_of):
+            self.J[n, S + trial * L : S + (trial + 1) * L] = at.local[n]
+        self.P = np.zeros((S + T * L,) * 2)
+        for c in [*problem.coefficients, *(c for name in effects for c in problem.columns[name])]:
+            self.P[c, c] = problem.sd[c] ** 2
+        discrepancy = problem.discrepancy
+        assert discrepancy is not None
+        of_terms = equation_covariance(problem, sizes.terms, sizes.coupling)
+        for (a, one), (b, other) in itertools.product(zip(problem.terms, discrepancy.terms), repeat=2):
+            if one.text == other.text:
+                e, f = problem.equations.index(one.state), problem.equations.index(other.state)
+                self.P[a, b] = of_terms[e, f]
+        knots = np.arange(settings.knots)
+        memory = np.exp(-np.abs(knots[:, None] - knots) / settings.force_memory)
+        of_forces = np.kron(equation_covariance(problem, sizes.forces, sizes.coupling), memory)
+        count = len(problem.initial_names)
+        self.offset = np.zeros(S + T * L)
+        self.offset[:S] = problem.mean - at.point.shared
+        for trial in range(T):
+            here = S + trial * L
+            self.P[here : here + count, here : here + count] = np.diag(problem.initial_sd**2)
+            self.P[here + count : here + L, here + count : here + L] = of_forces
+            self.offset[here : here + count] = problem.initial_mean[trial] - at.point.initial[trial]
+            self.offset[here + count : here + L] = -at.point.forces[trial].ravel()
+        shapes = noise_shapes(settings)
+        self.noise = np.zeros((N, N))
+        for a, b in itertools.product(range(N), repeat=2):
+            if problem.trial_of[a] == problem.trial_of[b] and problem.channel_of[a] == problem.channel_of[b]:
+                c = problem.channel_of[a]
+                lag = problem.time_of[a] - problem.time_of[b]
+                self.noise[a, b] = math.exp(2.0 * sizes.white[c]) * shapes[sizes.shape[c]].correlation(lag)
+        self.errors, self.trial_of, self.S = at.errors, problem.trial_of, S
+
+    def log_density(self, keep: np.ndarray | None = None) -> float:
+        keep = np.ones(len(self.errors), dtype=bool) if keep is None else keep
+        covariance = (self.noise + self.J @ self.P @ self.J.T)[np.ix_(keep, keep)]
+        # `J` is the slope of the errors: those at the truth, e + J (truth - point), are
+        # the noise.
+        mean = -(self.J @ self.offset)[keep]
+        return float(multivariate_normal(mean, covariance).logpdf(self.errors[keep]))
+
+    def posterior(self, keep: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Mean step from the point, and covariance, of all unknowns."""
+        keep = np.ones(len(self.errors), dtype=bool) if keep is None else keep
+        J = self.J[keep]
+        total = self.noise[np.ix_(keep, keep)] + J @ self.P @ J.T
+        gain = self.P @ J.T @ np.linalg.inv(total)
+        left = self.errors[keep] + J @ self.offset
+        return self.offset - gain @ left, self.P - gain @ J @ self.P
+
+
+@pytest.mark.parametrize(("terms", "forces"), CASES)
+@pytest.mark.parametrize("effects", [(), ("gyro_bias",), EFFECTS])
+def test_it_is_the_density_of_the_errors(
+    problem: Problem, at: Linearization, effects: tuple[str, ...], terms: bool, forces: bool
+) -> None:
+    sizes = sizes_of(problem, terms=terms, forces=forces)
+    value = Likelihood(problem, at).log_likelihood(sizes, effects)
+    assert value == pytest.approx(Dense(problem, at, sizes, effects).log_density(), rel=1e-7, abs=1e-4)
+
+
+def test_a_part_of_the_trials_and_of_the_errors(problem: Problem, at: Linearization) -> None:
+    sizes = sizes_of(problem, terms=True, forces=True)
+    dense, likelihood = Dense(problem, at, sizes, EFFECTS), Likelihood(problem, at)
+    for trials in ([0], [1, 2]):
+        value = likelihood.log_likelihood(sizes, EFFECTS, trials)
+        assert value == pytest.approx(dense.log_density(np.isin(problem.trial_of, trials)), rel=1e-7, abs=1e-4)
+    keep = problem.time_of < 9.0
+    assert Likelihood(problem, at, keep=keep).log_likelihood(sizes, EFFECTS) == pytest.approx(
+        dense.log_density(keep), rel=1e-7, abs=1e-4
+    )
+
+
+def test_a_trial_left_out_is_predicted_by_the_difference(problem: Problem, at: Linearization) -> None:
+    """log p(all) - log p(others) is the conditional normal density of the trial, computed directly."""
+    sizes = sizes_of(problem, terms=True)
+    likelihood, dense = Likelihood(problem, at), Dense(problem, at, sizes, EFFECTS)
+    whole = likelihood.log_likelihood(sizes, EFFECTS)
+    for left in range(3):
+        others = problem.trial_of != left
+        step, covariance = dense.posterior(others)
+        J = dense.J[~others]
+        direct = multivariate_normal(
+            -J @ step, dense.noise[np.ix_(~others, ~others)] + J @ covariance @ J.T, allow_singular=True
+        ).logpdf(dense.errors[~others])
+        rest = likelihood.log_likelihood(sizes, EFFECTS, [k for k in range(3) if k != left])
+        assert whole - rest == pytest.approx(direct, rel=1e-5, abs=1e-3)
+
+
+@pytest.mark.parametrize(("terms", "forces"), CASES)
+@pytest.mark.parametrize("trials", [None, [0, 2]])
+def test_the_solution_is_the_posterior_mean(
+    problem: Problem, at: Linearization, terms: bool, forces: bool, trials: list[int] | None
+) -> None:
+    sizes = sizes_of(problem, terms=terms, forces=forces)
+    keep = None if trials is None else np.isin(problem.trial_of, trials)
+    step, covariance = Dense(problem, at, sizes, EFFECTS).posterior(keep)
+    found = Likelihood(problem, at).solve(sizes, EFFECTS, trials)
+    S, L = len(problem.unknowns), at.local.shape[1]
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    np.testing.assert_allclose(found.shared, step[:S], atol=1e-4 * sd[:S].max(), rtol=1e-4)
+    for trial in range(3) if trials is None else trials:
+        np.testing.assert_allclose(found.local[trial], step[S + trial * L : S + (trial + 1) * L], atol=1e-5, rtol=1e-4)
+    expected = covariance[np.ix_(found.free, found.free)]
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected))) + 1e-300
+    np.testing.assert_allclose(found.covariance / scale, expected / scale, atol=1e-5)
+
+
+def test_information_is_what_the_likelihood_curves_by(problem: Problem, at: Linearization) -> None:
+    """Everything but these effects integrated out: J' (noise + J P J')^-1 J, and its product with the best distance."""
+    sizes = sizes_of(problem, terms=True, forces=True)
+    dense = Dense(problem, at, sizes, ())
+    own = np.concatenate([problem.columns[name] for name in EFFECTS])
+    J = dense.J[:, own]
+    inverse = np.linalg.inv(dense.noise + dense.J @ dense.P @ dense.J.T)
+    information, pull, sd = Likelihood(problem, at).information(sizes, EFFECTS)
+    np.testing.assert_allclose(information, J.T @ inverse @ J, rtol=1e-5)
+    np.testing.assert_allclose(pull, -J.T @ inverse @ (dense.errors + dense.J @ dense.offset), rtol=1e-5)
+    np.testing.assert_array_equal(sd, problem.sd[own])
+
+
+@pytest.mark.parametrize("effects", [("gyro_bias",), EFFECTS])
+def test_evidence_averages_over_the_order_of_magnitude(
+    problem: Problem, at: Linearization, effects: tuple[str, ...]
+) -> None:
+    sizes = sizes_of(problem)
+    values = []
+    for scales in itertools.product(problem.settings.scales, repeat=len(effects)):
+        dense = Dense(problem, at, sizes, effects)
+        for name, scale in zip(effects, scales):
+            for column in problem.columns[name]:
+                dense.P[column, column] *= scale**2
+        values.append(dense.log_density())
+    expected = float(logsumexp(values)) - math.log(len(values))
+    assert Likelihood(problem, at).evidence(sizes, effects) == pytest.approx(expected, rel=1e-7, abs=1e-3)
+
+
+def test_no_effect_has_no_order_of_magnitude(problem: Problem, at: Linearization) -> None:
+    likelihood, sizes = Likelihood(problem, at), sizes_of(problem)
+    assert likelihood.evidence(sizes, ()) == likelihood.log_likelihood(sizes, ())
+
+
+def test_the_quadratic_form_leaves_initial_states_out(problem: Problem, at: Linearization) -> None:
+    """Gram matrix of [errors, columns] under noise and initial states, with errors at the point itself."""
+    sizes = sizes_of(problem)
+    dense, likelihood = Dense(problem, at, sizes, ()), Likelihood(problem, at)
+    before = likelihood.log_likelihood(sizes, EFFECTS)
+    S = dense.S
+    J, P = dense.J[:, S:], dense.P[S:, S:]
+    inverse = np.linalg.inv(dense.noise + J @ P @ J.T)
+    columns = np.column_stack([at.errors, at.shared[:, likelihood.columns]])
+    gram = likelihood.quadratic(sizes)
+    expected = columns.T @ inverse @ columns
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(gram / scale, expected / scale, atol=1e-6)
+    assert likelihood.log_likelihood(sizes, EFFECTS) == before
+
+
+def test_local_covariance(problem: Problem, at: Linearization) -> None:
+    sizes = sizes_of(problem, forces=True)
+    dense = Dense(problem, at, sizes, ())
+    S, L = dense.S, at.local.shape[1]
+    for trial in range(3):
+        here = problem.trial_of == trial
+        J = at.local[here]
+        P = dense.P[S + trial * L : S + (trial + 1) * L, S + trial * L : S + (trial + 1) * L]
+        gain = P @ J.T @ np.linalg.inv(dense.noise[np.ix_(here, here)] + J @ P @ J.T)
+        expected = P - gain @ J @ P
+        found = Likelihood(problem, at).local_covariance(sizes, trial)
+        np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-4, atol=1e-10)
+
+
+def test_impossible_correlations_have_no_likelihood(problem: Problem, at: Linearization) -> None:
+    sizes = replace(sizes_of(problem, forces=True), coupling=np.array([1.5]))
+    assert Likelihood(problem, at).log_likelihood(sizes, ()) == -math.inf
+
+
+def test_it_does_not_depend_on_what_was_asked_before(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    problem = small.problem(ship_folder, small.shortened(offset_runs, 40), settings=FEW)
+    at = problem.linearize(problem.start, small.EFFECTS)
+    a = Sizes(np.log([1e-3, 4e-3]), (0, 3), np.full(1, -2.0), np.full(1, -3.0), np.zeros(0))
+    b = Sizes(np.log([1e-3, 4e-3]), (5, 3), np.full(1, -2.0), np.full(1, -1.0), np.zeros(0))
+    used, fresh = Likelihood(problem, at), Likelihood(problem, at)
+    first = used.log_likelihood(a, ("gyro_bias",))
+    used.evidence(b, small.EFFECTS)
+    used.solve(b, ())
+    assert used.log_likelihood(a, ("gyro_bias",)) == first == fresh.log_likelihood(a, ("gyro_bias",))

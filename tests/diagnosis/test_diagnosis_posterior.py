@@ -1,0 +1,129 @@
+"""Probabilities of hypotheses from their evidence, on numbers made by hand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from seatruth.diagnosis import posterior
+from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import available
+
+SETTINGS = Settings()
+EFFECTS = {name: available()[name] for name in ("current", "wind", "heading_bias", "rudder_offset")}
+
+
+def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool], float] | None = None) -> Any:
+    """A search with this evidence of its fits and screens."""
+    found = {place: SimpleNamespace(evidence=value, settled=True) for place, value in fits.items()}
+    null = max((f for (key, _), f in found.items() if not key), key=lambda f: f.evidence)
+    return SimpleNamespace(
+        fits=found,
+        screened=screened or {},
+        null=null,
+        problem=SimpleNamespace(effects=dict(EFFECTS), settings=SETTINGS),
+    )
+
+
+FITS: dict[tuple[Key, bool], float] = {
+    ((), False): -100.0,
+    ((), True): -98.0,
+    (("current",), False): -90.0,
+    (("current",), True): -89.5,
+    (("wind",), False): -91.0,
+    (("current", "wind"), False): -89.0,
+}
+
+
+def test_probabilities_sum_to_one_and_are_in_order() -> None:
+    found = posterior.hypotheses(searched(FITS), SETTINGS)
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    values = [one.probability for one in found]
+    assert values == sorted(values, reverse=True)
+    assert found[0].effects == ("current",)
+    assert not found[0].discrepancy
+
+
+def test_odds_are_evidence_times_prior() -> None:
+    found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS), SETTINGS)}
+    a, b = found[("current",), False], found[("wind",), False]
+    assert math.log(a.probability / b.probability) == pytest.approx(1.0 / SETTINGS.temperature)
+    none = found[(), False]
+    share = SETTINGS.prior_sets[0] * (1.0 - SETTINGS.prior_discrepancy) / len(EFFECTS)
+    assert math.log(a.probability / none.probability) == pytest.approx(
+        10.0 / SETTINGS.temperature + math.log(share / SETTINGS.prior_none)
+    )
+
+
+def test_discrepancy_pays_its_penalty() -> None:
+    found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS), SETTINGS)}
+    none, unknown = found[(), False], found[(), True]
+    assert math.log(unknown.probability / none.probability) == pytest.approx(
+        (2.0 - SETTINGS.discrepancy_penalty) / SETTINGS.temperature
+        + math.log(SETTINGS.prior_unknown / SETTINGS.prior_none)
+    )
+
+
+def test_prior_probabilities_of_all_sets_sum_to_one() -> None:
+    names = list(EFFECTS)
+    total = 0.0
+    for size in range(4):
+        for key in itertools.combinations(names, size):
+            total += sum(math.exp(posterior.log_prior(key, on, len(names), SETTINGS)) for on in (False, True))
+    assert total == pytest.approx(1.0)
+
+
+def test_effects_that_were_only_screened_keep_their_share() -> None:
+    screened = {(("rudder_offset",), False): -90.0, (("current",), False): 50.0, (("wind", "heading_bias"), False): 0.0}
+    found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS, screened), SETTINGS)}
+    assert found[("rudder_offset",), False].probability == pytest.approx(found[("current",), False].probability)
+    assert not found[("rudder_offset",), False].settled
+    assert ("wind", "heading_bias") not in {key for key, _ in found}
+
+
+def test_an_impossible_screen_is_left_out() -> None:
+    screened = {(("rudder_offset",), False): -math.inf}
+    assert len(posterior.hypotheses(searched(FITS, screened), SETTINGS)) == len(FITS)
+
+
+def test_answers_inclusion_none_and_unknown_add_up() -> None:
+    found = posterior.hypotheses(searched(FITS), SETTINGS)
+    by_key = {(one.effects, one.discrepancy): one.probability for one in found}
+    answers = posterior.answers(found)
+    none, unknown = posterior.none_and_unknown(found)
+    assert sum(answers.values()) + none + unknown == pytest.approx(1.0)
+    assert answers["current",] == pytest.approx(by_key[("current",), False] + by_key[("current",), True])
+    assert (none, unknown) == (by_key[(), False], by_key[(), True])
+    acts = posterior.inclusion(found, list(EFFECTS))
+    assert acts["current"] == pytest.approx(answers["current",] + answers["current", "wind"])
+    assert acts["heading_bias"] == 0.0
+    assert list(answers.values()) == sorted(answers.values(), reverse=True)
+
+
+def test_by_cause_counts_each_hypothesis_once() -> None:
+    found = posterior.hypotheses(searched(FITS), SETTINGS)
+    causes = posterior.by_cause(found, EFFECTS)
+    answers = posterior.answers(found)
+    assert causes["environment"] == pytest.approx(sum(answers.values()))
+    assert causes["environment.moving_water"] == pytest.approx(answers["current",] + answers["current", "wind"])
+    assert "" not in causes
+    assert all(p <= 1.0 + 1e-12 for p in causes.values())
+
+
+def test_by_place_counts_each_hypothesis_once() -> None:
+    found = posterior.hypotheses(searched(FITS), SETTINGS)
+    places = {
+        "current": ("kinematics",),
+        "wind": ("surge", "sway", "kinematics"),
+        "heading_bias": (),
+        "rudder_offset": (),
+    }
+    acting = posterior.by_place(found, places)
+    answers = posterior.answers(found)
+    assert acting["kinematics"] == pytest.approx(sum(answers.values()))
+    assert acting["surge"] == pytest.approx(answers["wind",] + answers["current", "wind"])

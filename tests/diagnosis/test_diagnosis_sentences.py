@@ -1,0 +1,132 @@
+"""The verdict's sentence: never surer than the evidence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from seatruth.diagnosis.results import EffectParameter, Fold, Kind, NamedCause, Shares, Validation
+from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
+
+LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
+AT_NOISE = Shares(0.9, 0.08, 0.0, 0.02, 1.3, 1.05, 1.05)
+CURRENT = NamedCause(
+    cause="environment.moving_water.uniform_current",
+    title="a uniform current",
+    effects=("current",),
+    probability=0.97,
+    in_words="0.21 +- 0.03 m/s towards 40 +- 8 deg",
+    share=0.9,
+    small=False,
+    implausible=False,
+)
+FORCE = replace(
+    CURRENT,
+    cause="environment.force_fixed_to_earth",
+    title="a steady force fixed to the earth",
+    effects=("wind", "wave_drift"),
+    in_words="8.1 +- 1 m/s towards 323 +- 8 deg",
+)
+BIAS = replace(
+    CURRENT, title="an offset of a gyro", effects=("gyro_bias",), in_words="bias 0.01 +- 0.001 deg/s", small=True
+)
+FOLDS = (Fold("a", ("current",), 3.0, 1.1, 2.8, 9.0),)
+PREDICTS = Validation(FOLDS, 0.93, 0.85, 1.0, 0.1)
+FAILS = Validation(FOLDS, 0.1, -0.3, 0.5, 0.1)
+
+
+def said(kind: Kind, *causes: NamedCause, shares: Shares = LARGE, **options: Any) -> str:
+    settings: dict[str, Any] = {"discrepancy": False, "validation": PREDICTS, "one_trial": False, **options}
+    return verdict_sentence(kind, causes, 0.97, settings.pop("discrepancy"), shares, **settings)
+
+
+def test_a_named_cause_has_its_size_its_probability_and_its_prediction() -> None:
+    assert said("effects", CURRENT) == (
+        "The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (probability 97 %). "
+        "On trials left out, it explains 93 % of the gap (95 % interval 85 % to 100 %)."
+    )
+
+
+def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> None:
+    assert cause_in_words(FORCE) == (
+        "a steady force fixed to the earth, towards 323 +- 8 deg: "
+        "wind or wave drift, which these trials cannot tell apart"
+    )
+    without = replace(FORCE, in_words="delay 0.2 +- 0.1 s")
+    assert "0.2" not in cause_in_words(without)
+
+
+def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
+    text = said("effects", CURRENT, validation=FAILS)
+    assert text.startswith("The most probable cause of the gap is a uniform current")
+    assert "does not shrink surely on trials left out: 10 % of it is explained (95 % interval -30 % to 50 %)" in text
+    assert "comes from" not in text
+
+
+def test_an_implausible_size_looks_like_a_cause_and_is_not_said_to_be_it() -> None:
+    text = said("effects", replace(CURRENT, implausible=True))
+    assert text.startswith("The gap looks like a uniform current")
+    assert "another cause may act in the same way" in text
+    assert "comes from" not in text
+
+
+def test_a_small_cause_stands_below_the_line() -> None:
+    text = said("effects", CURRENT, BIAS)
+    assert text.index("comes from a uniform current") < text.index("Significant but of no practical size: an offset")
+    alone = said("effects", BIAS)
+    assert alone.startswith("No cause of practical size is seen. Significant but of no practical size: an offset")
+    assert "left out" not in alone
+
+
+def test_discrepancy_makes_it_a_part_of_the_gap() -> None:
+    text = said("effects", CURRENT, discrepancy=True, shares=replace(LARGE, misfit_effects=4.0))
+    assert text.startswith("A part of the gap comes from")
+    assert "lacks something that no effect of the library describes" in text
+
+
+def test_discrepancy_of_a_model_that_meets_its_noise_is_small() -> None:
+    text = said("effects", CURRENT, discrepancy=True)
+    assert text.startswith("The gap comes from")
+    assert "What is left is small, but more than noise" in text
+
+
+def test_an_unknown_cause_of_a_model_that_meets_its_noise_is_small_first() -> None:
+    text = said("unknown", shares=AT_NOISE, validation=None)
+    assert text.startswith("What the refitted model leaves is small")
+    assert "not in the library (probability 97 %)" in text
+    assert said("unknown", validation=None).startswith("Something acts that is not in the library")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"one_trial": True, "validation": None}, "With one trial"),
+        ({"validation": None}, "not tested on trials left out"),
+        ({"validation": replace(PREDICTS, gap_explained=math.nan)}, "no gap to explain"),
+    ],
+)
+def test_what_was_not_tested_is_said(options: dict[str, Any], words: str) -> None:
+    assert words in said("effects", CURRENT, **options)
+
+
+def test_no_gap_and_undecided() -> None:
+    assert "no gap beyond the noise" in said("no_gap", validation=None)
+    assert "cannot decide whether an effect acts" in said("underpowered", validation=None)
+    assert "most probable cause is a uniform current" in said("underpowered", CURRENT, validation=None)
+
+
+def test_no_probability_is_one_or_nothing() -> None:
+    assert (chance(1.0), chance(0.0), chance(0.9994), chance(0.5)) == ("over 99.9 %", "under 0.05 %", "99.9 %", "50 %")
+
+
+def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
+    angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
+    gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
+    assert size_in_words((angle, gain)) == "angle 1.2 +- 0.3 deg, gain 0.9 +- 0.02"
+    north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
+    east = replace(north, name="east", value=0.3)
+    assert size_in_words((north, east)) == "0.3 +- 0.1 m/s towards 90 +- 19 deg"
+    assert size_in_words(()) == ""

@@ -1,0 +1,149 @@
+"""Sizes of noise and discrepancy: where they start, their prior, and how they are maximised."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior, noise_shapes
+from seatruth.effects import load_effects
+from seatruth.statistics.state_space_noise import NoiseShape
+from seatruth.trials.trial import Trial
+
+SETTINGS = Settings()
+NOTHING = NoisePrior({}, {})
+
+
+def sizes(**changes: object) -> Sizes:
+    start = Sizes(np.log([0.1, 0.5]), (0, 0), np.log([0.1, 0.1]), np.log([0.1, 0.1]), np.zeros(1))
+    return replace(start, **changes)
+
+
+def test_the_grid_begins_with_white_noise() -> None:
+    shapes = noise_shapes(SETTINGS)
+    assert shapes[0] == NoiseShape()
+    assert len(shapes) == 1 + len(SETTINGS.noise_ratios) * len(SETTINGS.noise_times)
+    assert len(set(shapes)) == len(shapes)
+
+
+def test_priors_of_noise_shapes_sum_to_one() -> None:
+    base = log_prior(SETTINGS, sizes(), NOTHING) - math.log(0.5)
+    shapes = noise_shapes(SETTINGS)
+    priors = [math.exp(log_prior(SETTINGS, sizes(shape=(k, 0)), NOTHING) - base) for k in range(len(shapes))]
+    assert sum(priors) == pytest.approx(1.0)
+    assert priors[0] == pytest.approx(0.5)
+
+
+def test_declared_noise_is_log_normal() -> None:
+    known = NoisePrior({0: 0.1}, {})
+    here = log_prior(SETTINGS, sizes(), known)
+    twice = log_prior(SETTINGS, sizes(white=np.log([0.2, 5.0])), known)
+    assert here - twice == pytest.approx(0.5 * (math.log(2.0) / SETTINGS.declared_noise_sd) ** 2)
+
+
+def test_no_size_goes_beyond_its_walls() -> None:
+    here = log_prior(SETTINGS, sizes(), NOTHING)
+    assert log_prior(SETTINGS, sizes(terms=np.log([0.9, 2e-4])), NOTHING) == pytest.approx(here)
+    assert log_prior(SETTINGS, sizes(terms=np.log([5.0, 0.1])), NOTHING) < here - 50.0
+    assert log_prior(SETTINGS, sizes(forces=np.log([1e-5, 0.1])), NOTHING) < here - 50.0
+    assert log_prior(SETTINGS, sizes(coupling=np.array([0.999])), NOTHING) < here - 5.0
+    assert log_prior(SETTINGS, sizes(white=np.log([0.01, 0.5])), NoisePrior({}, {0: 0.05})) < here - 50.0
+
+
+def test_no_discrepancy_is_allowed() -> None:
+    bare = sizes().without_discrepancy()
+    assert not bare.discrepancy
+    assert math.isfinite(log_prior(SETTINGS, bare, NOTHING))
+    again = bare.with_discrepancy(math.log(0.02))
+    np.testing.assert_allclose(again.terms, math.log(0.02))
+    np.testing.assert_allclose(sizes().with_discrepancy(math.log(0.02)).forces, math.log(0.1))
+
+
+def test_it_finds_the_top_of_a_smooth_function() -> None:
+    def objective(s: Sizes) -> float:
+        return -float(
+            10.0 * ((s.white - np.log([0.3, 0.2])) ** 2).sum()
+            + ((s.terms - np.log([0.02, 0.3])) ** 2).sum()
+            + (s.forces[0] - s.terms[0]) ** 2
+            + (s.forces[1] + 2.0) ** 2
+            + (math.atanh(s.coupling[0]) - 0.5) ** 2
+        )
+
+    best, value = maximise(objective, sizes(), SETTINGS, channels=(0, 1), shapes=False, sweeps=40)
+    assert value == pytest.approx(objective(best))
+    assert value > -0.1
+    np.testing.assert_allclose(np.exp(best.white), [0.3, 0.2], rtol=0.05)
+
+
+def test_it_never_gets_worse_and_leaves_other_channels_alone() -> None:
+    def objective(s: Sizes) -> float:
+        return -float((s.white**2).sum())
+
+    best, value = maximise(objective, sizes(), SETTINGS, channels=(1,), sweeps=3)
+    assert value >= objective(sizes())
+    assert best.white[0] == sizes().white[0]
+
+
+def test_the_noise_may_be_held() -> None:
+    best, _ = maximise(lambda s: float(s.white.sum() + s.terms.sum()), sizes(), SETTINGS, channels=(0, 1), noise=False)
+    np.testing.assert_array_equal(best.white, sizes().white)
+    assert best.shape == (0, 0)
+    assert (best.terms > sizes().terms).all()
+
+
+def test_it_finds_the_shape_of_noise_by_its_neighbours() -> None:
+    """The likelihood of a simulated series: half white, half slow."""
+    from seatruth.statistics.state_space_noise import whiten
+
+    rng = np.random.default_rng(0)
+    n, ratio, tau = 4000, 1.0, 10.0
+    t, slow = np.arange(float(n)), np.zeros(4000)
+    fade = math.exp(-1.0 / tau)
+    for k in range(1, n):
+        slow[k] = fade * slow[k - 1] + ratio * math.sqrt(1.0 - fade**2) * rng.normal()
+    series = 0.2 * (rng.normal(size=n) + slow)
+    shapes = noise_shapes(SETTINGS)
+
+    def objective(s: Sizes) -> float:
+        white, log_determinant = whiten(series, t, shapes[s.shape[0]])
+        return -0.5 * float(white @ white) * math.exp(-2.0 * s.white[0]) - n * float(s.white[0]) - 0.5 * log_determinant
+
+    start = sizes(white=np.log([0.1, 0.5])).without_discrepancy()
+    best, _ = maximise(objective, start, SETTINGS, channels=(0,), sweeps=10)
+    found = shapes[best.shape[0]]
+    assert found.ratio == 1.0
+    assert found.tau == 10.0
+    assert math.exp(best.white[0]) == pytest.approx(0.2, rel=0.05)
+
+
+def test_first_sizes_are_the_declared_noise_or_that_of_second_differences(
+    ship_folder: Path, plain_runs: list[Trial]
+) -> None:
+    study = small.study(ship_folder, plain_runs).replace(noise={"r": 0.002})
+    problem = Problem(study, load_effects(("gyro_bias",)), SETTINGS, threads=1)
+    known = noise_prior(problem)
+    assert known.declared == {0: 0.002}
+    first = first_sizes(problem, known)
+    assert math.exp(first.white[0]) == pytest.approx(0.002)
+    assert math.exp(first.white[1]) == pytest.approx(small.NOISE["psi"], rel=0.2)
+    assert first.shape == (0, 0)
+    assert first.discrepancy
+
+
+def test_rounding_to_the_last_digit_bounds_the_noise(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    step = 0.01
+    rounded = [
+        dataclasses.replace(t, outputs={**t.outputs, "psi": np.round(np.asarray(t.outputs["psi"]) / step) * step})
+        for t in plain_runs
+    ]
+    known = noise_prior(small.problem(ship_folder, rounded))
+    assert known.least[1] == pytest.approx(step / math.sqrt(12.0))
+    assert 0 not in known.least

@@ -1,0 +1,61 @@
+"""The limit: its evidence is the textbook's, its verdict names what is sure enough, a strong cause is found."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
+
+from withheld.cases import Plan, draw
+from withheld.generate import sealed
+from withheld.levels import named, named_right
+from withheld.programs.limit import _evidence, finest, limit
+from withheld.reality.families import families
+from withheld.studies import log_text
+from withheld.verdicts import problems
+
+
+def test_evidence_is_the_marginal_likelihood_of_a_linear_model() -> None:
+    rng = np.random.default_rng(2)
+    columns, data = rng.normal(size=(30, 2)), rng.normal(size=30)
+    stacked = np.column_stack([columns, data])
+    sds = np.array([[0.3, 2.0], [1.0, 0.1]])
+    found = _evidence(stacked.T @ stacked, [0, 1], sds)
+    for row, sd in enumerate(sds):
+        covariance = np.eye(30) + columns @ np.diag(sd**2) @ columns.T
+        wanted = multivariate_normal.logpdf(data, np.zeros(30), covariance)
+        wanted -= multivariate_normal.logpdf(data, np.zeros(30), np.eye(30))
+        assert found[row] == pytest.approx(wanted)
+
+
+def test_the_finest_node_that_is_sure_enough_is_named() -> None:
+    sure = finest("wind", [(["wind"], 0.9), ([], 0.1)])
+    assert sure is not None
+    assert (sure["cause"], sure["effects"]) == ("environment.force_fixed_to_earth.wind", ["wind"])
+    group = finest("wind", [(["wind"], 0.5), (["wave_drift"], 0.4), (["tether"], 0.1)])
+    assert group is not None
+    assert (group["cause"], group["effects"]) == ("environment.force_fixed_to_earth", ["wind", "wave_drift"])
+    assert group["probability"] == pytest.approx(0.9)
+    assert finest("wind", [(["wind"], 0.5), (["heading_bias"], 0.5)]) is None
+
+
+@pytest.mark.slow
+def test_a_strong_cause_is_named_and_a_strong_unknown_is_not(tmp_path: Path) -> None:
+    auv = families()["auv"]
+    for key, kind in (("depth_scale", "single"), ("one_sided_fouling", "outside")):
+        case = draw(Plan("auv", kind, (key,), 3, 11))
+        truth = sealed(case, "c001")
+        for k, record in enumerate(case.records):
+            (tmp_path / f"trial_{k + 1}.csv").write_text(log_text(auv, record))
+        said = limit(truth, tmp_path)
+        assert problems(said) == []
+        assert sum(c["probability"] for c in said["candidates"]) == pytest.approx(1.0)
+        if kind == "single":
+            assert named_right(truth["effects"], said)
+        else:
+            assert (said["verdict"], named(said)) == ("unknown", [])
