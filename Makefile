@@ -26,7 +26,7 @@ TESTS_MAY := arg-type assignment call-overload comparison-overlap dict-item inde
 .DELETE_ON_ERROR:
 
 help:
-	@echo "make demo               the whole job on trials that come with seatruth, in a minute (reports in seatruth-demo/)"
+	@echo "make demo               identifies and diagnoses trials that come with seatruth, in a minute (reports in seatruth-demo/)"
 	@echo "make test               the fast tests; ARGS='-k driver -x' goes to pytest, ARGS=--cpu lists what takes long"
 	@echo "make test-slow          the others: whole experiments, examples of the documents, interrupts and full disks"
 	@echo "make lint               style and format of the code (ruff)"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from seatruth import cli
-from seatruth.commands import common, init, listing
+from seatruth.commands import common, init, list_installed
 from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.study import parse
 
@@ -124,11 +124,21 @@ def test_list_costs_says_what_the_study_file_takes(capsys: pytest.CaptureFixture
     assert "`" not in shown
 
 
+@pytest.mark.parametrize("kind", ["models", "effects"])
+def test_a_long_list_explains_the_tags_of_its_sources(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("list", kind, "--long") == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "source: [L]" in shown
+    assert "[L] other literature; [S] chosen here" in shown
+    assert call("list", kind) == 0
+    assert "Tags:" not in capsys.readouterr().out
+
+
 def test_a_model_plugin_that_cannot_be_loaded_is_listed_with_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
     from seatruth import models
 
     monkeypatch.setattr(models, "broken", lambda: {"a_broken_one": "no module named 'x'"})
-    found = {entry["name"]: entry for entry in listing.listing(listing.What.models).data["models"]}
+    found = {entry["name"]: entry for entry in list_installed.list_installed(list_installed.Kind.models).data["models"]}
     assert "no module named" in found["a_broken_one"]["error"]
     assert "delta" in found["mmg"]["inputs"]
 

@@ -16,7 +16,7 @@ from documents import ROOT, execute, files
 from seatruth import identify, load_model, load_study
 from seatruth.sample import copy_to
 
-DOCUMENTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")))
+DOCUMENTS = sorted(path.relative_to(ROOT).as_posix() for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")))
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 try:
     import typer
 
-    from seatruth.commands import check, compare, demo, diagnose, identify, init, listing, simulate
+    from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate
     from seatruth.commands.common import Result, Session, fail, version, write_json
 except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun in it
     sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
@@ -74,7 +74,7 @@ for _name, _command in (
     ("check", check.check),
     ("compare", compare.compare),
     ("simulate", simulate.simulate),
-    ("list", listing.listing),
+    ("list", list_installed.list_installed),
     ("demo", demo.demo),
 ):
     app.command(_name)(_carried(_command))

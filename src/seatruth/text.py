@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+ORIGINS: Mapping[str, str] = {
+    "P": "printed in the paper",
+    "R": "reconstructed, because the paper's equations or tables are lost",
+    "L": "other literature",
+    "S": "chosen here",
+    "V": "computed by independent code",
+}
+"""Tags that say where a number or an equation comes from, written in brackets before the source: "[L] Fossen 2011"."""
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
@@ -17,3 +27,15 @@ def listed(names: Sequence[str], most: int = 6) -> str:
     if len(names) > most:
         return f"{', '.join(names[: most - 1])} and {len(names) - most + 1} more"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
+
+
+def origin_legend(sources: Iterable[str]) -> str:
+    """What the tags in these sources mean, as one sentence; empty where none has a tag.
+
+    Example:
+        >>> origin_legend(["[L] Fossen 2011", "[S] a first guess"])
+        'Tags: [L] other literature; [S] chosen here.'
+    """
+    used = {tag for source in sources for tag in re.findall(r"\[([A-Z])\]", source)}
+    meanings = [f"[{tag}] {meaning}" for tag, meaning in ORIGINS.items() if tag in used]
+    return f"Tags: {'; '.join(meanings)}." if meanings else ""

@@ -141,6 +141,11 @@ def test_value_has_the_digits_of_its_error(page: Page) -> None:
     assert "0.1235 N 0.0023 0.1189 to 0.1280 identified" in text
 
 
+def test_the_tags_of_sources_are_explained(page: Page) -> None:
+    assert "[L] model tests" in page.text
+    assert "Tags: [L] other literature." in page.text
+
+
 def test_steps_findings_and_provenance_are_shown(page: Page) -> None:
     assert "psi: 2 jumps of a full turn removed" in page.text
     assert "r stands still for 12 samples." in page.text

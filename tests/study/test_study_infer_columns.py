@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatruth.study.infer_columns import guess, split_header
+from seatruth.study.infer_columns import infer_columns, split_header
 from seatruth.trials import STANDARD_CHANNELS, Channel
 
 WANTED = [Channel("t", "s"), *STANDARD_CHANNELS.values()]
@@ -49,23 +49,23 @@ def test_headers_split_into_name_and_unit(header: str, name: str, unit: str) -> 
     ],
 )
 def test_units_come_from_the_header_or_the_range(header: str, numbers: np.ndarray, channel: str, unit: str) -> None:
-    found = guess({header: numbers}, WANTED)
-    assert {name: hit.unit for name, hit in found.items()} == {channel: unit}
+    inferred = infer_columns({header: numbers}, WANTED)
+    assert {name: hit.unit for name, hit in inferred.items()} == {channel: unit}
 
 
 @pytest.mark.parametrize(("rudder", "unit"), [(0.6, "rad"), (35.0, "deg")])
 def test_a_wound_up_heading_has_the_rudders_unit(rudder: float, unit: str) -> None:
-    found = guess({"psi": np.linspace(0.0, 13.5, 200), "delta": rudder * WAVE}, WANTED)
-    assert found["psi"].unit == found["delta"].unit == unit
+    inferred = infer_columns({"psi": np.linspace(0.0, 13.5, 200), "delta": rudder * WAVE}, WANTED)
+    assert inferred["psi"].unit == inferred["delta"].unit == unit
 
 
 def test_each_column_serves_one_channel_and_the_plain_name_wins() -> None:
-    found = guess({"speed": WAVE, "u": WAVE, "drift": WAVE, "heading": WAVE, "psi": WAVE}, WANTED)
-    assert found["u"].column == "u"
-    assert found["psi"].column == "psi"
-    assert len({hit.column for hit in found.values()}) == len(found) == 2
+    inferred = infer_columns({"speed": WAVE, "u": WAVE, "drift": WAVE, "heading": WAVE, "psi": WAVE}, WANTED)
+    assert inferred["u"].column == "u"
+    assert inferred["psi"].column == "psi"
+    assert len({hit.column for hit in inferred.values()}) == len(inferred) == 2
 
 
 def test_a_column_without_numbers_is_no_reason_to_stop() -> None:
-    found = guess({"rudder": np.full(5, np.nan)}, WANTED)
-    assert found["delta"].unit == "rad"
+    inferred = infer_columns({"rudder": np.full(5, np.nan)}, WANTED)
+    assert inferred["delta"].unit == "rad"

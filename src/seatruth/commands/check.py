@@ -24,7 +24,7 @@ def check(
     ] = True,
     json_file: JsonFile = None,
 ) -> Result:
-    """Say what is wrong with a study and its data."""
+    """List the faults of a study and its data."""
     from seatruth.analysis import check_study
 
     loaded = load_study(study)

@@ -19,10 +19,10 @@ def compare(
     comparison: Annotated[Path, typer.Argument(metavar="COMPARISON.toml", help="The comparison file.")],
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of store and report.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=0, help="Runs at once; 0 for one a processor.")] = 0,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Make all runs anew.")] = False,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Make runs that failed anew.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Repeat all runs.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
     ranking: Annotated[
-        bool, typer.Option("--ranking", help="Only show how it stands, also while it is running elsewhere.")
+        bool, typer.Option("--ranking", help="Only show the ranking so far, also while the comparison runs elsewhere.")
     ] = False,
     scheduler: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Run on the workers of this dask scheduler.")
@@ -30,7 +30,7 @@ def compare(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Compare solvers on problems under noise; goes on where it was stopped; writes a report and tables."""
+    """Compare solvers on problems under noise. The same command continues an interrupted comparison."""
     from seatruth.comparison import compare as run
     from seatruth.comparison import standing
     from seatruth.comparison.file import read_comparison

@@ -1,4 +1,4 @@
-"""`seatruth demo`: the whole job on trials that come with seatruth."""
+"""`seatruth demo`: identifies and diagnoses the synthetic trials that come with seatruth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def demo(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Run the whole job on trials that come with it."""
+    """Identify and diagnose synthetic example trials."""
     with as_file(files("seatruth") / "sample") as folder:
         study = load_study(folder / "study.toml")
         say(f"Identifying {study.name}: {len(study.trials)} synthetic trials that come with seatruth.\n")

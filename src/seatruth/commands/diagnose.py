@@ -55,7 +55,7 @@ def diagnose(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Say where model and trials disagree, which effect causes it and how far the gap shrinks."""
+    """Find the effect that a model lacks. Says where, which, how far the gap shrinks, and what to try next."""
     folder = out if out is not None else study.parent / f"{study.stem}-diagnosis"
     return run(
         load_study(study),

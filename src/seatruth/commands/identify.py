@@ -47,11 +47,13 @@ def identify(
     cross_validate: Annotated[
         bool, typer.Option("--cross-validate", help="Leave out each trial in turn and predict it.")
     ] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do not go on with an interrupted run.")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start again instead of continuing an interrupted run.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Identify a study's parameters; writes the result and a report."""
+    """Identify a study's parameters and write a report."""
     loaded = load_study(study)
     patterns = names(profile)
     return run(
@@ -174,7 +176,7 @@ def summary(estimate: Estimate) -> dict[str, Any]:
 
 
 def show(estimate: Estimate) -> None:
-    """The result in the terminal: parameters, what cannot be told apart, the fit, how it ended."""
+    """Prints the result: parameters, inseparable combinations, the fit, the reason for the end."""
     if estimate.synthetic:
         say("SYNTHETIC: these trials were made by a simulator.", style="bold yellow")
     outcome = estimate.outcome

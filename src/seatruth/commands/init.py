@@ -1,4 +1,4 @@
-"""`seatruth init LOG.csv`: a commented study file, guessed from the log's columns."""
+"""`seatruth init LOG.csv`: guesses the columns of a log and writes a commented study file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing study file.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Write a commented study file, guessed from a log's columns."""
+    """Guess the columns of a log and write a commented study file."""
     target = output or log.with_suffix(".toml")
     if target.exists() and not force:
         raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")

@@ -30,24 +30,24 @@ def _entries(value: Any) -> Any:
 
 
 class ComparisonTable(Table):
-    """What the comparison is called, how often each run is repeated, how long it may search."""
+    """Name of the comparison, number of repetitions, budgets."""
 
     name: str | None = Field(default=None, description="Name in results and reports; default: the file's name.")
-    description: str = Field(default="", description="What it is for; shown in the report.")
-    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="Seed of everything random.")
+    description: str = Field(default="", description="What the comparison is for; shown in the report.")
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="Seed of all random numbers.")
     seeds: PositiveInt = Field(
         default=20,
-        description="Realisations of each noise; every solver sees the same ones. 15 at least.",
+        description="Realisations of each noise, at least 15; every solver sees the same ones.",
     )
     budgets: list[PositiveInt] = Field(
         default=[2000], description="Evaluations that a run may spend, finite differences counted; one or several."
     )
     costs: list[Literal["trajectory", "regression"]] = Field(
-        default=[], description="Kinds of cost to fit by; default: that of each study. Formulas keep their own."
+        default=[], description="Kinds of cost; default: that of each study. A formula study keeps its cost."
     )
     targets: list[FiniteFloat] = Field(
         default=list(TARGETS),
-        description="Excesses over the best known fit, in units of chi-square, that are looked for.",
+        description="Excesses over the best known fit, in units of chi-square; the report says when each is reached.",
     )
     success: Annotated[FiniteFloat, Field(gt=0)] = Field(
         default=1.0, description="The excess below which a run counts as a success: 1 is one standard error."
@@ -55,18 +55,18 @@ class ComparisonTable(Table):
 
 
 class ProblemTable(Table):
-    """A study that is fitted again and again. `[[problems]]`, one or more."""
+    """A study that is fitted many times. `[[problems]]`, one or more."""
 
     study: str = Field(description="Study file, relative to this file.")
     name: str | None = Field(default=None, description="Name in results; default: the study's.")
     truth: Literal["study"] | dict[str, FiniteFloat] | None = Field(
         default=None,
         description='True parameters: "study" (the values that the study starts from) or a table. The trials are then '
-        "simulated with them. Without, noise is added to the trials as they are; errors of parameters are unknown.",
+        "simulated with them. Default: noise is added to the trials as they are; errors of parameters are unknown.",
     )
     start: Literal["random", "study"] = Field(
         default="random",
-        description='Where searches start: "random" (within the start regions or bounds, anew for every seed, the same '
+        description='Start of the searches: "random" (within the start regions or bounds, new for every seed, the same '
         'for all solvers) or "study" (the values of the study).',
     )
     costs: list[Literal["trajectory", "regression", "formula"]] = Field(
@@ -76,18 +76,18 @@ class ProblemTable(Table):
 
 
 class SolverTable(OpenTable):
-    """A solver; the further keys are its options (`seatruth list optimizers --long`). `[[solvers]]`, one or more; a
-    list of names will do where none has options."""
+    """A solver; the further keys are its options (`seatruth list optimizers --long`). `[[solvers]]`, one or more.
+    If no solver has options, a list of names suffices."""
 
     use: str | None = Field(default=None, description="A solver of `seatruth list optimizers`.")
-    name: str | None = Field(default=None, description="Name in results; default: what it uses.")
+    name: str | None = Field(default=None, description="Name in results; default: the solver's.")
     stages: list[OptimizerTable] = Field(
-        default=[], description="Instead of `use`: a hybrid, each stage a table as `[optimizer]` of a study file."
+        default=[], description="Instead of `use`: a hybrid. Each stage is a table like `[optimizer]` of a study file."
     )
 
 
 class NoiseTable(OpenTable):
-    """One kind of noise at some levels; the further keys are options of the kind. `[[noise]]`, one or more."""
+    """One kind of noise at several levels; the further keys are options of the kind. `[[noise]]`, one or more."""
 
     kind: str = Field(default="white", description="white, coloured, outliers, dropouts or input.")
     levels: list[Annotated[FiniteFloat, Field(ge=0)]] = Field(
@@ -96,10 +96,10 @@ class NoiseTable(OpenTable):
 
 
 class OutputTable(Table):
-    """What is written."""
+    """Files that are written."""
 
     folder: str | None = Field(
-        default=None, description="Folder of store, report and tables; default: NAME-result beside this file."
+        default=None, description="Folder of store, report and tables; default: NAME-result in the folder of this file."
     )
 
 

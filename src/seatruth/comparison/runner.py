@@ -45,8 +45,8 @@ def compare(
         folder: gets the store, `comparison.sqlite`; runs that are in it are not made again.
         workers: processes that run at once; they do not change the results.
         backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
-        fresh: make all runs anew.
-        retry_failed: make those runs anew that failed.
+        fresh: repeat all runs.
+        retry_failed: repeat the runs that failed.
         progress: called with a `ProgressEvent` after every group of runs.
 
     Returns:
@@ -130,7 +130,7 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[RunRes
                 raise SeatruthError(
                     "one run ended every worker that took it on",
                     where="dask",
-                    do="Finished runs are kept. The same command without --dask finds the run and goes on.",
+                    do="Finished runs are kept. Run the same command without --dask to find that run and continue.",
                 ) from None
             if not isinstance(problem, BrokenProcessPool):
                 raise

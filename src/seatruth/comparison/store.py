@@ -133,7 +133,7 @@ class Store:
             raise SeatruthError(
                 f"the result of a run cannot be written ({problem})",
                 where=str(self.path),
-                do="Free some space; the same command then goes on. Nothing that was written before is lost.",
+                do="Free some space and run the same command again. All earlier runs are kept.",
             ) from None
 
     def clear(self, keys: Iterable[str]) -> None:
@@ -249,7 +249,7 @@ class Store:
             raise BadInput(
                 "another comparison is writing to this store",
                 where=str(self.path),
-                do="Wait for it, or choose another folder with --out. (--ranking shows how it stands.)",
+                do="Wait for it, or choose another folder with --out. (--ranking shows the ranking so far.)",
             )
 
     def _open(self, write: bool) -> None:

@@ -39,11 +39,11 @@ def relation(text: str, names: Collection[str]) -> set[str]:
 
 def _reached(start: str, used: dict[str, set[str]]) -> set[str]:
     """Every parameter on which an expression depends, directly or through other expressions."""
-    found: set[str] = set()
+    reached: set[str] = set()
     ahead = list(used.get(start, ()))
     while ahead:
         name = ahead.pop()
-        if name not in found:
-            found.add(name)
+        if name not in reached:
+            reached.add(name)
             ahead.extend(used.get(name, ()))
-    return found
+    return reached

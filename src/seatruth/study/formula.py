@@ -118,7 +118,7 @@ def _require_column(name: str, is_input: bool, file: StudyFile, table: Table) ->
 def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
     """The rows with the same entry in a column as a trial each, in the order in which they come."""
     if column not in table.columns:
-        raise BadInput(f"no column {column!r} to tell the trials apart", do=nearest(column, list(table.columns)))
+        raise BadInput(f"no column {column!r} to distinguish the trials", do=nearest(column, list(table.columns)))
     entries = table.columns[column].astype("string").fillna("").str.strip().to_numpy()[trial.t.astype(np.intp)]
     labels = list(dict.fromkeys(entries.tolist()))
     if len(labels) > _MOST_TRIALS:

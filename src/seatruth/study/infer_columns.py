@@ -1,7 +1,7 @@
-"""Which column of a log is which channel, guessed from its name, its unit and its range.
+"""Infers which column of a log holds which channel, from its name, its unit and its range.
 
-A guess is only a start for the reader of the study file, who sees each with its reason. Names decide first ("rudder",
-"yaw rate"); the unit comes from the header ("[deg/s]", "(kn)", "_deg"), else from the range that the numbers span.
+The study file shows each inference with its reason, so that the user can check it. Names decide first ("rudder",
+"yaw rate"); the unit comes from the header ("[deg/s]", "(kn)", "_deg"), else from the range of the numbers.
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ _BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")
 
 
 @dataclass(frozen=True)
-class Guess:
-    """One column taken for a channel: the unit of its numbers, and why."""
+class InferredColumn:
+    """One column that is taken for a channel: the unit of its numbers, and the reason."""
 
     channel: str
     column: str
@@ -105,27 +105,28 @@ _WOUND_UP = 130.0
 """rad, 20 turns; more than any manoeuvre turns."""
 
 
-def guess(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel]) -> dict[str, Guess]:
-    """Columns (name to numbers) that look like the wanted channels, at most one each, best match first."""
-    candidates: list[tuple[int, int, Guess]] = []
+def infer_columns(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel]) -> dict[str, InferredColumn]:
+    """Columns (name to numbers) that match the wanted channels, at most one for each, best match first."""
+    candidates: list[tuple[int, int, InferredColumn]] = []
     for order, (column, numbers) in enumerate(columns.items()):
         for channel in wanted:
-            found = _match(column, numbers, channel)
-            if found is not None:
-                rank, hit = found
-                candidates.append((rank, order, hit))
-    taken: dict[str, Guess] = {}
+            match = _match(column, numbers, channel)
+            if match is not None:
+                candidates.append((match[0], order, match[1]))
+    taken: dict[str, InferredColumn] = {}
     used: set[str] = set()
-    for _, _, hit in sorted(candidates, key=lambda item: item[:2]):
-        if hit.channel not in taken and hit.column not in used:
-            taken[hit.channel] = hit
-            used.add(hit.column)
+    for _, _, candidate in sorted(candidates, key=lambda item: item[:2]):
+        if candidate.channel not in taken and candidate.column not in used:
+            taken[candidate.channel] = candidate
+            used.add(candidate.column)
     psi, delta = taken.get("psi"), taken.get("delta")
     if psi and delta and psi.why.startswith(_TOO_LARGE) and delta.unit == "rad":
-        # A turning circle winds the heading up past a turn: what the rudder is in tells radians from degrees.
+        # In a turning circle the heading exceeds a full turn, so its range does not show the unit: the rudder does.
         moves, top = np.ptp(_finite(columns[delta.column])), np.max(np.abs(_finite(columns[psi.column])))
         if moves > _RUDDER_MOVES and top < _WOUND_UP:
-            taken["psi"] = Guess("psi", psi.column, "rad", "assumed, as the rudder is in rad; the header has no unit")
+            taken["psi"] = InferredColumn(
+                "psi", psi.column, "rad", "assumed, as the rudder is in rad; the header has no unit"
+            )
     return taken
 
 
@@ -147,7 +148,7 @@ def split_header(header: str) -> tuple[str, str]:
     return words, ""
 
 
-def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, Guess] | None:
+def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
     """How well a column fits a channel (smaller is better), or None."""
     name, unit = split_header(column)
     known = _NAMES.get(channel.name, (_words(channel.name),))
@@ -158,15 +159,15 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     if unit and not _fits(unit, channel.unit):
         unit = ""
     if unit:
-        return rank, Guess(channel.name, column, unit, "unit from the header")
+        return rank, InferredColumn(channel.name, column, unit, "unit from the header")
     if whole in ("rpm", "rps"):
-        return rank, Guess(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
+        return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     unit, why = _from_range(numbers, channel)
-    return rank, Guess(channel.name, column, unit, why)
+    return rank, InferredColumn(channel.name, column, unit, why)
 
 
 def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, str]:
-    """The unit that makes the numbers plausible; the channel's own where nothing speaks against it."""
+    """The unit that makes the numbers plausible; the unit of the channel if the numbers allow it."""
     finite = _finite(numbers)
     if finite.size == 0:
         return channel.unit, "no numbers to guess the unit from"

@@ -83,7 +83,7 @@ def profile_names(patterns: list[str], study: Study) -> tuple[str, ...]:
 
 
 def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problems]:
-    """A study file's text checked against the schema, and the collector for what is found later.
+    """A study file's text checked against the schema, and the collector of later problems.
 
     Raises BadInput that lists every problem with its line.
     """
@@ -146,7 +146,7 @@ def read_text(path: str | Path) -> str:
 
 def _siblings(file: Path) -> str:
     try:
-        beside = sorted(entry.name for entry in file.parent.glob("*.toml"))[:10]
+        siblings = sorted(entry.name for entry in file.parent.glob("*.toml"))[:10]
     except OSError:
-        beside = []
-    return f"Study files there: {', '.join(beside)}." if beside else "`seatruth init LOG.csv` writes one."
+        siblings = []
+    return f"Study files there: {', '.join(siblings)}." if siblings else "`seatruth init LOG.csv` writes one."

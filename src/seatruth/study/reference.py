@@ -1,4 +1,4 @@
-"""The reference of the study file, written from the schema's own descriptions so that it cannot drift from it."""
+"""The reference of the study file in docs/study-file.md, generated from the descriptions in the schema."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
 )
 
 NOISE = (
-    'One entry a channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
-    '"estimate" (the default) to take it from the residuals.'
+    'One entry for each channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
+    '"estimate" (the default), which estimates it from the residuals.'
 )
 
 
@@ -93,7 +93,7 @@ def _row(name: str, field: FieldInfo) -> str:
 
 
 def kind(annotation: Any) -> str:
-    """A type in plain words: "number", "true or false", "list of texts", or the words that may stand there."""
+    """A type in plain words: "number", "true or false", "list of texts", or the allowed words."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is typing.Annotated:
         return kind(arguments[0])
@@ -102,7 +102,8 @@ def kind(annotation: Any) -> str:
     if origin in (Union, types.UnionType):
         return " or ".join(dict.fromkeys(kind(a) for a in arguments if a is not type(None)))
     if origin is list:
-        return f"list of {kind(arguments[0])}s"
+        plural = "" if get_origin(arguments[0]) is Literal else "s"
+        return f"list of {kind(arguments[0])}{plural}"
     if origin is dict:
         return f"table; each entry: {kind(arguments[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

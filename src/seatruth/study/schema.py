@@ -1,8 +1,8 @@
-"""The study file: one vocabulary, written down as pydantic models.
+"""The schema of the study file as pydantic models.
 
-Every table and key of a study file is a field here with its description; docs/study-file.md is made from them. The
-models check types and spelling only. What needs the model, the trials or the plug-ins (does this parameter exist, is
-this file there) is checked where the study is built.
+Every table and key of a study file is a field here with its description; docs/study-file.md is generated from them. The
+models check types and spelling only. Checks that need the model, the trials or the plug-ins (whether a parameter or a
+file exists) run where the study is built.
 """
 
 from __future__ import annotations
@@ -55,17 +55,17 @@ Pair = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2), BeforeVal
 
 
 class StudyTable(Table):
-    """What the study is called and what makes it reproducible."""
+    """Name, description and seed of the study."""
 
     name: str | None = Field(
         default=None, description="Name of the study in results and reports; default: the file's name."
     )
     description: str = Field(default="", description="What the study is for; shown in the report.")
     seed: Annotated[int, Field(ge=0)] = Field(
-        default=0, description="Seed of everything random. The same seed gives the same result."
+        default=0, description="Seed of all random numbers. The same seed gives the same result."
     )
     synthetic: bool = Field(
-        default=False, description="True if the trials were made by a simulator; every result and report then says so."
+        default=False, description="True if a simulator made the trials; every result and report then says so."
     )
 
 
@@ -73,16 +73,16 @@ class ModelTable(Table):
     """The vehicle's model."""
 
     use: str = Field(
-        description='A model of `seatruth list models`, or a model of your own as "file.py:ClassName" (path relative '
-        "to the study file). Such a file, and those of effects, are the only code that a study runs."
+        description='A model of `seatruth list models`, or your own model as "file.py:ClassName" (path relative to the '
+        "study file). A study runs no code but such files of models and effects."
     )
     set: str | None = Field(
-        default=None, description='Parameter set that the model offers, as "KVLCC2"; default: its own.'
+        default=None, description='Parameter set of the model, as "KVLCC2"; default: the values in the model.'
     )
     effects: list[str] = Field(
         default=[],
-        description='Effects of `seatruth list effects`, or "file.py:ClassName", that the model leaves out, added '
-        'to it at their null; their parameters are called as "current_north" and can be identified like any other.',
+        description='Effects of `seatruth list effects`, or your own as "file.py:ClassName". They are added to the '
+        'model at their null. Parameters have names such as "current_north" and can be identified like any other.',
     )
     vary: list[str] = Field(
         default=[],
@@ -90,7 +90,7 @@ class ModelTable(Table):
         "their tables.",
     )
     constraints: list[str] = Field(
-        default=[], description='Relations between parameters that every answer must keep, as "Y_v * N_r > 0".'
+        default=[], description='Relations between parameters that every estimate must satisfy, as "Y_v * N_r > 0".'
     )
 
 
@@ -102,34 +102,37 @@ class PriorTable(Table):
 
 
 class ParameterTable(Table):
-    """One parameter of the model, in its own unit. A bare number is short for `{ value = number }`."""
+    """One parameter, in the unit of the model. A bare number is short for `{ value = number }`."""
 
     value: FiniteFloat | None = Field(
-        default=None, description="Value, and where the search starts; default: the model's."
+        default=None, description="Value, from which the search starts; default: the model's."
     )
     min: float | None = Field(default=None, description="Lower bound.")
     max: float | None = Field(default=None, description="Upper bound.")
     vary: bool | None = Field(
-        default=None, description="True to identify it; default: fixed, unless [model] vary names it."
+        default=None,
+        description="True: the parameter is identified. Default: fixed, unless `vary` of [model] names it.",
     )
     prior: PriorTable | None = Field(default=None, description="Prior knowledge, `{ mean = 0.3, sd = 0.05 }`.")
-    scale: Literal["linear", "log"] | None = Field(default=None, description="Search in the value or in its logarithm.")
+    scale: Literal["linear", "log"] | None = Field(
+        default=None, description="The search varies the value or its logarithm."
+    )
     start: Pair | None = Field(default=None, description="Region [low, high] of random starts; default: the bounds.")
     expr: str | None = Field(
-        default=None, description='Expression that sets it from other parameters, as "-0.5 * Y_v".'
+        default=None, description='Expression that sets the parameter from others, as "-0.5 * Y_v".'
     )
-    unit: str | None = Field(default=None, description="Unit (formula studies only; a model states its own).")
+    unit: str | None = Field(default=None, description="Unit, in formula studies only; a model declares its units.")
 
 
 class ChannelTable(Table):
-    """Where a channel of the model is found in the files. A bare text is short for `{ column = text }`."""
+    """The column of the files that holds a channel of the model. A bare text is short for `{ column = text }`."""
 
     column: str | None = Field(default=None, description="Column of the file; default: the channel's name.")
     unit: str | None = Field(
         default=None, description='Unit in the file, as "deg/s"; default: the unit the model uses.'
     )
-    sign: Literal[-1, 1] = Field(default=1, description="-1 if the file counts the other way than the model.")
-    scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, besides the unit.")
+    sign: Literal[-1, 1] = Field(default=1, description="-1 if the file has the opposite sign convention.")
+    scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, in addition to the unit.")
     offset: FiniteFloat = Field(
         default=0.0, description="Added to the numbers, in the model's unit (SI; rad; rev/s), after sign and scale."
     )
@@ -138,7 +141,8 @@ class ChannelTable(Table):
     )
     extra: bool = Field(
         default=False,
-        description="True for a channel that neither the model nor the standard list has; preparation steps use it.",
+        description="True for a channel that is neither in the model nor in the standard list; only preparation steps "
+        "use it.",
     )
 
 
@@ -147,7 +151,8 @@ class TimeTable(Table):
 
     column: str = Field(default="t", description="Column of the file.")
     unit: str | None = Field(
-        default=None, description='Unit, or "date" for dates with times; default: as the header or the dates say, or s.'
+        default=None,
+        description='Unit, or "date" for dates with times; default: the unit of the header, "date" for dates, else s.',
     )
     repeated: Literal["refuse", "first", "last"] = Field(
         default="refuse", description="Samples with the same time: refuse the file, or keep the first or the last."
@@ -155,7 +160,7 @@ class TimeTable(Table):
 
 
 class FilesTable(Table):
-    """How the trials' files are written, where it is not guessed rightly."""
+    """Format of the files; needed only where the guess is wrong."""
 
     separator: str | None = Field(default=None, description='"," ";" "|" "tab" or "space"; default: guessed.')
     decimal: Literal[".", ","] | None = Field(default=None, description="Decimal mark; default: guessed.")
@@ -167,11 +172,11 @@ Channels = dict[str, Annotated[ChannelTable, _as_table("column")]]
 
 
 class PrepareTable(OpenTable):
-    """One preparation step; the further keys are its options. Steps run in the order in which they stand."""
+    """One preparation step; the further keys are its options. Steps run in the order of the file."""
 
     step: str = Field(description="Name of the step.")
     trials: list[str] | None = Field(
-        default=None, description="Names or patterns of the trials it acts on; default: all (only in shared steps)."
+        default=None, description="Names or patterns of the trials to which a shared step applies; default: all."
     )
 
 
@@ -180,8 +185,8 @@ class TrialTable(Table):
 
     name: str | None = Field(default=None, description="Name; default: the file's name without its ending.")
     file: str = Field(
-        description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) takes every "
-        "file that fits, each a trial of its own."
+        description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) makes every "
+        "matching file a trial."
     )
     role: Literal["fit", "holdout"] = Field(
         default="fit", description='"fit" takes part in the fit; "holdout" is only predicted.'
@@ -192,7 +197,7 @@ class TrialTable(Table):
     channels: Channels = Field(default={}, description="Overrides [channels] for this trial, key by key.")
     without: list[str] = Field(default=[], description="Outputs of the model that this trial did not record.")
     conditions: dict[str, str | float | bool] = Field(
-        default={}, description="What held during the run (loading, depth, sea state); kept with the result."
+        default={}, description="Conditions of the run (loading, depth, sea state); kept with the result."
     )
     prepare: list[PrepareTable] = Field(
         default=[], description="Steps for this trial alone; they run before the shared [[prepare]] steps."
@@ -216,17 +221,18 @@ class CostTable(Table):
         default=None, description="Longest integration step, s; default: the sampling step."
     )
     initial: Literal["fixed", "free"] = Field(
-        default="fixed", description="Initial state of each trial: taken from its first samples, or estimated too."
+        default="fixed", description="Initial state of each trial: taken from its first samples, or estimated."
     )
     initial_sd: dict[str, float | str] = Field(
         default={},
-        description='How far the first samples may be off, by state, as { u = "0.05 m/s" }; with initial = "free".',
+        description='Standard deviation of the first samples, by state, as { u = "0.05 m/s" }; with initial = "free".',
     )
     segments: PositiveFloat | None = Field(
-        default=None, description="Cut the trials into segments of this length, s, each started from its own samples."
+        default=None,
+        description="Length, s, of segments into which the trials are cut; each starts from its first samples.",
     )
     multiple_shooting: bool = Field(
-        default=False, description="Join the segments: their initial states are free and must meet."
+        default=False, description="True: the initial states of the segments are free, and the segments must join."
     )
     criterion: Literal["weighted", "likelihood"] = Field(
         default="weighted",
@@ -234,7 +240,7 @@ class CostTable(Table):
         "estimated measurement-noise covariance R.",
     )
     form: Literal["euler", "central", "trapezoid"] = Field(
-        default="trapezoid", description="How a regression differences the states."
+        default="trapezoid", description="Formula by which a regression differentiates the states."
     )
     equations: list[str] | None = Field(
         default=None, description="States whose equations a regression uses; default: all that contain free parameters."
@@ -242,8 +248,8 @@ class CostTable(Table):
 
 
 class OptimizerTable(OpenTable):
-    """A solver; the further keys are its options (`seatruth list optimizers --long`). [[optimizer]] twice or more
-    makes a hybrid: each starts where the one before ended."""
+    """A solver; the further keys are its options (`seatruth list optimizers --long`). Two or more [[optimizer]]
+    tables make a hybrid: each solver starts where the one before ended."""
 
     use: str = Field(default="least_squares", description="A solver of `seatruth list optimizers`.")
     share: Annotated[FiniteFloat, Field(gt=0, lt=1)] | None = Field(
@@ -252,7 +258,7 @@ class OptimizerTable(OpenTable):
 
 
 class BudgetTable(Table):
-    """When to stop."""
+    """Limits at which a search stops."""
 
     evaluations: PositiveInt | None = Field(
         default=None, description="Simulations of all trials, finite differences counted."
@@ -260,22 +266,24 @@ class BudgetTable(Table):
     seconds: PositiveFloat | None = Field(default=None, description="Wall time.")
     stall: PositiveInt | None = Field(default=None, description="Stop after this many evaluations without progress.")
     tolerance: Annotated[FiniteFloat, Field(ge=0)] = Field(
-        default=1e-9, description="Relative fall of the cost that counts as progress."
+        default=1e-9, description="Relative decrease of the cost that counts as progress."
     )
-    target: FiniteFloat | None = Field(default=None, description="Stop once the cost is this low.")
+    target: FiniteFloat | None = Field(default=None, description="Stop as soon as the cost is this low.")
 
 
 class OutputTable(Table):
-    """What is written and what is computed besides the fit."""
+    """Files that are written, and results that are computed in addition to the fit."""
 
     folder: str | None = Field(
-        default=None, description="Folder of the result; default: NAME-result beside the study file."
+        default=None, description="Folder of the result; default: NAME-result in the folder of the study file."
     )
     report: bool = Field(default=True, description="Write report.html.")
     cross_validate: bool = Field(
         default=False, description="Leave out each trial in turn, fit the others and predict it."
     )
-    profile: list[str] = Field(default=[], description="Parameters whose likelihood is profiled (names or patterns).")
+    profile: list[str] = Field(
+        default=[], description="Parameters (names or patterns) whose profile likelihood is computed."
+    )
 
 
 class FormulaTable(Table):
@@ -288,8 +296,9 @@ class FormulaTable(Table):
     file: str = Field(description="Table of data (CSV, Parquet or MATLAB), relative to the study file.")
     trial: str | None = Field(
         None,
-        description="Column that tells conditions apart, as the draft: rows with the same entry are one trial, and "
-        "`cross_validate` predicts each from the others. Without it, it leaves out a tenth of the rows at a time.",
+        description="Column that distinguishes conditions, as the draft: rows with the same entry are one trial, and "
+        "`cross_validate` predicts each trial from the others. Default: `cross_validate` leaves out a tenth of the "
+        "rows at a time.",
     )
 
 

@@ -47,9 +47,9 @@ def simulated(
         for column, state in enumerate(model.states):
             x0[row, column] = first_states.get(f"{trial.name}: {state.name}", x0[row, column])
     names = [state.name for state in model.states]
-    for name, (leader, sign) in model.follows.items():  # states that start where another state does
-        own, other = names.index(name), names.index(leader)
-        x0[:, own] += sign * (x0[:, other] - engine.initial_states[:, other])
+    for name, (leader, sign) in model.follows.items():  # their initial value moves with that of another state
+        follower, other = names.index(name), names.index(leader)
+        x0[:, follower] += sign * (x0[:, other] - engine.initial_states[:, other])
     y = engine.outputs(np.zeros((1, 0)), x0).y[0]
     return {trial.name: _table(problem, trial, y[rows]) for trial, rows in zip(trials, engine.rows, strict=True)}
 

@@ -55,25 +55,25 @@ def table_trial(
 ) -> Trial:
     """A table as the trial of a formula; its time counts the rows. Raises BadInput for columns that are missing."""
     known = [str(column) for column in data]
-    found = {}
+    columns = {}
     for channel in (*model.inputs, *model.outputs):
         if channel.name not in known:
             raise BadInput(
                 f"the table has no column {channel.name!r}", where=f"formula {name!r}", do=nearest(channel.name, known)
             )
         try:
-            found[channel.name] = np.asarray(data[channel.name], dtype=np.float64).ravel()
+            columns[channel.name] = np.asarray(data[channel.name], dtype=np.float64).ravel()
         except (TypeError, ValueError):
             raise BadInput(
                 f"column {channel.name!r} holds something that is no number", where=f"formula {name!r}"
             ) from None
-    rows = len(found[model.outputs[0].name])
+    rows = len(columns[model.outputs[0].name])
     output = model.outputs[0].name
     return Trial(
         name,
         np.arange(rows, dtype=np.float64),
-        {channel.name: found[channel.name] for channel in model.inputs},
-        {output: found[output]},
+        {channel.name: columns[channel.name] for channel in model.inputs},
+        {output: columns[output]},
         synthetic=synthetic,
         source=source,
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
-from seatruth.study.infer_columns import Guess, guess
+from seatruth.study.infer_columns import InferredColumn, infer_columns
 from seatruth.trials import STANDARD_CHANNELS, Channel
 
 Numbers = NDArray[np.float64]
@@ -35,7 +35,7 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     units = frame.attrs.get("units", {})
     columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
     back = {_titled(str(name), units): str(name) for name in frame.columns}
-    guesses = guess(columns, [Channel("t", "s"), *needed, *extra])
+    guesses = infer_columns(columns, [Channel("t", "s"), *needed, *extra])
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
     missing_outputs = [c for c in model.outputs if c.name not in guesses]
     notes = []
@@ -97,7 +97,7 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(guessed: Guess | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
     if guessed is None:
         return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
     column = back[guessed.column]
@@ -108,7 +108,7 @@ def _time(guessed: Guess | None, frame: pd.DataFrame, back: dict[str, str]) -> l
 
 
 def _channels(
-    guesses: dict[str, Guess],
+    guesses: dict[str, InferredColumn],
     needed: Sequence[Channel],
     extra: Sequence[Channel],
     missing_inputs: Sequence[Channel],
@@ -156,7 +156,7 @@ def _steps(wrapped: Sequence[str]) -> list[str]:
     return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
 
 
-def _wraps(columns: Mapping[str, Numbers], guessed: Guess) -> bool:
+def _wraps(columns: Mapping[str, Numbers], guessed: InferredColumn) -> bool:
     """Whether an angle jumps by most of a turn."""
     numbers = columns[guessed.column]
     jumps = np.abs(np.diff(numbers[np.isfinite(numbers)]))

@@ -39,18 +39,18 @@ class Problems:
     def __init__(self, source: str, lines: Lines | None = None) -> None:
         self.source = source
         self.lines = lines
-        self._found: list[_Problem] = []
+        self._entries: list[_Problem] = []
 
     def __bool__(self) -> bool:
-        return bool(self._found)
+        return bool(self._entries)
 
     def add(self, path: Sequence[str | int], what: str, do: str = "", kind: type[SeatruthError] = BadInput) -> None:
         """Notes one problem at a key ("trials", 2, "file")."""
         line = self.lines.of(path) if self.lines else None
         place = ", ".join(part for part in (f"line {line}" if line else "", named(path)) if part)
         entry = _Problem(line or 0, place, what, do, kind)
-        if entry not in self._found:
-            self._found.append(entry)
+        if entry not in self._entries:
+            self._entries.append(entry)
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
@@ -63,15 +63,15 @@ class Problems:
 
     def stop(self) -> None:
         """Raises the message if there is any problem; a plug-in's failure keeps its own kind."""
-        if not self._found:
+        if not self._entries:
             return
-        kinds = [problem.kind for problem in self._found]
+        kinds = [problem.kind for problem in self._entries]
         kind = BadInput if any(issubclass(k, BadInput) for k in kinds) else kinds[0]
-        if len(self._found) == 1:
-            only = self._found[0]
+        if len(self._entries) == 1:
+            only = self._entries[0]
             where = f"{self.source}, {only.place}" if only.place else self.source
             raise kind(only.what, where=where, do=only.do)
-        ordered = sorted(self._found, key=lambda problem: problem.line)
+        ordered = sorted(self._entries, key=lambda problem: problem.line)
         hidden = len(ordered) - _MOST
         listing = "\n".join(f"  {problem}" for problem in ordered[:_MOST])
         listing += f"\n  and {hidden} more." if hidden > 0 else ""
@@ -94,21 +94,21 @@ def named(path: Sequence[str | int]) -> str:
 def add_schema_errors(
     problems: Problems, error: ValidationError, *, table: type[BaseModel] = StudyFile, at: Path = ()
 ) -> None:
-    """Says in plain words what pydantic found in the table that stands at `at`."""
+    """Adds what pydantic reports about the table at the key `at`, in plain words."""
     for detail in error.errors(include_url=False, include_context=True):
-        path: Path = tuple(part for part in detail["loc"] if _stands(part))
+        path: Path = tuple(part for part in detail["loc"] if _is_key(part))
         what, do = _plain(detail, path, at, table)
         # A union reports once for each of its branches; the collector keeps one of equal messages.
         problems.add((*at, *path), what, do)
 
 
-def _stands(part: str | int) -> bool:
+def _is_key(part: str | int) -> bool:
     """Whether a part of pydantic's location is a key of the file, not the name of a branch of a union."""
     return isinstance(part, int) or part not in ("str", "float", "bool", "int")
 
 
 def _plain(detail: ErrorDetails, path: Path, at: Path, table: type[BaseModel]) -> tuple[str, str]:
-    kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
+    kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
     key = path[-1] if path else "the table"
     named_key = f"item {key + 1}" if isinstance(key, int) else repr(key)
     if kind == "extra_forbidden":
@@ -118,16 +118,16 @@ def _plain(detail: ErrorDetails, path: Path, at: Path, table: type[BaseModel]) -
     if kind == "literal_error":
         allowed = str(context.get("expected", ""))
         words = allowed.replace("'", "").replace(" or ", ", ").split(", ")
-        hint = nearest(given, words).split("Known:")[0].strip() if isinstance(given, str) else ""
-        return f"{named_key} is {_shown(given)}, not {allowed}", hint
+        hint = nearest(value, words).split("Known:")[0].strip() if isinstance(value, str) else ""
+        return f"{named_key} is {_shown(value)}, not {allowed}", hint
     if kind == "value_error":
         return f"{named_key}: {context.get('error', detail['msg'])}", ""
-    if kind == "list_type" and isinstance(given, dict) and len(path) == 1:
+    if kind == "list_type" and isinstance(value, dict) and len(path) == 1:
         return f"[{key}] stands for several tables", f"Write [[{key}]], in double brackets."
     expected = _expected(kind, context)
     if table is StudyFile and (*at, *path)[:1] == ("noise",):
         expected = 'a number, a text with a unit or "estimate"'
-    return f"{named_key} is {_shown(given)}, but must be {expected or detail['msg'].lower()}", ""
+    return f"{named_key} is {_shown(value)}, but must be {expected or detail['msg'].lower()}", ""
 
 
 def _expected(kind: str, context: dict[str, Any]) -> str:
@@ -184,9 +184,9 @@ def _inner(annotation: Any) -> Any:
     if _is_table(annotation):
         return annotation
     for argument in get_args(annotation):
-        found = _inner(argument)
-        if found is not None:
-            return found
+        inner = _inner(argument)
+        if inner is not None:
+            return inner
     return None
 
 

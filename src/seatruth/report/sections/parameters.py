@@ -15,6 +15,7 @@ from seatruth.report.numbers import count, estimate, interval, listed, number, s
 from seatruth.report.sections.pictures import Album
 from seatruth.report.text.identification import strong_pairs
 from seatruth.report.view import View, finite
+from seatruth.text import origin_legend
 
 _STRONG = 0.9
 _MOST_PAIRS = 12
@@ -45,7 +46,7 @@ def estimates(data: View, album: Album) -> Section | None:
                 figures.parameters(data, against="start"),
                 f"Change of {count(len(frame), 'parameter')} from the start in percent, with 95 % intervals. "
                 "The table above has the numbers.",
-                f"Estimates and 95 % intervals as change from the start. Arrows: goes on beyond the figure.{note}",
+                f"Estimates and 95 % intervals as change from the start. Arrows: it extends beyond the figure.{note}",
             )
         )
     if (np.isfinite(frame["min"]) & np.isfinite(frame["max"])).any():
@@ -60,8 +61,10 @@ def estimates(data: View, album: Album) -> Section | None:
         blocks.append(Pictures(pictures))
     rows = [[str(name), str(row["description"]), str(row["source"])] for name, row in frame.iterrows()]
     if any(row[1] or row[2] for row in rows):
-        columns = [Column("parameter"), Column("is", "long"), Column("start from", "long")]
-        blocks.append(table("What they are, and where their starting values come from", columns, rows, folded=True))
+        columns = [Column("parameter"), Column("meaning", "long"), Column("source of the starting value", "long")]
+        blocks.append(table("Meaning and source of each starting value", columns, rows, folded=True))
+        if legend := origin_legend(row[2] for row in rows):
+            blocks.append(Text(legend))
     if len(data.nuisances):
         blocks.append(_table("Estimated with them: initial states", data.nuisances, folded=True, nuisance=True))
     return Section("parameters", "Parameters", blocks)
@@ -222,8 +225,8 @@ def profiles(data: View, album: Album) -> Section | None:
     ]
     more = f" Shown: {_MOST_PROFILES} of {len(names)}." if len(names) > _MOST_PROFILES else ""
     text = (
-        "Each parameter was held at several values and all others fitted anew. A parabola means that the standard "
-        "error tells the whole story; a flat or lopsided curve means that it does not. The dashed line bounds a 95 % "
+        "Each parameter was fixed at several values and all others were fitted again. If the curve is a parabola, the "
+        "standard error is reliable; if it is flat or asymmetric, it is not. The dashed line bounds a 95 % "
         "interval if the residuals are white; the shaded interval allows for their autocorrelation, the dotted line "
         f"is the estimate.{more}"
     )

@@ -78,7 +78,7 @@ def check_rate(trial: Trial) -> Iterator[Finding]:
 
 
 def correlation_samples(values: Array) -> float | None:
-    """Samples after which the autocorrelation of a channel falls below 1/e; None where it cannot be told."""
+    """Samples after which the autocorrelation of a channel falls below 1/e; None if it is constant or too short."""
     x = values - np.nanmean(values)
     ok = np.isfinite(x)
     if ok.sum() < limits.FEW_SAMPLES or not np.nanstd(x) > 0:
@@ -114,8 +114,8 @@ def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
             yield Finding(
                 "note",
                 "heading-coverage",
-                f"All headings lie within {degrees(span)}: a steady current cannot be told from a speed error or a "
-                "heading offset.",
+                f"All headings lie within {degrees(span)}: a steady current cannot be distinguished from "
+                "a speed error or a heading offset.",
                 "all trials",
                 "Add a run on another course, best a full turn.",
                 channel="psi",
@@ -129,7 +129,7 @@ def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
                 "note",
                 "speed-range",
                 f"The speed stays within {100 * (high - low) / middle:.0f} % of {middle:.3g} m/s: what depends on "
-                "speed, linear or quadratic drag say, cannot be told apart.",
+                "speed, such as linear and quadratic drag, cannot be separated.",
                 "all trials",
                 "Add a run with a change of speed.",
                 channel="u",

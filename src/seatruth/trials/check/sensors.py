@@ -28,7 +28,7 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
                 "warning",
                 "constant",
                 f"It is {finite[0]:.4g} at every sample.",
-                "A sensor that is off or stuck tells nothing: leave it out.",
+                "A sensor that is off or stuck has no information: leave it out.",
                 channel=name,
             )
             continue

@@ -18,7 +18,7 @@ def check_tables(tables: Sequence[Trial], model: Channels) -> list[Finding]:
     for channel in model.inputs:
         values = np.concatenate([table.inputs[channel.name] for table in tables])
         if values.size > 1 and np.ptp(values) == 0:
-            what = f"Every row has {channel.name} = {values[0]:g}: what it does cannot be told from them."
+            what = f"Every row has {channel.name} = {values[0]:g}: its influence cannot be identified."
             found.append(Finding("note", "constant-column", what, where, channel=channel.name))
     for channel in model.outputs:
         values = np.concatenate([table.outputs[channel.name] for table in tables])

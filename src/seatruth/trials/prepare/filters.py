@@ -98,7 +98,7 @@ def _middle(rows: Array) -> Array:
 
 
 class LowPass(Options):
-    """`cutoff` Hz (half power of one pass; half amplitude of both), `order` of one pass, `channels`: all if not given.
+    """`cutoff` Hz (half power of one pass; half amplitude of both), `order` of one pass, `channels`: default all.
 
     `bridge` s: gaps of outputs up to this long are bridged by a straight line for the filter and are gaps again after
     it; longer gaps are refused.
@@ -169,7 +169,7 @@ class Resample(Options):
 
 @preparation("resample", Resample)
 def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
-    """Brings a trial to an even rate; lowering it filters inputs and outputs alike first."""
+    """Resamples a trial at an even rate; before a lower rate, it filters inputs and outputs alike."""
     if len(trial) < 2:
         raise BadInput("it has fewer than two samples", do="Cut less.")
     step = float(np.median(np.diff(trial.t)))
@@ -246,7 +246,7 @@ class Differentiate(Options):
 
 @preparation("differentiate", Differentiate)
 def differentiate(trial: Trial, options: Differentiate) -> tuple[Trial, str]:
-    """Makes a missing rate channel as the derivative of another (Savitzky-Golay, zero phase)."""
+    """Computes a missing rate channel as the derivative of another (Savitzky-Golay, zero phase)."""
     if options.into in trial.inputs or options.into in trial.outputs:
         raise BadInput(f"channel {options.into!r} is there already", do="Choose another name for 'into'.")
     if not options.into.isidentifier():

@@ -68,7 +68,7 @@ class MarkInvalid(Options):
 
 @preparation("mark_invalid", MarkInvalid)
 def mark_invalid(trial: Trial, options: MarkInvalid) -> tuple[Trial, str]:
-    """Marks samples of outputs as not valid: in a stretch of time, or where a sensor repeats its last value."""
+    """Marks samples of outputs as not valid: in an interval of time, or where a sensor repeats its last value."""
     changed: dict[str, Array] = {}
     counts: dict[str, int] = {}
     where = np.ones(len(trial), dtype=bool)
@@ -90,7 +90,7 @@ def mark_invalid(trial: Trial, options: MarkInvalid) -> tuple[Trial, str]:
 
 
 class FillGaps(Options):
-    """`max_gap` s: longest time between the valid samples around a gap; `channels`: all inputs if not given."""
+    """`max_gap` s: longest time between the valid samples around a gap; `channels`: default all inputs."""
 
     max_gap: float = Field(gt=0)
     channels: list[str] | None = None
@@ -129,7 +129,7 @@ class ChangeSign(Options):
 
 @preparation("change_sign", ChangeSign)
 def change_sign(trial: Trial, options: ChangeSign) -> tuple[Trial, str]:
-    """Changes the sign of channels that count the other way."""
+    """Changes the sign of channels with the opposite sign convention."""
     names = chosen_channels(trial, options.channels, ())
     return with_channels(trial, {n: -trial.channel(n) for n in names}), f"changed the sign of {', '.join(names)}"
 
@@ -153,14 +153,14 @@ def correct(trial: Trial, options: Correct) -> tuple[Trial, str]:
 
 
 class Unwrap(Options):
-    """`channels`: phi, theta and psi if not given."""
+    """`channels`: default phi, theta and psi."""
 
     channels: list[str] | None = None
 
 
 @preparation("unwrap", Unwrap)
 def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
-    """Takes the jumps of a full turn out of angles."""
+    """Removes jumps of a full turn from angles."""
     present = [n for n in (*trial.inputs, *trial.outputs) if is_angle(n)]
     changed: dict[str, Array] = {}
     counts: dict[str, int] = {}
@@ -175,7 +175,7 @@ def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
 
 
 class ShiftTime(Options):
-    """`seconds` by which `channels` lag behind the others: they are moved that much earlier."""
+    """`seconds` by which `channels` lag behind the others; they are moved earlier by this time."""
 
     channels: list[str]
     seconds: float
@@ -183,7 +183,7 @@ class ShiftTime(Options):
 
 @preparation("shift_time", ShiftTime)
 def shift_time(trial: Trial, options: ShiftTime) -> tuple[Trial, str]:
-    """Moves channels that a sensor or a logger delays to an earlier time, on straight lines between samples."""
+    """Moves channels that a sensor or a logger delays to an earlier time; interpolates linearly between samples."""
     names = chosen_channels(trial, options.channels, ())
     refuse_wrapped(trial, names, "a straight line")
     wanted = trial.t + options.seconds

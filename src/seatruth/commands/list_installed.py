@@ -1,9 +1,9 @@
-"""`seatruth list models|effects|optimizers|costs`: what is installed, plug-ins included."""
+"""`seatruth list models|effects|optimizers|costs`: shows what is installed, plug-ins included."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -16,10 +16,11 @@ from seatruth.errors import SeatruthError
 from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
 from seatruth.study.schema import CostTable
+from seatruth.text import origin_legend
 
 
-class What(StrEnum):
-    """What can be listed."""
+class Kind(StrEnum):
+    """Kinds of things that can be listed."""
 
     models = "models"
     effects = "effects"
@@ -27,9 +28,9 @@ class What(StrEnum):
     costs = "costs"
 
 
-def listing(
-    what: Annotated[What, typer.Argument(help="What to list.", show_choices=True)],
-    long: Annotated[bool, typer.Option("--long", "-l", help="Also parameters and options.")] = False,
+def list_installed(
+    what: Annotated[Kind, typer.Argument(help="Kind of things to list.", show_choices=True)],
+    long: Annotated[bool, typer.Option("--long", "-l", help="Also show parameters, options and sources.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
     """List what is installed, plug-ins included."""
@@ -44,12 +45,22 @@ def listing(
             say(f"! {entry['error']}", style="yellow")
     if long:
         for entry in entries:
-            _details(entry)
+            _show_details(entry)
+        if legend := origin_legend(_sources(entries)):
+            say("")
+            say(legend)
     return Result({what.value: entries})
 
 
-def _details(entry: Mapping[str, Any]) -> None:
-    """The parameters or options of one entry, with its own words."""
+def _sources(entries: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Every source that the details show: of entries and of their parameters."""
+    for entry in entries:
+        yield entry.get("source", "")
+        yield from (parameter.get("source", "") for parameter in entry.get("parameters", ()))
+
+
+def _show_details(entry: Mapping[str, Any]) -> None:
+    """Prints the description, parameters and options of one entry."""
     say("")
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
     if entry.get("about"):
@@ -63,7 +74,7 @@ def _details(entry: Mapping[str, Any]) -> None:
         "confused with",
         "distinguished by",
     ):
-        if part in entry and entry[part] and "acts on" in entry:
+        if entry.get(part):
             say(f"{part}: {_cell(entry[part])}")
     for part in ("parameters", "options", "sets"):
         values = entry.get(part)
@@ -159,6 +170,7 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "value": parameter.value,
         "unit": parameter.unit,
         "means": parameter.description,
+        "source": parameter.source,
     }
 
 
@@ -200,9 +212,9 @@ def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
     return entries, ("number", "name", "title", "family")
 
 
-_LISTS: dict[What, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
-    What.models: _models,
-    What.effects: _effects,
-    What.optimizers: _optimizers,
-    What.costs: _costs,
+_LISTS: dict[Kind, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
+    Kind.models: _models,
+    Kind.effects: _effects,
+    Kind.optimizers: _optimizers,
+    Kind.costs: _costs,
 }
