@@ -43,7 +43,7 @@ from seatruth.diagnosis.results import (
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.effects import Effect
-from seatruth.effects.causes import title
+from seatruth.effects.causes import ROOT, title
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
@@ -80,10 +80,27 @@ class Assembly:
             self.problem.effects,
             self.settings,
             near=self.noncentrality_between,
-            helps=lambda name, key: lower_bound(self.gains(name, key), self.settings.significance) > 0.0,
+            helps=self._helps,
             underpowered=len(self._undetectable()) > len(self.problem.effects) // 2,
             converged=self.search.null.settled,
         )
+
+    def _helps(self, name: str, key: Key) -> bool:
+        """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
+        fit = self.search.best(key)
+        if fit is None:
+            return False
+        columns = self.problem.columns[name]
+        at = np.searchsorted(fit.solution.free, columns, sorter=np.argsort(fit.solution.free))
+        place = np.argsort(fit.solution.free)[at]
+        effect = self.problem.effects[name]
+        magnitudes = [k for k, q in enumerate(effect.parameters) if q.name in effect.magnitudes]
+        covariance = fit.solution.covariance[np.ix_(place[magnitudes], place[magnitudes])]
+        distance = (fit.point.shared - self.problem.mean)[columns][magnitudes]
+        size = float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
+        if size < self.settings.least_noncentrality:
+            return False
+        return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 
     def gains(self, name: str, key: Key) -> Array:
         """Log predictive density of trials left out, with an effect of a set less without it."""
@@ -373,7 +390,9 @@ class Assembly:
         name = next((n for n in cluster.effects if n in self.decision.shown), cluster.effects[0])
         parameters = self._parameters(name)
         share = self._share(name)
-        words = title(cluster.cause) if len(cluster.effects) > 1 else self.problem.effects[name].title
+        words = self.problem.effects[name].title
+        if len(cluster.effects) > 1:
+            words = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
         return NamedCause(
             cause=cluster.cause,
             title=words,

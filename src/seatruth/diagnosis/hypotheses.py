@@ -27,6 +27,8 @@ _HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
 _PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_ROUNDS = 3
+"""Times that a leading set is compared with its parts. [S]"""
 _NESTED = 8.0
 """nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
 _LARGE = math.log(0.3)
@@ -115,9 +117,33 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     _fit_both(found, key, at)
+        say("parts of the leading sets", expected, expected)
+        _refit_parts(found)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
+
+
+def _refit_parts(found: Search) -> None:
+    """Fits the parts of the leading sets again from where the sets ended, until no part takes the lead.
+
+    A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
+    """
+    for round_ in range(_ROUNDS):
+        leader = found.sets()[0]
+        at = found.best(leader)
+        assert at is not None
+        for name in leader:
+            rest = tuple(n for n in leader if n != name)
+            point = _moved_to(found.problem, at.point, name, found.problem.mean[found.problem.columns[name]])
+            _fit(found, rest, at.discrepancy, point, at.sizes, attempt=4 + round_)
+        if leader:
+            point = at.point
+            for name in leader:
+                point = _moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+            _fit(found, (), at.discrepancy, point, at.sizes, attempt=4 + round_)
+        if found.sets()[0] == leader:
+            break
 
 
 def _leads(found: Search, key: Key) -> bool:
@@ -216,7 +242,7 @@ def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes,
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
-    rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key else -math.inf
+    rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key and attempt < 3 else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:

@@ -91,6 +91,8 @@ class Settings:
     of records, as Phi(-sqrt(11) / 2) = 0.05."""
     significance: float = 0.05
     """One-sided level at which an effect's gain on trials left out must be positive. Convention."""
+    least_noncentrality: float = 6.6
+    """Noncentrality below which an effect is not named: its size cannot be told from none at the level 0.01."""
     implausible: float = 4.0
     """Prior standard deviations (`prior_width` times the typical magnitude) beyond which an effect looks like a cause
     but is not said to be it. [S]"""
