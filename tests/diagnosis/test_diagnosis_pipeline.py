@@ -24,8 +24,9 @@ from seatruth.progress import ProgressEvent
 from seatruth.storage.checkpoint import StaleCheckpoint
 
 
-def diagnosed(folder: Path, runs: list[Trial], **options: Any) -> Diagnosis:
-    return diagnose(small.study(folder, runs), small.EFFECTS, threads=1, **options)
+def diagnosed(folder: Path, runs: list[Trial], *, suggest: bool = False, **options: Any) -> Diagnosis:
+    """The diagnosis, without the next trial unless it is asked for: that takes most of the time."""
+    return diagnose(small.study(folder, runs), small.EFFECTS, threads=1, suggest=suggest, **options)
 
 
 def codes(found: Diagnosis) -> set[str]:
@@ -35,7 +36,7 @@ def codes(found: Diagnosis) -> set[str]:
 def fixed(text: str) -> dict[str, Any]:
     """diagnosis.json without times and without what a resumed run says of itself."""
     content: dict[str, Any] = json.loads(text)
-    content["provenance"] = {name: value for name, value in content["provenance"].items() if name not in TIMES}
+    del content["provenance"]["time_utc"]
     for name in ("wall_s", "cpu_s", "resumed"):
         del content["outcome"][name]
     return content
@@ -52,7 +53,7 @@ class Killed(Exception):
 def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(
     ship_folder: Path, offset_runs: list[Trial], tmp_path: Path
 ) -> None:
-    whole = saved(diagnosed(ship_folder, offset_runs), tmp_path / "whole")
+    whole = saved(diagnosed(ship_folder, offset_runs, suggest=True), tmp_path / "whole")
     store = tmp_path / "fits"
     for stop in (2, 4):
 
@@ -62,18 +63,18 @@ def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(
 
         with pytest.raises(Killed):
             diagnosed(ship_folder, offset_runs, checkpoint=store, progress=kill)
-    resumed = diagnosed(ship_folder, offset_runs, checkpoint=store)
+    resumed = diagnosed(ship_folder, offset_runs, checkpoint=store, suggest=True)
     assert resumed.outcome["resumed"] > 0
     again = saved(resumed, tmp_path / "again")
     assert json.dumps(fixed(again)) == json.dumps(fixed(whole))
-    finished = diagnosed(ship_folder, offset_runs, checkpoint=store)
+    finished = diagnosed(ship_folder, offset_runs, checkpoint=store, suggest=True)
     assert json.dumps(fixed(saved(finished, tmp_path / "finished"))) == json.dumps(fixed(whole))
 
 
 def test_a_checkpoint_of_other_work_is_refused(
     ship_folder: Path, offset_runs: list[Trial], plain_runs: list[Trial], tmp_path: Path
 ) -> None:
-    options: dict[str, Any] = {"checkpoint": tmp_path / "fits", "validate": False, "suggest": False}
+    options: dict[str, Any] = {"checkpoint": tmp_path / "fits", "validate": False}
     diagnosed(ship_folder, offset_runs, **options)
     with pytest.raises(StaleCheckpoint):
         diagnosed(ship_folder, plain_runs, **options)
@@ -96,7 +97,7 @@ def test_an_interrupt_of_a_later_stage_keeps_the_verdict(ship_folder: Path, offs
         if event.stage == "Trials left out":
             raise KeyboardInterrupt
 
-    found = diagnosed(ship_folder, offset_runs, progress=stop)
+    found = diagnosed(ship_folder, offset_runs, progress=stop, suggest=True)
     assert found.outcome["code"] == "interrupted"
     assert found.named == ("rudder_offset",)
     assert found.validation is None
@@ -117,6 +118,7 @@ def test_progress_never_counts_beyond_its_total(ship_folder: Path, offset_runs: 
     assert all(event.total is not None and event.done <= event.total for event in events)
 
 
+@pytest.mark.slow
 def test_threads_change_nothing(ship_folder: Path, offset_runs: list[Trial], tmp_path: Path) -> None:
     study = small.study(ship_folder, offset_runs)
     one, two = (saved(diagnose(study, small.EFFECTS, threads=n), tmp_path / str(n)) for n in (1, 2))
@@ -133,7 +135,9 @@ diagnose(load_study("study.toml"), {effects!r}, threads=1).save(sys.argv[1])
 
 @pytest.mark.slow
 def test_the_order_of_hashes_changes_nothing(tmp_path: Path) -> None:
-    small.files(small.folder_with_model(tmp_path), small.trials(tmp_path, {"rudder_gain_k": 0.7}, specs=["rudder_gain"]))
+    small.files(
+        small.folder_with_model(tmp_path), small.trials(tmp_path, {"rudder_gain_k": 0.7}, specs=["rudder_gain"])
+    )
     texts = []
     for seed in ("0", "1"):
         subprocess.run(
@@ -150,6 +154,7 @@ def test_the_order_of_hashes_changes_nothing(tmp_path: Path) -> None:
 # What the trials say
 
 
+@pytest.mark.slow
 def test_nothing_acts(ship_folder: Path, plain_runs: list[Trial]) -> None:
     found = diagnosed(ship_folder, plain_runs)
     assert found.verdict.kind in ("no_gap", "underpowered")
@@ -160,18 +165,19 @@ def test_nothing_acts(ship_folder: Path, plain_runs: list[Trial]) -> None:
 def test_when_nothing_acts_nothing_is_named(ship_folder: Path) -> None:
     kinds = []
     for seed in range(20):
-        found = diagnosed(ship_folder, small.trials(ship_folder, seed=seed), suggest=False)
+        found = diagnosed(ship_folder, small.trials(ship_folder, seed=seed))
         kinds.append(found.verdict.kind)
     assert sum(kind in ("effects", "inseparable") for kind in kinds) <= 1
     assert kinds.count("unknown") <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "values"),
     [("rudder_gain", {"rudder_gain_k": 0.6}), ("gyro_bias", {"gyro_bias_b": 0.003})],
 )
 def test_the_effect_that_acts_is_named(ship_folder: Path, name: str, values: dict[str, float]) -> None:
-    found = diagnosed(ship_folder, small.trials(ship_folder, values, specs=[name]), suggest=False)
+    found = diagnosed(ship_folder, small.trials(ship_folder, values, specs=[name]))
     assert found.named == (name,), str(found)
 
 
@@ -199,7 +205,7 @@ def shaken(folder: Path, runs: list[Trial]) -> list[Trial]:
 
 
 def test_a_cause_outside_the_library_is_unknown(ship_folder: Path, plain_runs: list[Trial]) -> None:
-    found = diagnosed(ship_folder, shaken(ship_folder, plain_runs), suggest=False)
+    found = diagnosed(ship_folder, shaken(ship_folder, plain_runs))
     assert found.verdict.kind == "unknown", str(found)
     assert found.named == ()
     assert found.discrepancy is not None
@@ -214,7 +220,7 @@ def test_look_alikes_are_named_by_what_they_have_in_common() -> None:
         effects={"current_east": 0.1}, specs=["current"],
     )  # fmt: skip
     bare = [dataclasses.replace(t, outputs={n: t.outputs[n] for n in ("r", "psi", "x", "y")}) for t in runs]
-    found = diagnose(boat.study(model, bare), ["current", "heading_bias"], threads=1)
+    found = diagnose(boat.study(model, bare), ["current", "heading_bias"], threads=1, suggest=False)
     assert "one-course" in codes(found)
     assert found.named != ("heading_bias",)
     if found.verdict.kind == "inseparable":
@@ -268,16 +274,17 @@ def test_channels_with_gaps(ship_folder: Path, offset_runs: list[Trial]) -> None
     assert set(found.gap[found.gap["channel"] == "psi"]["n"]) == {len(offset_runs[0]) - 30}
 
 
+@pytest.mark.slow
 def test_the_same_data_twice(ship_folder: Path, offset_runs: list[Trial]) -> None:
     found = diagnosed(ship_folder, [*offset_runs, dataclasses.replace(offset_runs[0], name="copy")])
     assert any("copy" in f.message or "same" in f.message for f in found.findings if f.severity == "error")
 
 
 def test_a_rate_with_the_wrong_sign_or_unit_is_a_finding(ship_folder: Path, offset_runs: list[Trial]) -> None:
-    wrong = [dataclasses.replace(t, outputs={**t.outputs, "r": -t.outputs["r"]}) for t in offset_runs]
-    assert "psi-r-sign" in codes(diagnosed(ship_folder, wrong, validate=False, suggest=False))
-    degrees = [dataclasses.replace(t, outputs={**t.outputs, "r": np.rad2deg(t.outputs["r"])}) for t in offset_runs]
-    found = diagnosed(ship_folder, degrees, validate=False, suggest=False)
+    wrong = [dataclasses.replace(t, outputs={**t.outputs, "r": -t.outputs["r"]}) for t in offset_runs[:2]]
+    assert "psi-r-sign" in codes(diagnosed(ship_folder, wrong, validate=False))
+    degrees = [dataclasses.replace(t, outputs={**t.outputs, "r": np.rad2deg(t.outputs["r"])}) for t in offset_runs[:2]]
+    found = diagnosed(ship_folder, degrees, validate=False)
     assert any("deg/s" in str(finding) for finding in found.findings)
 
 
@@ -301,7 +308,7 @@ def test_a_trial_of_a_few_samples(ship_folder: Path, offset_runs: list[Trial]) -
 
 def test_a_channel_that_never_changes(ship_folder: Path, offset_runs: list[Trial]) -> None:
     flat = [dataclasses.replace(t, outputs={**t.outputs, "psi": np.zeros(len(t))}) for t in offset_runs[:2]]
-    assert diagnosed(ship_folder, flat, validate=False, suggest=False).verdict.sentence
+    assert diagnosed(ship_folder, flat, validate=False).verdict.sentence
 
 
 def test_exact_data(ship_folder: Path, plain_runs: list[Trial]) -> None:
@@ -309,7 +316,7 @@ def test_exact_data(ship_folder: Path, plain_runs: list[Trial]) -> None:
     study = small.study(ship_folder, plain_runs)
     tables = study.simulate(threads=1)
     exact = [dataclasses.replace(t, outputs={n: tables[t.name][n].to_numpy() for n in t.outputs}) for t in plain_runs]
-    found = diagnosed(ship_folder, exact, validate=False, suggest=False)
+    found = diagnosed(ship_folder, exact, validate=False)
     assert found.verdict.kind in ("no_gap", "underpowered"), str(found)
 
 
@@ -353,6 +360,7 @@ def test_a_black_box_gets_the_effects_that_act_from_outside(offset_runs: list[Tr
     assert "rudder_offset" in (*found.named, *found.verdict.members), str(found)
 
 
+@pytest.mark.slow
 def test_a_user_s_own_effect_takes_part(ship_folder: Path, tmp_path: Path) -> None:
     (tmp_path / "fade.py").write_text(FADE)
     (fade,) = load_effects(["fade.py:Fade"], tmp_path)

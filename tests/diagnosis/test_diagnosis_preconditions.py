@@ -51,7 +51,11 @@ def test_an_effect_that_the_model_has_is_not_asked_for_twice(ship_folder: Path, 
 
 @pytest.mark.parametrize(
     ("effects", "message"),
-    [(["current_shear"], "no effect can act on this model"), (["curent"], "there is no effect 'curent'"), ([], "no effect")],
+    [
+        (["current_shear"], "no effect can act on this model"),
+        (["curent"], "there is no effect 'curent'"),
+        ([], "no effect"),
+    ],
 )
 def test_without_an_effect_there_is_nothing_to_ask(
     ship_folder: Path, plain_runs: list[Trial], effects: list[str], message: str
