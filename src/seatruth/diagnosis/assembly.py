@@ -25,7 +25,7 @@ from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.diagnosis.experiment_design.select import next_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import Key, Search, ensure
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point
@@ -88,6 +88,9 @@ class Assembly:
     def _helps(self, name: str, key: Key) -> bool:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
         fit = self.search.best(key)
+        if fit is None:
+            whole = self.search.best(next(iter(self.sets)))
+            fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False
         columns = self.problem.columns[name]

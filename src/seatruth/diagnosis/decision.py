@@ -65,22 +65,23 @@ def decide(
     none, unknown = none_and_unknown(found)
     named = sum(sets.values())
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
-        sure = converged and not underpowered and none >= settings.name_threshold
-        return Decision("no_gap" if sure else "underpowered", (), none, False, ())
+        nothing = converged and not underpowered and none >= settings.name_threshold
+        return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
+    first: Key = next(iter(sets), ())
+    kept, refused = first, False
     clusters: list[Cluster] = []
-    shown: Key = next(iter(sets), ())
-    shown_first: Key = ()
-    for name in shown:
-        cluster = _cluster(name, shown, sets, effects, settings, near)
-        if cluster.probability < settings.name_threshold:
-            continue
-        if helps(name, shown):
-            clusters.append(cluster)
-        else:
-            shown_first = shown
+    while kept:
+        # What is refused leaves the others to explain more, or less: they are asked again without it.
+        candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
+        probable = [name for name in kept if candidates[name].probability >= settings.name_threshold]
+        passing = tuple(name for name in probable if helps(name, kept))
+        refused |= len(passing) < len(probable)
+        clusters = [candidates[name] for name in passing]
+        if passing == kept:
+            break
+        kept = passing
     clusters = _merged(clusters, effects)
     if clusters:
-        kept = tuple(name for name in shown if any(name in cluster.effects for cluster in clusters))
         single = all(len(cluster.effects) == 1 for cluster in clusters)
         return Decision(
             "effects" if single else "inseparable",
@@ -91,9 +92,9 @@ def decide(
         )
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
     lacking = sum(one.probability for one in found if one.discrepancy)
-    refused = sum(sets[key] for key in sets if key == shown_first) if shown_first else 0.0
-    if max(lacking, unknown + refused) >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, max(lacking, unknown + refused)), True, ())
+    unnamed = max(lacking, unknown + (sets[first] if refused else 0.0))
+    if unnamed >= settings.name_threshold:
+        return Decision("unknown", (), min(1.0, unnamed), True, ())
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 

@@ -177,8 +177,10 @@ def _finished(
         return likelihood.log_likelihood(candidate, effects) + log_prior(problem.settings, candidate, known)
 
     # What is far behind needs no exact sizes; between near rivals a nat counts.
-    sweeps = _SWEEPS if evidence(sizes) > rival - problem.settings.hopeless else 1
-    sizes, _ = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=sweeps)
+    near = evidence(sizes) > rival - problem.settings.hopeless
+    sizes, _ = maximise(
+        evidence, sizes, problem.settings, channels=channels, shapes=near, sweeps=_SWEEPS if near else 1
+    )
     return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 

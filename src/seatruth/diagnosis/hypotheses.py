@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,8 @@ class Search:
     fits: dict[tuple[Key, bool], Fit] = field(default_factory=dict)
     screened: dict[tuple[Key, bool], float] = field(default_factory=dict)
     """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
+    starts: dict[str, Array] = field(default_factory=dict)
+    """Finite values from which an effect is fitted, where they are better than its null."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
@@ -59,10 +61,14 @@ class Search:
         return max((f for (key, _), f in self.fits.items() if not key), key=lambda f: f.evidence)
 
     def best(self, effects: Sequence[str]) -> Fit | None:
-        """The better of a set's fits with and without discrepancy; None where neither was fitted."""
+        """The better of a set's fits, discrepancy paying its penalty; None where neither was fitted."""
         key = tuple(sorted(effects))
         fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
-        return max(fits, key=lambda f: f.evidence) if fits else None
+        return max(fits, key=self.worth) if fits else None
+
+    def worth(self, fit: Fit) -> float:
+        """Evidence of a fit, less the penalty where it has discrepancy."""
+        return fit.evidence - (self.problem.settings.discrepancy_penalty if fit.discrepancy else 0.0)
 
     def sets(self) -> list[Key]:
         """Fitted sets, the one of highest evidence first."""
@@ -297,7 +303,9 @@ def _screen(found: Search, at: Fit) -> list[str]:
     name = f"screen {'+'.join(at.effects)}"
     stored = found.store.get(name)
     if stored is not None:
-        for other, (plain, loose) in stored.items():
+        for other, (plain, loose, start) in stored.items():
+            if start:
+                found.starts[other] = np.array(start)
             found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
             found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
         return _ranked(found, at, others)
@@ -312,14 +320,17 @@ def _screen(found: Search, at: Fit) -> list[str]:
             value = likelihood.evidence(sizes, (*at.effects, other)) + prior
             loose_scores[other] = max(loose_scores[other], value)
     plain_prior = log_prior(settings, bare, found.known)
-    scores: dict[str, list[float]] = {}
+    scores: dict[str, tuple[float, float, list[float]]] = {}
     for other in others:
         key, loose = (*at.effects, other), loose_scores[other]
         plain = likelihood.evidence(bare, key) + plain_prior
-        for start in _finite_starts(problem, other):
-            from_there = _score_from(found, at, key, other, start, bare)
+        chosen = found.starts.get(other, _best_start(found, at, other))
+        if chosen is not None:
+            from_there = _score_from(found, at, key, other, chosen, bare)
+            if max(from_there) > max(plain, loose):
+                found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
-        scores[other] = [plain, loose]
+        scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
         found.screened[tuple(sorted(key)), False] = plain
         found.screened[tuple(sorted(key)), True] = loose
     found.store.put(name, scores)
@@ -339,6 +350,21 @@ def _finite_starts(problem: Problem, name: str) -> list[Array]:
         np.array([float(start[q.name]) for q in effect.parameters])
         for start in effect.starting_points(problem.study.model)
     ]
+
+
+def _best_start(found: Search, at: Fit, name: str) -> Array | None:
+    """The finite start of an effect that leaves least once everything else is refitted; None where it has none.
+
+    The derivatives by everything else are those of the fit: each start costs one simulation.
+    """
+    problem = found.problem
+    options: list[tuple[float, Array]] = []
+    for values in _finite_starts(problem, name):
+        errors = problem.errors(_moved_to(problem, at.point, name, values))
+        if np.isfinite(errors).all():
+            likelihood = Likelihood(problem, replace(at.at, errors=errors))
+            options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
+    return max(options, key=lambda option: option[0])[1] if options else None
 
 
 def _moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
@@ -363,15 +389,9 @@ def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare
 
 
 def _start(found: Search, key: Key, near: Fit) -> Point:
-    """The point of a near fit, with each further effect at the best of its finite starts and its null."""
-    problem, point = found.problem, near.point
-    bare = near.sizes.without_discrepancy()
+    """The point of a near fit, with each further effect where it is best begun."""
+    point = near.point
     for name in key:
-        if name in near.effects:
-            continue
-        options = [problem.mean[problem.columns[name]], *_finite_starts(problem, name)]
-        if len(options) > 1:
-            scored = [(max(_score_from(found, near, key, name, values, bare)), -k) for k, values in enumerate(options)]
-            values = options[-max(scored)[1]]
-            point = _moved_to(problem, point, name, values)
+        if name not in near.effects and name in found.starts:
+            point = _moved_to(found.problem, point, name, found.starts[name])
     return point
