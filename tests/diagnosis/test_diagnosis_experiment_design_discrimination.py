@@ -25,8 +25,10 @@ PAIR = ("rudder_offset", "gyro_bias")
 
 
 @pytest.fixture(scope="module")
-def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
-    return search(small.problem(ship_folder, offset_runs), small.silent)
+def found(ship_folder: Path) -> Search:
+    """A rudder that stands off by so little that all is nearly linear."""
+    runs = small.trials(ship_folder, {"rudder_offset_angle": 0.004}, specs=["rudder_offset"])
+    return search(small.problem(ship_folder, runs), small.silent)
 
 
 def test_a_further_trial_never_takes_information_away(found: Search) -> None:
@@ -109,7 +111,7 @@ def on_one_course() -> Search:
         model,
         [{"delta": np.zeros(80)}] * 3,
         headings=(0.0, 0.02, -0.02),
-        effects={"current_east": 0.15},
+        effects={"current_east": 0.05},
         specs=["current"],
     )
     bare = [dataclasses.replace(t, outputs={n: t.outputs[n] for n in ("u", "r", "psi", "x", "y")}) for t in runs]

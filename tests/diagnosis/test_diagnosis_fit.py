@@ -125,14 +125,6 @@ def test_a_fit_is_the_same_when_it_is_made_again_from_its_optimum(problem: Probl
     np.testing.assert_array_equal(again.stderr(problem), found.stderr(problem))
 
 
-def test_a_hopeless_fit_is_broken_off(problem: Problem) -> None:
-    known = noise_prior(problem)
-    short = fit(
-        problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False, rival=math.inf
-    )  # fmt: skip
-    assert not short.settled
-
-
 def test_a_divergent_start_raises(problem: Problem) -> None:
     known = noise_prior(problem)
     shared = problem.start.shared.copy()

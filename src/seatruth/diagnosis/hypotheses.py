@@ -95,7 +95,8 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
     Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
-    with what there is. Raises LinAlgError where the model alone cannot be fitted.
+    with what there is. Raises LinAlgError where the model alone cannot be fitted, or where no hypothesis can be
+    simulated without discrepancy.
     """
     settings = problem.settings
     found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
@@ -127,6 +128,9 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
         _refit_parts(found)
     except KeyboardInterrupt:
         found.interrupted = True
+    if all(on for _, on in found.fits):
+        # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
+        raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
 
 

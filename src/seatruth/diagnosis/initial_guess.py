@@ -28,7 +28,7 @@ _SIZE = 0.5
 def from_equation_error(problem: Problem) -> Point | None:
     """The point whose coefficients, terms and forces meet the recorded rates; None where speeds are not recorded."""
     model = problem.discrepancy
-    recorded = set(problem.outputs)
+    recorded = {name for trial in problem.trials for name, y in trial.outputs.items() if np.isfinite(y).any()}
     known = [(e, name) for e, name in enumerate(problem.equations) if name in recorded]
     if model is None or not known:
         return None
@@ -78,7 +78,8 @@ def from_equation_error(problem: Problem) -> Point | None:
         point = Point(shared, problem.start.initial.copy(), step[len(columns) :].reshape(problem.start.forces.shape))
         errors = problem.errors(point)
         if np.isfinite(errors).all():
-            scale = np.array([max(float(np.std(errors[problem.channel_of == c])), 1e-12) for c in range(len(recorded))])
+            channels = np.unique(problem.channel_of)
+            scale = np.array([max(float(np.std(errors[problem.channel_of == c])), 1e-12) for c in channels])
             options.append((float((np.log(scale)).sum()), len(options), point))
     return min(options)[2] if options else None
 

@@ -20,6 +20,9 @@ _FIRST_SIZE = math.log(0.03)
 """Size of discrepancy from which the search starts, as a part of the usual acceleration. [S] A few per cent."""
 _STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coupling": (0.3, 0.6)}
 """Difference over which a slope is taken, and the longest step, in logarithms of sizes and in Fisher's z. [S]"""
+_FINEST = 1e-5
+"""Least noise, as a part of a record's spread. [S] Finer data, a simulator's own, leave no correct digit in
+log-likelihoods: initial states have priors 1e6 times as wide."""
 _OUTSIDE = 50.0
 """Curvature (nats) of the walls beyond which no size goes."""
 
@@ -66,7 +69,7 @@ class Sizes:
 class NoisePrior:
     """What is known of the noise before the fit, by channel's number.
 
-    `declared`: standard deviation that the study states (the white part). `least`: of the rounding of the record.
+    `declared`: standard deviation that the study states (the white part). `least`: below which it cannot be.
     """
 
     declared: Mapping[int, float]
@@ -81,7 +84,7 @@ def noise_shapes(settings: Settings) -> tuple[NoiseShape, ...]:
 
 
 def noise_prior(problem: Problem) -> NoisePrior:
-    """Declared noise, and the deviation of rounding to the record's last digit."""
+    """Declared noise, and the least there can be: rounding to the record's last digit, or to the digits of sums."""
     declared = {
         c: float(problem.study.noise[name])
         for c, name in enumerate(problem.outputs)
@@ -91,11 +94,17 @@ def noise_prior(problem: Problem) -> NoisePrior:
     for c, name in enumerate(problem.outputs):
         values = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
         finite = np.unique(np.concatenate([v[np.isfinite(v)] for v in values])) if values else np.zeros(0)
+        least[c] = _FINEST * max((_spread(v) for v in values), default=1.0)
         steps = np.diff(finite)
         if steps.size and (np.abs(steps / steps.min() - np.rint(steps / steps.min())) < 1e-3).all():
             # Uniform rounding errors: step / sqrt(12).
-            least[c] = float(steps.min()) / math.sqrt(12.0)
+            least[c] = max(least[c], float(steps.min()) / math.sqrt(12.0))
     return NoisePrior(declared, least)
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation of what was recorded; 0 where nothing was."""
+    return float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
 
 
 def first_sizes(problem: Problem, prior: NoisePrior) -> Sizes:
@@ -110,8 +119,7 @@ def first_sizes(problem: Problem, prior: NoisePrior) -> Sizes:
         second = np.abs(second[np.isfinite(second)])
         # Second differences of white noise have variance 6 sd^2; 1.4826 makes the median absolute value a deviation.
         size = 1.4826 * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
-        spread = max((float(np.nanstd(y)) for y in samples if np.isfinite(y).any()), default=1.0)
-        white.append(math.log(max(size, prior.least.get(c, 0.0), 1e-5 * spread, 1e-12)))
+        white.append(math.log(max(size, prior.least[c], 1e-12)))
     E = len(problem.equations)
     pairs = sum(a in problem.equations and b in problem.equations for a, b in PAIRS)
     start = np.full(E, _FIRST_SIZE)
@@ -130,7 +138,7 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
         if c in known.declared:
             total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
         if c in known.least:
-            total -= _OUTSIDE * max(math.log(known.least[c]) - log_white, 0.0) * 1e3
+            total -= _OUTSIDE * max(math.log(max(known.least[c], 1e-12)) - log_white, 0.0) * 1e3
         total += shapes[sizes.shape[c]]
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):

@@ -1,0 +1,93 @@
+"""What a study must have to be diagnosed, which effects can act on it, and what weakens any answer."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import boat_case as boat
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth import BadInput
+from seatruth.diagnosis.preconditions import on_one_course, require_trials, usable_effects, weaknesses
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import load_effects, with_effects
+from seatruth.study import Study
+from seatruth.trials.trial import Trial, Trials
+
+
+def codes(study: Study) -> set[str]:
+    problem = Problem(study, load_effects(("gyro_bias",)), Settings(), threads=1)
+    return {finding.code for finding in weaknesses(study, problem)}
+
+
+def test_a_short_trial_is_refused(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    runs = [*plain_runs[:1], *small.shortened(plain_runs[1:2], 5)]
+    with pytest.raises(BadInput, match="run_1") as said:
+        require_trials(small.study(ship_folder, runs))
+    assert "Leave it out" in str(said.value)
+
+
+def test_effects_that_cannot_act_are_left_out_with_the_reason(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    usable, reasons = usable_effects(small.study(ship_folder, plain_runs), None)
+    assert set(small.EFFECTS) <= {effect.name for effect in usable}
+    assert "output 'u'" in reasons["speed_bias"]
+    assert all(reasons.values())
+    assert not {effect.name for effect in usable} & set(reasons)
+
+
+def test_an_effect_that_the_model_has_is_not_asked_for_twice(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    study = small.study(ship_folder, plain_runs)
+    model = with_effects(study.model, load_effects(["gyro_bias"]))
+    extended = study.replace(model=model, parameters=(*study.parameters, model.parameter("gyro_bias_b")))
+    usable, reasons = usable_effects(extended, ["gyro_bias", "rudder_offset"])
+    assert [effect.name for effect in usable] == ["rudder_offset"]
+    assert "already" in reasons["gyro_bias"]
+
+
+@pytest.mark.parametrize(
+    ("effects", "message"),
+    [
+        (["current_shear"], "no effect can act on this model"),
+        (["curent"], "there is no effect 'curent'"),
+        ([], "no effect"),
+    ],
+)
+def test_without_an_effect_there_is_nothing_to_ask(
+    ship_folder: Path, plain_runs: list[Trial], effects: list[str], message: str
+) -> None:
+    with pytest.raises(BadInput, match=message):
+        usable_effects(small.study(ship_folder, plain_runs), effects)
+
+
+def test_a_good_study_has_no_weakness_but_its_course() -> None:
+    runs = boat.trials(boat.Boat(), [{"delta": boat.zigzag(40, 0.1, 8.0)}] * 2, headings=(0.0, 2.0))
+    assert codes(boat.study(boat.Boat(), runs)) == set()
+
+
+def test_weaknesses(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    study = small.study(ship_folder, plain_runs)
+    assert "one-trial" in codes(study.replace(trials=Trials(plain_runs[:1])))
+    twice = [*plain_runs, dataclasses.replace(plain_runs[0], name="copy")]
+    assert "duplicate" in codes(study.replace(trials=Trials(twice)))
+    fixed = tuple(p.replace(vary=False, prior=None) for p in study.parameters)
+    assert "no-coefficients" in codes(study.replace(parameters=fixed))
+    bare = tuple(p.replace(prior=None) for p in study.parameters)
+    assert "prior-assumed" in codes(study.replace(parameters=bare))
+
+
+def course(*angles: float) -> list[Trial]:
+    t = np.arange(5.0)
+    return [Trial(f"run {k}", t, {}, {"psi": np.full(5, angle)}) for k, angle in enumerate(angles)]
+
+
+def test_one_course() -> None:
+    assert on_one_course(course(0.1, -0.1, 0.2))
+    assert on_one_course(course(0.1, 2.0 * math.pi - 0.1))
+    assert not on_one_course(course(0.0, math.pi))
+    assert not on_one_course([Trial("turn", np.arange(5.0), {}, {"psi": np.linspace(0.0, 4.0, 5)})])
+    assert not on_one_course([Trial("none", np.arange(5.0), {}, {})])
