@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from seatruth.diagnosis.observer import LedModel
 
-from seatruth.diagnosis.discrepancy.terms import ProbedModel, terms_of
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
 from seatruth.effects import ExtendedBlackBox, ExtendedModel, available
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Stepper
@@ -76,15 +75,14 @@ def ship() -> Ship:
     return Ship()
 
 
-def probed(model: Model) -> ModelWrapper:
+def lacking(model: Model) -> ModelWrapper:
     scales = {channel.name: 1.0 for channel in (*model.states, *model.inputs)}
-    return ProbedModel(model, 3, 10.0, terms_of(model)[:2], scales)
+    return DiscrepancyModel(model, 3, 10.0, scales)
 
 
 WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     ExtendedModel: lambda model: ExtendedModel(model, [available()["current"], available()["rudder_lag"]]),
-    LedModel: lambda model: LedModel(model, {"u": 0.5}),
-    ProbedModel: probed,
+    DiscrepancyModel: lacking,
     Leaking: Leaking,
 }
 
@@ -186,7 +184,7 @@ def test_equations_without_environment_get_the_one_form() -> None:
     assert model.rhs(s, i, p, Environment()) == (-6.0,)
     assert model.output is not None
     assert model.output(s, i, p, Environment()) == (6.0,)
-    wrapper = probed(model)
+    wrapper = lacking(model)
     assert not wrapper.takes_environment
     assert AbkowitzShip().takes_environment
     again = pickle.loads(pickle.dumps(model))

@@ -151,7 +151,7 @@ def test_a_diagnosis_takes_the_seed_of_the_study(folder: Path) -> None:
     study = load("diagnose.toml")
     short = study.replace(trials=study.trials[:2])
     found = [
-        diagnose(short, ["current"], seed=seed, left_out=False, suggest=False, threads=1).seed for seed in (None, 4)
+        diagnose(short, ["current"], seed=seed, validate=False, suggest=False, threads=1).seed for seed in (None, 4)
     ]
     assert found == [1, 4]
 

@@ -31,7 +31,7 @@ def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indi
 
     Example:
         >>> round(scale_gain(np.eye(1), np.array([0.1]), np.array([10.0]), [np.array([0])], (1.0, 0.1)), 2)
-        1.16
+        1.4
     """
     if not groups or len(groups) > _MOST_COMBINED:
         return 0.0

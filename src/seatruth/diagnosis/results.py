@@ -357,6 +357,15 @@ class Diagnosis:
     """Where a simulator and trials disagree, which effect causes it, how far the gap shrinks, how sure, what next.
 
     Tables are DataFrames; `traces` holds the time histories. `save` writes a folder, `load` reads it.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import diagnose
+        >>> study = seatruth.sample.load("diagnose.toml")
+        >>> short = study.replace(trials=study.trials[:2])
+        >>> found = diagnose(short, ["current", "heading_bias"], validate=False, suggest=False)
+        >>> found.named, found.effect("current").cause
+        (('current',), 'environment.moving_water.uniform_current')
     """
 
     study: str
