@@ -89,9 +89,7 @@ def test_the_gain_of_a_trial_is_the_difference_of_what_was_seen_with_and_without
     gains = predictive_gains(found, "rudder_offset", ("rudder_offset",))
     assert gains.shape == (4,)
     assert lower_bound(gains, 0.05) > 0.0
-    with_it, without = found.best(("rudder_offset",)), found.best(())
-    assert with_it is not None
-    assert without is not None
+    with_it, without = found.fits[("rudder_offset",), False], found.fits[(), False]
     expected = 0.0
     for at, sign in ((with_it, 1.0), (without, -1.0)):
         value = at.likelihood.log_likelihood
