@@ -83,7 +83,15 @@ class Assembly:
             helps=self._helps,
             underpowered=len(self._undetectable()) > len(self.problem.effects) // 2,
             converged=self.search.null.settled,
+            gap=self._leaves_a_gap(),
         )
+
+    def _leaves_a_gap(self) -> bool:
+        """Whether the refitted model without discrepancy leaves more than noise."""
+        plain = self.search.fits.get(((), False))
+        if plain is None:
+            return True
+        return self._misfit(without_discrepancy(self.problem, plain.point)) > self.settings.gap * self.problem.count
 
     def _helps(self, name: str, key: Key) -> bool:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""

@@ -43,11 +43,9 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
     asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy where it is
     worth its penalty: sizes that nothing holds down would let the model without the effect follow any trial.
     """
-    with_it, plain = search.best(key), search.fits.get((key, False))
+    with_it = search.best(key)
     if with_it is None:
         return np.zeros(0)
-    if plain is not None and with_it.evidence < plain.evidence + search.problem.settings.discrepancy_penalty:
-        with_it = plain
     rest = tuple(n for n in key if n != name)
     without = ensure(search, rest, with_it) or search.best(rest)
     if without is None:

@@ -49,6 +49,7 @@ def decide(
     helps: Callable[[str, Key], bool],
     underpowered: bool,
     converged: bool = True,
+    gap: bool = True,
 ) -> Decision:
     """What is said.
 
@@ -60,6 +61,7 @@ def decide(
         helps: whether an effect, as part of a set, predicts trials left out.
         underpowered: whether these trials could not show most effects.
         converged: whether the fit of the model alone converged; if not, nobody can say that there is no gap.
+        gap: whether the refitted model leaves more than noise; if not, a refused effect is no sign of another cause.
     """
     sets = answers(found)
     none, unknown = none_and_unknown(found)
@@ -92,7 +94,7 @@ def decide(
         )
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
     lacking = sum(one.probability for one in found if one.discrepancy)
-    unnamed = max(lacking, unknown + (sets[first] if refused else 0.0))
+    unnamed = max(lacking, unknown + (sets[first] if refused and gap else 0.0))
     if unnamed >= settings.name_threshold:
         return Decision("unknown", (), min(1.0, unnamed), True, ())
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
@@ -115,13 +117,14 @@ def _cluster(
             weight[added.pop()] = p
     best = weight[name]
     rivals = sorted(
-        (n for n in weight if n != name and weight[n] >= settings.least_rival * best), key=lambda n: (-weight[n], n)
+        (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
     )
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
-        if held >= settings.set_coverage * total and near(name, rival) >= settings.apart:
-            break
-        members.append(rival)
+        alike = near(name, rival) < settings.apart
+        wanted = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
+        if alike or wanted:
+            members.append(rival)
         held += weight[rival]
     covered = sum(p for other, p in sets.items() if set(other) & set(members))
     return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered)

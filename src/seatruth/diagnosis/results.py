@@ -358,6 +358,13 @@ class Diagnosis:
 
     Tables are DataFrames; `traces` holds the time histories. `save` writes a folder, `load` reads it.
 
+    Attributes:
+        `study`, `model`, `synthetic`, `seed`: what was diagnosed. `verdict`: what is said. `effects`, `hypotheses`,
+        `causes`, `places`: how probable each is. `noise`, `shares`, `coefficients`, `gap`, `time`, `region`,
+        `discrepancy`: where and what is left. `validation`: trials left out. `next_trial`: what to try. `augmented`:
+        the model with the named effects. `unavailable`, `trials`, `outcome`, `traces`, `findings`, `provenance`: the
+        record.
+
     Example:
         >>> import seatruth.sample
         >>> from seatruth import diagnose

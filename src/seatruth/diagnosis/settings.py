@@ -86,11 +86,16 @@ class Settings:
     """Probability that the effects reported together hold. Convention."""
     least_rival: float = 0.15
     """Probability, as a part of the leader's, below which a rival does not count as a look-alike. [S]"""
+    least_alike: float = 0.1
+    """The same for one that these trials cannot tell from the leader. [S]"""
     apart: float = 11.0
     """Pairwise noncentrality below which two effects count as not told apart: with it the wrong one of two wins in 5 %
     of records, as Phi(-sqrt(11) / 2) = 0.05."""
     significance: float = 0.05
     """One-sided level at which an effect's gain on trials left out must be positive. Convention."""
+    gap: float = 1.1
+    """Mean squared error over the noise variance from which a refitted model leaves a gap. [S] With the thousand
+    effective samples of a usual study, chance stays below 1.1 in 99 % of records."""
     least_noncentrality: float = 6.6
     """Noncentrality below which an effect is not named: its size cannot be told from none at the level 0.01."""
     implausible: float = 4.0
