@@ -25,7 +25,8 @@ import numpy as np
 import pandas as pd
 from common import COLOURS, Options, Results, main
 
-from seatruth.costs.base import Array, Cost
+from seatruth.arrays import Array
+from seatruth.costs.base import Cost
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, make, minimise
 from seatruth_optimizers.particle_swarm import unlogged_pyswarms

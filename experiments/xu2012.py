@@ -22,7 +22,7 @@ from xu2012_system import COEFFICIENTS, FORMS, FREE, TRUTH, VISCOUS, percent
 
 from seatruth import Budget, identify
 from seatruth.costs import cost_of
-from seatruth.costs.options import OPTIONS, RegressionOptions
+from seatruth.costs.options import OPTIONS, Kind, RegressionOptions
 from seatruth.optimizers import available, minimise
 from seatruth.trials import Trial
 from seatruth.uncertainty import prior_identifiability, sensitivity
@@ -134,7 +134,8 @@ def _solvers(
     """Every installed solver, from half the truth and within the model's bounds, on both costs of the same record."""
     sd, rows = system.noise_of(trial, LEVEL), []
     some = [name for name in FREE if sense[name] > DOMINANT]
-    for kind, free in (("regression", FREE), ("trajectory", FREE), ("trajectory", some)):
+    kinds: tuple[tuple[Kind, Sequence[str]], ...] = (("regression", FREE), ("trajectory", FREE), ("trajectory", some))
+    for kind, free in kinds:
         asked = system.study(trial, cost=OPTIONS[kind](), noise=sd, parameters=system.parameters(0.5, free))
         cost = cost_of(asked, threads=threads)
         best = minimise(cost, "least_squares", seed=seed)

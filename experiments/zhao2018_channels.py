@@ -119,7 +119,7 @@ def open_loop(
 def simulated(model: Model, values: Mapping[str, float], trial: Trial) -> dict[str, Array]:
     """Outputs of a run from its first samples, without looking at the rest."""
     run = Study("open loop", model, Trials([trial])).simulate(values, threads=1)[trial.name]
-    return {name: run[name].to_numpy() for name in run}
+    return {str(name): run[name].to_numpy() for name in run}
 
 
 def disagreement(simulated: Mapping[str, Array], trial: Trial, name: str) -> float:

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import one_story
 import pandas as pd
 import pytest
 import small_case as small
 from documents import execute, install
-from report import one_story
 
 from seatruth import Diagnosis, diagnose, load_study, write_report
 from seatruth.cli import run

@@ -10,8 +10,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import fake_diagnosis
+import one_story
 import pytest
-from report import fake_diagnosis, one_story
 
 import seatruth.diagnosis
 from seatruth.cli import run

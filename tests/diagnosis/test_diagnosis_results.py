@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import fake_diagnosis
 import pandas as pd
 import pytest
 import results_table
-from report import fake_diagnosis
 
 from seatruth.diagnosis.results import NAME, TRACES, UNKNOWN, Diagnosis, towards
 from seatruth.errors import BadInput

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seatruth.costs.base import Array, Cost
+from seatruth.arrays import Array
+from seatruth.costs.base import Cost
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, Optimizer, Problem, from_callable, minimise
 

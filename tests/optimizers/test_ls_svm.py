@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.utils.estimator_checks import check_estimator
 
-from seatruth.costs.base import Array, Block, Cost, Regression
+from seatruth.arrays import Array
+from seatruth.costs.base import Block, Cost, Regression
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import make, minimise
 from seatruth.testing.problems import linear_regression, parameters

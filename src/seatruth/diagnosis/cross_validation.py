@@ -20,7 +20,7 @@ from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search, ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.posterior import log_prior
+from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.results import Fold, Validation
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
@@ -146,9 +146,10 @@ def _plain(search: Search, key: Key) -> Fit:
 def _selected(search: Search, trials: Sequence[int]) -> Key:
     """The hypothesis that these trials alone prefer."""
     settings, many = search.problem.settings, len(search.problem.effects)
+    temperature = temperature_of(search, settings)
     best: tuple[float, Key] = (-math.inf, ())
     for (key, on), found in search.fits.items():
-        value = found.likelihood.evidence(found.sizes, key, trials) / settings.temperature
+        value = found.likelihood.evidence(found.sizes, key, trials) / temperature
         value += log_prior(key, on, many, settings) - (settings.discrepancy_penalty if on else 0.0)
         best = max(best, (value, key))
     return best[1]

@@ -27,6 +27,8 @@ from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
+_LARGEST_SQUARE = 1e13
+"""Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
 _RIDGE = 1e-9
 """Relative ridge on correlation matrices: rounding."""
 
@@ -96,6 +98,8 @@ class Likelihood:
         """Log marginal likelihood (nats) of all trials, or of some; -inf where the algebra fails."""
         try:
             gram, base, at, root = self._summed(sizes, effects, trials)
+            if not 0.0 <= gram[0, 0] < _LARGEST_SQUARE:
+                return -math.inf
             factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
             half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
         except np.linalg.LinAlgError:

@@ -32,8 +32,9 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]
     penalties = [settings.discrepancy_penalty if on else 0.0 for _, on, _, _ in rows]
+    temperature = temperature_of(search, settings)
     weight = np.array(
-        [(gain - cost) / settings.temperature + prior for (_, _, gain, _), cost, prior in zip(rows, penalties, priors)]
+        [(gain - cost) / temperature + prior for (_, _, gain, _), cost, prior in zip(rows, penalties, priors)]
     )
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
@@ -42,6 +43,14 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
         for (key, on, gain, settled), prior, p in zip(rows, priors, weight)
     ]
     return sorted(found, key=lambda one: (-one.probability, one.effects, one.discrepancy))
+
+
+def temperature_of(search: Search, settings: Settings) -> float:
+    """What log-evidence is divided by: the more a record holds, the more the inexact form of every effect counts."""
+    plain = search.fits.get(((), False))
+    lowest = plain.evidence if plain is not None else search.null.evidence
+    best = max(fit.evidence for fit in search.fits.values())
+    return settings.temperature + settings.model_form * max(0.0, best - lowest)
 
 
 def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> float:

@@ -80,6 +80,9 @@ class Settings:
     each of six sizes, after the Bayesian information criterion's prefactor. Calibrated."""
     temperature: float = 1.0
     """Divides log-evidence. 1: the statistical model is taken at its word. Calibrated."""
+    model_form: float = 0.003
+    """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
+    exact, and one whose amplitude is 5 % off leaves 0.05^2 = 0.25 % of its signature to its rivals."""
     name_threshold: float = 0.6
     """Probability from which a cause is named, at whatever level of the tree reaches it. Calibrated."""
     set_coverage: float = 0.95

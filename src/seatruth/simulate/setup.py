@@ -160,7 +160,7 @@ def set_up(model: Model, trials: Sequence[Trial], free: Sequence[str], values: M
     for trial in trials:
         _check(model, trial)
     edges = np.concatenate([[0], np.cumsum([len(trial) for trial in trials])])
-    nominal = {name: float(values.get(name, model.parameter(name).value)) for name in parameters.names}
+    nominal = {parameter.name: float(values.get(parameter.name, parameter.value)) for parameter in model.parameters}
     rows = [slice(int(start), int(stop)) for start, stop in pairwise(edges)]
     return Setup(model, tuple(trials), parameters, rows, _measured(model, trials), nominal)
 
