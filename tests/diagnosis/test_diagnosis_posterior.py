@@ -52,19 +52,26 @@ def test_probabilities_sum_to_one_and_are_in_order() -> None:
 def test_odds_are_evidence_times_prior() -> None:
     found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS), SETTINGS)}
     a, b = found[("current",), False], found[("wind",), False]
-    assert math.log(a.probability / b.probability) == pytest.approx(1.0 / SETTINGS.temperature)
+    temperature = posterior.temperature_of(searched(FITS), SETTINGS)
+    assert math.log(a.probability / b.probability) == pytest.approx(1.0 / temperature)
     none = found[(), False]
     share = SETTINGS.prior_sets[0] * (1.0 - SETTINGS.prior_discrepancy) / len(EFFECTS)
     assert math.log(a.probability / none.probability) == pytest.approx(
-        10.0 / SETTINGS.temperature + math.log(share / SETTINGS.prior_none)
+        10.0 / temperature + math.log(share / SETTINGS.prior_none)
     )
+
+
+def test_what_is_explained_raises_the_temperature() -> None:
+    """The best of FITS is 10 nats above the model alone."""
+    expected = SETTINGS.temperature + SETTINGS.model_form * 10.0
+    assert posterior.temperature_of(searched(FITS), SETTINGS) == pytest.approx(expected)
 
 
 def test_discrepancy_pays_its_penalty() -> None:
     found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS), SETTINGS)}
     none, unknown = found[(), False], found[(), True]
     assert math.log(unknown.probability / none.probability) == pytest.approx(
-        (2.0 - SETTINGS.discrepancy_penalty) / SETTINGS.temperature
+        (2.0 - SETTINGS.discrepancy_penalty) / posterior.temperature_of(searched(FITS), SETTINGS)
         + math.log(SETTINGS.prior_unknown / SETTINGS.prior_none)
     )
 

@@ -47,6 +47,7 @@ def diagnose(
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
     ] = None,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Effects that are fitted at once.")] = 1,
     no_validation: Annotated[
         bool, typer.Option("--no-validation", help="Do not predict each trial from the others.")
     ] = False,
@@ -63,6 +64,7 @@ def diagnose(
         names(effects),
         seed=seed,
         threads=threads,
+        workers=workers,
         validate=not no_validation,
         suggest=not no_next_trial,
         fresh=fresh,
@@ -77,6 +79,7 @@ def run(
     *,
     seed: int | None = None,
     threads: int | None = None,
+    workers: int = 1,
     validate: bool = True,
     suggest: bool = True,
     fresh: bool = False,
@@ -111,6 +114,7 @@ def run(
                 chosen,
                 seed=seed,
                 threads=threads,
+                workers=workers,
                 progress=progress,
                 checkpoint=checkpoint,
                 validate=validate,

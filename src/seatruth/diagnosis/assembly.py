@@ -216,15 +216,28 @@ class Assembly:
         return float(errors @ errors) if np.isfinite(errors).all() else math.inf
 
     def _share(self, name: str) -> float:
-        """Part of the gap that an effect of the answer closes."""
+        """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.
+
+        Runs that stray from their records have no misfit that means anything; there it is the part of the evidence.
+        """
         key = self.decision.shown
-        rest = self.search.fits.get((tuple(n for n in key if n != name), False))
-        plain = self._misfit(self.points["refit"])
-        gap = plain - self.problem.count
-        if rest is None or gap <= 0.0 or not math.isfinite(plain):
+        rest = tuple(n for n in key if n != name)
+        plain, named = self._misfit(self.points["refit"]), self._misfit(self.points["effects"])
+        if max(plain, named) > self.settings.stray * self.problem.count:
+            return self._share_of_evidence(rest)
+        without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
+        if without is None or gap <= 0.0:
             return math.nan
-        without = self._misfit(without_discrepancy(self.problem, rest.point))
-        return float(np.clip((without - self._misfit(self.points["effects"])) / gap, 0.0, 1.0))
+        left = self._misfit(without_discrepancy(self.problem, without.point))
+        return float(np.clip((left - named) / gap, 0.0, 1.0))
+
+    def _share_of_evidence(self, rest: Key) -> float:
+        """Part of the evidence of the answer over none that is lost without one effect."""
+        at = self.shown
+        without, none = ensure(self.search, rest, at), self.search.fits.get(((), at.discrepancy))
+        if without is None or none is None or at.evidence <= none.evidence:
+            return math.nan
+        return float(np.clip((at.evidence - without.evidence) / (at.evidence - none.evidence), 0.0, 1.0))
 
     # Parts of the diagnosis
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -53,6 +54,8 @@ class Search:
     """Hypotheses that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
     """Finished fits and screens, for a run that goes on."""
+    rival: float = -math.inf
+    """Evidence that a fit has to come near; it changes between fits that run at once, never beside them."""
     interrupted: bool = False
 
     @property
@@ -91,7 +94,7 @@ class Search:
         return max(self.screened.get((key, on), -math.inf) - (penalty if on else 0.0) for on in (False, True))
 
 
-def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Search:
+def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1) -> Search:
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
     Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
@@ -106,11 +109,11 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
     # With discrepancy the runs are near their records, where one linearization serves all effects.
     near = found.fits.get(((), True)) or found.null
     try:
-        count = 0
-        for name in _screen(found, near)[: settings.singles]:
-            count += 1
-            say(f"effect {name}", count, expected)
-            _fit_both(found, (name,), near)
+        singles = _screen(found, near)[: settings.singles]
+        # The leader first: what it reaches tells which of the others are hopeless.
+        for batch in (singles[:1], singles[1:]):
+            _fit_at_once(found, batch, near, say, expected, workers)
+        count = len(singles)
         for size in range(2, settings.most_effects + 1):
             leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
             for leader in leaders:
@@ -119,8 +122,8 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
                 for name in _screen(found, at)[: settings.additions]:
                     count += 1
                     key = tuple(sorted((*leader, name)))
-                    best = max(f.evidence for f in found.fits.values())
-                    if found.expected(key) < best + settings.worth_fitting or found.best(key) is not None:
+                    found.rival = max(f.evidence for f in found.fits.values())
+                    if found.expected(key) < found.rival + settings.worth_fitting or found.best(key) is not None:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     _fit_both(found, key, at)
@@ -132,6 +135,29 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None) -> Searc
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
+    """Fits effects alone, several at once; each sees the same rival, whatever is finished first."""
+    found.rival = max(f.evidence for f in found.fits.values())
+    done = len({key for key, _ in found.fits if key})
+
+    def run(number: int, name: str) -> None:
+        say(f"effect {name}", done + number + 1, expected)
+        _fit_both(found, (name,), near)
+
+    if workers == 1 or len(names) < 2:
+        for number, name in enumerate(names):
+            run(number, name)
+        return
+    with ThreadPoolExecutor(workers, thread_name_prefix="diagnosis") as pool:
+        jobs = [pool.submit(run, number, name) for number, name in enumerate(names)]
+        try:
+            for job in jobs:
+                job.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def _refit_parts(found: Search) -> None:
@@ -211,7 +237,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
     problem = found.problem
     start = _start(found, key, near)
-    best = max(f.evidence for f in found.fits.values())
+    best = found.rival
     at = problem.linearize(start, key)
     if not np.isfinite(at.errors).all():
         start = near.point
@@ -252,7 +278,7 @@ def _fit(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes,
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
-    rival = max((f.evidence for f in found.fits.values()), default=-math.inf) if key and attempt < 3 else -math.inf
+    rival = found.rival if key and attempt < 3 else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:

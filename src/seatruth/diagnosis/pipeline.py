@@ -34,6 +34,7 @@ def diagnose(
     *,
     seed: int | None = None,
     threads: int | None = None,
+    workers: int = 1,
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
     validate: bool = True,
@@ -48,6 +49,7 @@ def diagnose(
         effects: names or Effects that take part; None takes all installed ones that can act on the model.
         seed: seed of the permutation tests; None takes the study's.
         threads: threads of a simulation; None takes one per processor.
+        workers: how many effects are fitted at once; it changes no result.
         progress: called with a `ProgressEvent` at every stage.
         checkpoint: file in which finished fits are kept: the same call goes on where a killed one stopped, and ends
             with the same diagnosis.
@@ -77,6 +79,8 @@ def diagnose(
     def say(stage: str) -> _Stage:
         return _Stage(stage, show, began)
 
+    if workers < 1:
+        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
     require_trials(study)
     chosen, reasons = usable_effects(study, effects)
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
@@ -86,7 +90,7 @@ def diagnose(
         with Checkpoint(checkpoint, _work(study, chosen, settings)) as store:
             resumed = len(store)
             try:
-                found = search(problem, say("Hypotheses"), store)
+                found = search(problem, say("Hypotheses"), store, workers)
             except np.linalg.LinAlgError as trouble:
                 raise BadInput(
                     f"the model alone cannot be fitted to these trials ({trouble})",
@@ -148,7 +152,8 @@ def _set_aside(found: Search) -> list[Finding]:
     """Hypotheses that could not be fitted, in one finding."""
     if not found.failed:
         return []
-    names = [" and ".join(key) or "the model alone" for key in found.failed]
-    shown = "; ".join(f"{name}: {why}" for name, why in list(zip(names, found.failed.values()))[:3])
+    failed = sorted((" and ".join(key) or "the model alone", why) for key, why in found.failed.items())
+    names = [name for name, _ in failed]
+    shown = "; ".join(f"{name}: {why}" for name, why in failed[:3])
     text = f"{len(names)} hypotheses could not be fitted and were set aside ({shown})."
     return [Finding("note", "hypothesis-set-aside", text, f"study {found.problem.study.name!r}")]

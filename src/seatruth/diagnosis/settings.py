@@ -99,6 +99,8 @@ class Settings:
     gap: float = 1.1
     """Mean squared error over the noise variance from which a refitted model leaves a gap. [S] With the thousand
     effective samples of a usual study, chance stays below 1.1 in 99 % of records."""
+    stray: float = 100.0
+    """Mean squared error over the noise variance beyond which whole runs stray: ten noise deviations. [S]"""
     least_noncentrality: float = 6.6
     """Noncentrality below which an effect is not named: its size cannot be told from none at the level 0.01."""
     implausible: float = 4.0
