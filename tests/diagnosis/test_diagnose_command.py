@@ -260,9 +260,7 @@ def test_the_report_answers_the_three_questions_and_stands_alone(folder: Path, d
     ids = {part.split('"')[0] for part in page.split('<section id="')[1:]}
     links = {part.split('"')[0] for part in page.split('href="#')[1:]}
     assert {link for link in links if not link.startswith("f")} <= ids
-    expected = {"summary", "where", "which", "discrepancy", "noise", "coefficients", "validation"}
-    # Nothing is left to separate where one cause is sure.
-    assert expected | ({"next-trial"} if diagnosis.next_trial is not None else set()) <= ids
+    assert {"summary", "where", "which", "discrepancy", "noise", "coefficients", "validation", "next-trial"} <= ids
     assert str(folder) not in page
 
 

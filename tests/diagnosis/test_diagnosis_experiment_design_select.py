@@ -46,8 +46,11 @@ def test_it_is_the_same_again(found: Search, suggested: NextTrial) -> None:
 
 
 def test_one_survivor_needs_no_further_trial(found: Search) -> None:
-    assert next_trial(found, {"rudder_offset": 1.0}, small.silent) is None
-    assert next_trial(found, {}, small.silent) is None
+    for survivors in ({"rudder_offset": 1.0}, {}):
+        found_trial = next_trial(found, survivors, small.silent)
+        assert found_trial.manoeuvre == ""
+        assert found_trial.survivors == tuple(survivors)
+        assert not found_trial.menu
 
 
 TWIN = """

@@ -164,7 +164,7 @@ def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], devi
     here = problem.trial_of == left
     best = math.inf
     for _ in range(_REFITS):
-        now = problem.linearize(point, at.effects)
+        now = problem.linearize(point, at.effects, discrepancy=False)
         if not np.isfinite(now.errors[here]).all():
             break
         best = min(best, _size(problem, now.errors, here, deviation))
@@ -180,7 +180,7 @@ def _size(problem: Problem, errors: Array, here: Flags, deviation: Array) -> flo
 def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
     """The point with the initial state of each trial refitted, everything else held; the point where it diverges."""
     for _ in range(_REFITS):
-        now = problem.linearize(point, ())
+        now = problem.linearize(point, (), discrepancy=False)
         if not np.isfinite(now.errors).all():
             return point
         for trial in range(len(problem.trials)):

@@ -94,7 +94,7 @@ def fit(
     point, sizes = _approached(problem, effects, point, sizes)
     last, settled = -math.inf, False
     for number in range(settings.fit_steps):
-        at = problem.linearize(point, effects)
+        at = problem.linearize(point, effects, discrepancy=discrepancy)
         if not np.isfinite(at.errors).all():
             break
         likelihood = Likelihood(problem, at)
@@ -128,7 +128,8 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
         if not np.isfinite(distance).all() or (distance <= _CLOSE).all():
             break
         inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
-        likelihood = Likelihood(problem, problem.linearize(point, effects))
+        at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
+        likelihood = Likelihood(problem, at)
         moved, _ = _step(problem, effects, point, inflated, likelihood)
         nearer = _distances(problem, problem.errors(moved), sizes)
         progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
@@ -168,7 +169,7 @@ def _finished(
     settled: bool,
     rival: float,
 ) -> Fit:
-    at = problem.linearize(point, effects)
+    at = problem.linearize(point, effects, discrepancy=discrepancy)
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
     likelihood = Likelihood(problem, at)
@@ -196,7 +197,7 @@ def fit_at(
 ) -> Fit:
     """The fit whose optimum is at this point, with these sizes."""
     effects = tuple(effects)
-    at = problem.linearize(point, effects)
+    at = problem.linearize(point, effects, discrepancy=discrepancy)
     likelihood = Likelihood(problem, at)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)

@@ -47,14 +47,27 @@ class _Option:
         return self.chance - _LONGER * len(self.phases) - (_ELSEWHERE if self.start else 0.0)
 
 
-def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]) -> NextTrial | None:
+def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]) -> NextTrial:
     """The trial that best separates the survivors; its `manoeuvre` is empty where none of the menu helps.
 
-    None where fewer than two survivors are left. `chances` are the survivors' probabilities.
+    It is empty as well where fewer than two survivors are left. `chances` are the survivors' probabilities.
     """
     rivals = Rivals(search, chances)
     if not rivals.before:
-        return None
+        none = math.nan
+        return NextTrial(
+            "",
+            "One cause is left: nothing is to be separated.",
+            tuple(rivals.chances),
+            none,
+            none,
+            1.0,
+            (),
+            (),
+            {},
+            {},
+            {},
+        )
     menu = Menu(search.problem)
     options: list[_Option] = []
     starts = menu.starts()
