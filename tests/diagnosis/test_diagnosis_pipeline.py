@@ -372,6 +372,8 @@ FADE = '''
 from seatruth.effects import Effect
 from seatruth.models import Parameter
 
+pytestmark = pytest.mark.slow
+
 
 class Fade(Effect):
     name = "fade"

@@ -21,6 +21,8 @@ from seatruth.simulate import Hold, Jacobian, Simulator, evaluate_rhs, evaluate_
 from seatruth.simulate.serial import RELATIVE_STEP
 from seatruth.trials.trial import Trial
 
+pytestmark = pytest.mark.slow
+
 # Effects that use every hook and most kinds of node: own states, delays, limits, branches, time, surroundings.
 EFFECTS: Sequence[tuple[str, tuple[str, ...]]] = (
     ("mmg", ("current", "rudder_lag", "heading_bias", "added_mass")),

@@ -40,12 +40,14 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
     """Log predictive density (nats) of each trial left out, with an effect less without it: (T,) or (blocks,).
 
     Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
-    asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy where it is
-    worth its penalty: sizes that nothing holds down would let the model without the effect follow any trial.
+    asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy only where
+    it is clearly worth its penalty: beside it the model without the effect follows almost any trial.
     """
-    with_it = search.best(key)
+    with_it, plain = search.best(key), search.fits.get((key, False))
     if with_it is None:
         return np.zeros(0)
+    if plain is not None and search.worth(plain) > search.worth(with_it) - search.problem.settings.discrepancy_penalty:
+        with_it = plain
     rest = tuple(n for n in key if n != name)
     without = ensure(search, rest, with_it) or search.best(rest)
     if without is None:
