@@ -23,6 +23,8 @@ from seatruth.effects import load_effects
 from seatruth.progress import ProgressEvent
 from seatruth.storage.checkpoint import StaleCheckpoint
 
+pytestmark = pytest.mark.slow
+
 
 def diagnosed(folder: Path, runs: list[Trial], *, suggest: bool = False, **options: Any) -> Diagnosis:
     """The diagnosis, without the next trial unless it is asked for: that takes most of the time."""
@@ -371,8 +373,6 @@ FADE = '''
 
 from seatruth.effects import Effect
 from seatruth.models import Parameter
-
-pytestmark = pytest.mark.slow
 
 
 class Fade(Effect):
