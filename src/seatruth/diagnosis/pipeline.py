@@ -55,7 +55,7 @@ def diagnose(
             with the same diagnosis.
         validate: predict each trial from the others.
         suggest: look for the next trial.
-        settings: numbers that the diagnosis rests on; None takes the calibrated ones.
+        settings: numbers that the diagnosis rests on; None takes the defaults.
 
     Returns:
         The diagnosis. An interrupt after the model alone is fitted returns what has been reached.

@@ -1,7 +1,6 @@
 """Every number that a diagnosis rests on, with its unit, meaning and origin.
 
-Origins: a paper, a derivation, "calibrated" (set by `experiments/withheld calibrate` on development cases), or "[S]":
-chosen here by judgement, for the reason that stands beside it.
+Origins: a paper, a derivation, or "[S]": chosen here by judgement, for the reason that stands beside it.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of `diagnose`. The defaults are what every published figure was measured with.
+    """Settings of `diagnose`. Those marked [S] have not been calibrated yet.
 
     Example:
         >>> Settings().knots
@@ -19,11 +18,11 @@ class Settings:
     """
 
     coefficient_sd: float = 0.2
-    """Prior standard deviation of a free coefficient that states none, as a part of its value. [S] Spread of semi-
-    empirical estimates of manoeuvring derivatives (ITTC 2008, Manoeuvring Committee: 10 to 30 %)."""
+    """Prior standard deviation of a free coefficient that states none, as a part of its value. [S] Semi-
+    empirical estimates of manoeuvring derivatives are often that far off."""
     prior_width: float = 2.5
-    """Prior standard deviation of an effect's magnitude over its typical one. [S] Typical is no limit: 2.5 puts a third
-    of the prior beyond twice the typical magnitude."""
+    """Prior standard deviation of an effect's magnitude over its typical one. [S] Typical is no limit: 2.5 puts two
+    fifths of the prior beyond twice the typical magnitude."""
     initial_width: float = 10.0
     """Prior standard deviation of an initial state over the spread of its record. [S] As good as unknown."""
     knots: int = 12
@@ -68,23 +67,26 @@ class Settings:
     """Linearized log-evidence (nats) above the best fit for which a larger set is fitted: the prior of one more effect
     costs several times that. [S]"""
     prior_none: float = 0.2
-    """Prior probability that nothing acts. Calibrated."""
+    """Prior probability that nothing acts. [S] `experiments/withheld calibrate` refits it."""
     prior_unknown: float = 0.1
-    """Prior probability of a cause that is not in the library. Calibrated."""
+    """Prior probability of a cause that is not in the library. [S] `experiments/withheld calibrate` refits it."""
     prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
-    """Prior probability of one, two, three effects, shared equally among the sets of that size. Calibrated."""
+    """Prior probability of one, two, three effects, shared equally among the sets of that size. [S]
+    `experiments/withheld calibrate` refits it."""
     prior_discrepancy: float = 0.05
-    """Prior probability that the model's structure lacks something beside named effects. Calibrated."""
+    """Prior probability that the model's structure lacks something beside named effects. [S]
+    `experiments/withheld calibrate` refits it."""
     discrepancy_penalty: float = 3.0
     """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for
-    each of six sizes, after the Bayesian information criterion's prefactor. Calibrated."""
+    each of six sizes, after the Bayesian information criterion's prefactor. [S]
+    `experiments/withheld calibrate` refits it."""
     temperature: float = 1.0
-    """Divides log-evidence. 1: the statistical model is taken at its word. Calibrated."""
+    """Divides log-evidence. 1: the statistical model is taken at its word."""
     model_form: float = 0.003
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
     exact, and one whose amplitude is 5 % off leaves 0.05^2 = 0.25 % of its signature to its rivals."""
     name_threshold: float = 0.6
-    """Probability from which a cause is named, at whatever level of the tree reaches it. Calibrated."""
+    """Probability from which a cause is named, at whatever level of the tree reaches it. [S]"""
     set_coverage: float = 0.95
     """Probability that the effects reported together hold. Convention."""
     least_rival: float = 0.15
