@@ -28,7 +28,6 @@ CELLS = 4
 SECTORS = 8
 DRAWS = 400
 _RATE = 0.05
-_ANGLES = ("psi",)
 
 
 def by_channel(problem: Problem, deviation: Array, points: Mapping[str, Point]) -> pd.DataFrame:

@@ -114,7 +114,7 @@ class Problem:
         own = [self.columns[name] for name in effects]
         return np.concatenate([self.coefficients, self.terms, *own]).astype(np.intp)
 
-    def errors(self, point: Point, trials: Sequence[int] | None = None) -> Array:
+    def errors(self, point: Point) -> Array:
         """Measured minus simulated (N,) at a point; inf where a run diverges."""
         found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
         with np.errstate(all="ignore"):
@@ -157,7 +157,7 @@ class Problem:
             chain = self.space.varying_jacobian(self._free_values(point))
             rows = [self.space.varying.index(name) for name in tied]
             at = len(free) + len(knots)
-            shared[:, self._from_free] += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept]
+            shared += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept]
         local = np.zeros((len(errors), len(self.initial_names) + len(self._knot_names)))
         local[:, : len(self.initial_names)] = slopes[:, len(names) :]
         if knots:
@@ -212,7 +212,6 @@ class Problem:
         at = {parameter.name: k for k, parameter in enumerate(self.unknowns)}
         free = list(self.space.free_names)
         self._free_kept = np.array([free.index(parameter.name) for parameter in self.unknowns], dtype=np.intp)
-        self._from_free = np.arange(len(self.unknowns), dtype=np.intp)
         self.columns: Mapping[str, Indices] = {
             name: np.array([at[effect.named(q.name)] for q in effect.parameters], dtype=np.intp)
             for name, effect in self.effects.items()

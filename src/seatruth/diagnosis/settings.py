@@ -112,5 +112,3 @@ class Settings:
     """Part of the gap below which an effect is said to be of no practical size. [S]"""
     power: float = 2.8
     """Standard deviations at which an effect is found with power 0.8 in a two-sided test at 0.05: 1.96 + 0.84."""
-    folds_rivals: int = 4
-    """Hypotheses among which each fold selects. [S]"""
