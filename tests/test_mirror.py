@@ -109,11 +109,13 @@ ELSEWHERE = {
     "trials/test_trials_check.py": (
         "trials/check/duplicates",
         "trials/check/excitation",
+        "trials/check/frozen",
         "trials/check/helpers",
         "trials/check/limits",
         "trials/check/positions",
         "trials/check/rates",
         "trials/check/sensors",
+        "trials/check/steering",
         "trials/check/table",
         "trials/check/timing",
     ),

@@ -10,13 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from known_motion import Array, altered, zigzag
+from right_logs import right_log
 
+from seatruth.manoeuvres import TurningCircle, run_manoeuvre
+from seatruth.models import load_model
 from seatruth.trials import Channel, Finding, Trial, check_trials, findings_table
 from seatruth.trials.check import check_trial, excitation_table
 from seatruth.trials.check.excitation import reversals
 from seatruth.trials.check.helpers import squared_correlation
 
 GOOD = zigzag(amplitude=0.5, period=80)
+FAST = zigzag(amplitude=0.6, period=80, noise=0.1)  # loses a third of its speed in each turn
 DEG = 180 / np.pi
 
 
@@ -179,10 +183,60 @@ def test_time_axis() -> None:
     assert "few-samples" in codes(check_trials([GOOD.section(0, 10)]))
 
 
-def test_slow_sampling_is_found() -> None:
+def rolling(period: float, step: float = 1.0, noise: float = 1e-3) -> Trial:
+    """A vehicle that yaws with the waves on a straight course, and is recorded every `step` seconds."""
+    t = np.arange(0, 300 * step, step)
     rng = np.random.default_rng(3)
+    psi = 0.05 * np.sin(2 * np.pi * t / period)
+    r = 0.05 * 2 * np.pi / period * np.cos(2 * np.pi * t / period)
+    outputs = {"psi": psi + noise * rng.standard_normal(t.size), "r": r + noise * rng.standard_normal(t.size)}
+    return Trial("waves", t, {"delta": 0.1 * np.sin(t / 40)}, outputs)
+
+
+def test_slow_sampling_is_found() -> None:
+    assert "slow-sampling" in codes(check_trials([rolling(2.7)]))
+    assert "slow-sampling" not in codes(check_trials([rolling(12.0)]))
+
+
+def test_a_rate_that_is_noise_is_not_slowly_sampled() -> None:
+    rng = np.random.default_rng(3)
+    straight = {k: 0.01 * rng.standard_normal(len(GOOD)) for k in ("psi", "r")}
+    assert "slow-sampling" not in codes(check_trials([replace(GOOD, outputs={**GOOD.outputs, **straight})]))
     noise = altered(GOOD, {"r": lambda a: rng.standard_normal(a.size) * 0.01})
-    assert "slow-sampling" in codes(check_trials([noise]))
+    assert "psi-r-disagree" in codes(check_trials([noise]))
+
+
+def test_a_turn_that_costs_speed_says_nothing_of_the_rudder() -> None:
+    """Noise-free and hard over: the yaw rate falls with the speed while the rudder stays where it is."""
+    model = load_model("abkowitz")
+    turn = run_manoeuvre(model, TurningCircle(0.61, 6.3, 0.0), dt=2.0, first_state={"u": 7.7175}, limit=900.0)
+    assert "rudder-sign" not in codes(check_trials([turn], model))
+    reversed_ = altered(turn, {"delta": lambda a: -a})
+    found = [f for f in check_trials([reversed_], model) if f.code == "rudder-sign"]
+    assert "against a rudder that is held hard over" in found[0].message
+
+
+def test_a_helmsman_in_waves_says_nothing_of_the_rudder() -> None:
+    """The rudder follows the bow here: it is moved against every yaw, with no hold in which the bow could answer."""
+    waves = rolling(12.0, 0.5)
+    steered = replace(waves, inputs={"delta": -3.0 * waves.outputs["r"]})
+    assert "rudder-sign" not in codes(check_trials([steered]))
+
+
+def test_a_channel_at_rest_is_frozen_only_beside_motion() -> None:
+    """On a straight course sway, heading and yaw rate are constant in a noise-free log, and nothing is wrong."""
+    t = np.arange(0, 60, 0.5)
+    zero = np.zeros(t.size)
+    straight = {"x": 1.5 * t, "y": zero, "psi": zero, "u": zero + 1.5, "v": zero, "r": zero}
+    inputs = {"delta": 0.1 * np.sin(t / 5)}
+    assert "constant" not in codes(check_trials([Trial("straight", t, inputs, straight)]))
+    still = check_trials([Trial("straight", t, inputs, {**straight, "x": zero})])
+    assert [f.channel for f in still if f.code == "constant"] == ["x"]
+    alone = check_trials([Trial("depth", t, inputs, {"depth": zero + 3.0})])
+    assert [f.severity for f in alone if f.code == "constant"] == ["note"]
+    for name in ("psi", "r", "u", "v"):
+        frozen = check_trials([altered(FAST, {name: lambda a: 0 * a + 0.3})])
+        assert ("constant", name) in {(f.code, f.channel) for f in frozen}, name
 
 
 def test_still_inputs() -> None:
@@ -267,3 +321,24 @@ def test_the_squared_correlation_takes_any_size(size: float) -> None:
     assert squared_correlation(size * a, a) == pytest.approx(1.0)
     assert squared_correlation(size * a, np.array([2.0, 1.0, 0.0])) == pytest.approx(0.0, abs=1e-30)
     assert squared_correlation(size * a, np.zeros(3)) == 0.0
+
+
+TRUE = {"input-constant", "input-jumps", "heading-coverage", "speed-range"}
+"""What is so in a right log: a run on one course, at one speed, with rudders that are sampled coarsely."""
+
+
+def false_alarms(seeds: range) -> list[str]:
+    found = []
+    for seed in seeds:
+        trial, model = right_log(seed)
+        found += [f"{trial.name}: {f}" for f in check_trials([trial], model) if f.code not in TRUE]
+    return found
+
+
+def test_right_logs_of_all_vehicles_raise_no_false_alarm() -> None:
+    assert false_alarms(range(9)) == []
+
+
+@pytest.mark.slow
+def test_two_hundred_right_logs_raise_no_false_alarm() -> None:
+    assert false_alarms(range(9, 216)) == []

@@ -17,8 +17,9 @@ from seatruth.trials.check.duplicates import check_duplicates
 from seatruth.trials.check.excitation import check_coverage, check_inputs, check_rate, excitation_table
 from seatruth.trials.check.helpers import Channels
 from seatruth.trials.check.positions import check_depth, check_positions
-from seatruth.trials.check.rates import check_rates, check_steering
+from seatruth.trials.check.rates import check_rates
 from seatruth.trials.check.sensors import check_sensors
+from seatruth.trials.check.steering import check_steering
 from seatruth.trials.check.table import check_tables
 from seatruth.trials.check.timing import check_missing, check_model_channels, check_time
 from seatruth.trials.check.units import check_units

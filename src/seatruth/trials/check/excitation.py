@@ -9,7 +9,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, degrees, has_channels, make_finding, unit_of
+from seatruth.trials.check.helpers import Channels, degrees, has_channels, make_finding, squared_correlation, unit_of
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -59,22 +59,38 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
 
 
 def check_rate(trial: Trial) -> Iterator[Finding]:
-    """Whether angular rates stay correlated over several samples."""
-    for name in ("r", "q", "p"):
-        if name not in trial.outputs or not has_channels(trial, name):
+    """Whether the vehicle turns faster than it is recorded.
+
+    A rate that is sensor noise alone, as on a straight run, has no correlation between samples either, and nothing is
+    wrong with it. So the angle must turn with the rate from sample to sample: noise of two sensors does not agree.
+    """
+    for angle, rate in (("psi", "r"), ("theta", "q"), ("phi", "p")):
+        if rate not in trial.outputs or angle not in trial.outputs or not has_channels(trial, angle, rate):
             continue
-        samples = correlation_samples(trial.outputs[name])
-        if samples is not None and samples < limits.CORRELATION_SAMPLES:
-            step = float(np.median(np.diff(trial.t)))
-            yield make_finding(
-                trial,
-                "warning",
-                "slow-sampling",
-                f"It loses its correlation within {samples:.1f} samples of {step:.3g} s: the motion is faster than the "
-                "record, or the channel is mostly noise.",
-                "Record faster, or smooth the channel.",
-                channel=name,
-            )
+        samples = correlation_samples(trial.outputs[rate])
+        if samples is None or samples >= limits.CORRELATION_SAMPLES or not _turns(trial, angle, rate):
+            continue
+        step = float(np.median(np.diff(trial.t)))
+        yield make_finding(
+            trial,
+            "warning",
+            "slow-sampling",
+            f"It loses its correlation within {samples:.1f} samples of {step:.3g} s, and {angle} turns with it: the "
+            "motion is faster than the record.",
+            "Record faster.",
+            channel=rate,
+        )
+
+
+def _turns(trial: Trial, angle: str, rate: str) -> bool:
+    """Whether the angle changes with the rate from one sample to the next, beyond chance."""
+    values, speed = trial.outputs[angle], trial.outputs[rate]
+    change, expected = np.diff(values), 0.5 * (speed[1:] + speed[:-1]) * np.diff(trial.t)
+    known = np.isfinite(change) & np.isfinite(expected) & (np.abs(change) < np.pi)
+    if known.sum() < limits.FEW_SAMPLES:
+        return False
+    change, expected = change[known] - change[known].mean(), expected[known] - expected[known].mean()
+    return bool(squared_correlation(change, expected) > max(limits.SIGNIFICANT**2 / known.sum(), limits.TURNING_PART))
 
 
 def correlation_samples(values: Array) -> float | None:

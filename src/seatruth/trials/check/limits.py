@@ -60,8 +60,20 @@ MIN_ARM = 0.1
 """m: a position sensor farther than this from the point whose velocity is recorded is worth knowing ..."""
 ARM_PART = 0.05
 """... if it also explains this part of the disagreement and is less than MAX_ARM lengths of travel."""
-STEERING_CORRELATION = 0.3
-"""Partial correlation of turning acceleration with the rudder below which no sense of turning is claimed."""
+# The rudder against the turn
+HOLD_SAMPLES = 5
+"""Fewest samples in which a rudder is called held; over as many its angle is smoothed and the yaw rate averaged."""
+HELD_BAND = 0.1
+"""Part of the rudder's range within which it is held: more than the noise and play of an indicator."""
+MOVED_PART = 0.25
+"""Part of the rudder's range below which a movement is a correction of the helm."""
+RUDDER_AGREEMENT = 0.6
+"""Correlation of yaw rate with rudder movements beyond which, below zero, the bow turns against the rudder ..."""
+RUDDER_CHANCE = 0.01
+"""... if unrelated movements would agree so badly less often than this. Chosen here [S]: between a right log, in which
+they agree by 0.9 and more, and a wrong one lies far more than chance; and three good movements suffice."""
+HARD_OVER = 0.15
+"""rad, 8.6 deg: no unstable ship turns against a rudder as large as this (the loops of spiral tests end earlier)."""
 
 # Sensors
 TREND_SAMPLES = 6
@@ -75,6 +87,14 @@ HELD_CATCH_UP = 1.25
 STUCK_PART = 0.1
 """Part of the trial (at least STUCK_SECONDS) that a sensor gives one value while related channels move."""
 STUCK_SECONDS = 5.0
+FROZEN_PATH = 0.1
+"""Part of the distance sailed that lies along an axis: a course nearer to square (6 deg) leaves that position alone."""
+FROZEN_DISTANCE = 1.0
+"""m: less may be the drift of noise in the velocities."""
+FROZEN_TURN = 0.5
+"""rad, 29 deg: a vehicle that turns so far slips sideways by more than any instrument's last digit."""
+FROZEN_SPEED = 0.2
+"""Part of the speed over the ground by which it changes; position noise makes up some of it, so not less."""
 QUANTISED_PART = 0.02
 """Resolution over the middle 90 % of a channel's range: coarser shows as steps in any plot of the residuals."""
 COARSER = 8.0
@@ -89,7 +109,9 @@ OUTLIER_STEPS = 10.0
 """... and in the channel's typical step from sample to sample."""
 JUMP_SIGMAS = 15.0
 JUMP_STEPS = 15.0
-"""A step in position against its neighbours, in their robust standard deviation and in typical steps."""
+JUMP_PART = 0.5
+"""A step in position against its neighbours, in their robust standard deviation, in typical steps,
+and in the usual speed."""
 
 # Excitation
 STILL = 1e-9
@@ -100,6 +122,8 @@ COARSE_INPUT_STEP = 0.35
 """Part of an input's range that it crosses between two samples: its course between them is then unknown."""
 CORRELATION_SAMPLES = 1.5
 """A rate must stay correlated (above 1/e) for more samples than this: a sine has then eight samples a period."""
+TURNING_PART = 0.25
+"""... if the angle follows it: squared correlation of what both change by between two samples."""
 HEADING_COVERAGE = 1.5708
 """rad: below a quarter turn, a current looks like a speed error or a heading offset."""
 SPEED_RANGE = 0.1

@@ -1,16 +1,14 @@
-"""Angles against rates, and the rudder against the turn."""
+"""Angles against rates."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
-    Channels,
     has_channels,
     integral,
     make_finding,
@@ -112,92 +110,3 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
                 "Check the scale of the rate sensor, and whether the rate is measured about the body's axis.",
                 channel=rate,
             )
-
-
-def check_steering(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
-    """Whether a positive rudder turns to starboard: turning acceleration against rudder at the same turning rate."""
-    if not (
-        has_channels(trial, "delta")
-        and has_channels(trial, "u")
-        and (has_channels(trial, "r") or has_channels(trial, "psi"))
-    ):
-        return
-    for channel in model.inputs if model is not None else ():
-        if channel.name == "delta" and "port" in channel.description.lower():
-            return  # the model's own rudder is positive to port
-    fit = steering_gain(trial)
-    if fit is None:
-        return
-    gain, error, partial = fit
-    if gain < 0 and abs(gain) > limits.SIGNIFICANT * error and abs(partial) > limits.STEERING_CORRELATION:
-        yield make_finding(
-            trial,
-            "warning",
-            "rudder-sign",
-            f"A positive rudder turns the bow to port (turning acceleration {gain:.3g} rad/s2 for a radian of rudder, "
-            f"standard error {error:.2g}).",
-            "Positive delta turns to starboard in seatruth unless the model says otherwise: set sign = -1 for delta, "
-            "or correct the sign of r and psi.",
-            channel="delta",
-        )
-
-
-def steering_gain(trial: Trial) -> tuple[float, float, float] | None:
-    """Change of turning rate for a radian of rudder, 1/s2, its standard error, and their partial correlation.
-
-    From windows while the vehicle runs ahead: change of r over a window against the mean of delta and of r in it.
-    None where there is too little to tell.
-    """
-    t, delta, u = trial.t, trial.channel("delta"), trial.channel("u")
-    fast = float(np.nanquantile(np.abs(u), 0.9))
-    ahead = u > 0.3 * fast
-    if has_channels(trial, "n"):
-        ahead &= trial.channel("n") > 0  # a propeller astern turns the flow at the rudder round
-    step = float(np.median(np.diff(t)))
-    if has_channels(trial, "r"):
-        r = trial.channel("r")
-    else:
-        psi = trial.channel("psi")
-        r = np.gradient(np.unwrap(np.where(np.isfinite(psi), psi, 0.0)), t)
-        r = np.where(np.isfinite(psi), r, np.nan)
-    # Turning builds up over ship lengths: windows near a tenth of the time of the rudder's own movements.
-    length = _window(delta, step)
-    starts = np.arange(0, t.size - 2 * length, length)
-    if starts.size < limits.MIN_WINDOWS:
-        return None
-    mean_delta, mean_r = _means(delta, starts, length), _means(r, starts, length)
-    good = _means(ahead.astype(np.float64), starts, length) > 0.99
-    change = (_means(r, starts + length // 2, length) - _means(r, np.maximum(starts - length // 2, 0), length)) / (
-        length * step
-    )
-    good &= np.isfinite(mean_delta + mean_r + change) & (starts >= length // 2)
-    if good.sum() < 2 * limits.MIN_WINDOWS or np.ptp(mean_delta[good]) < limits.SMALL_ANGLE_INPUT:
-        return None
-    a = np.column_stack([mean_delta[good], mean_r[good], np.ones(int(good.sum()))])
-    y = change[good]
-    coefficients, _, rank, _ = np.linalg.lstsq(a, y, rcond=None)
-    rest = y - a @ coefficients
-    freedom = y.size - 3
-    if rank < 3 or freedom < limits.MIN_WINDOWS:
-        return None
-    variance = float(rest @ rest) / freedom
-    error = float(np.sqrt(variance * np.linalg.inv(a.T @ a)[0, 0]))
-    gain = float(coefficients[0])
-    partial = gain / np.sqrt(gain**2 + freedom * error**2) if gain or error else 0.0
-    return gain, error, float(partial)
-
-
-def _window(delta: Array, step: float) -> int:
-    """Samples over which to average: a quarter of the median time between reversals of the rudder, 0.5 to 5 s."""
-    middle = delta - np.nanmean(delta)
-    crossings = int(np.sum(np.diff(np.sign(middle[np.isfinite(middle)])) != 0))
-    between = delta.size * step / max(crossings, 1)
-    return int(np.clip(0.1 * between, max(0.5, 2 * step), max(5.0, 2 * step)) / step) or 1
-
-
-def _means(values: Array, starts: NDArray[np.int64], length: int) -> Array:
-    total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(values))])
-    broken = np.concatenate([[0], np.cumsum(~np.isfinite(values))])
-    stop = np.minimum(starts + length, values.size)
-    means = (total[stop] - total[starts]) / np.maximum(stop - starts, 1)
-    return np.where(broken[stop] == broken[starts], means, np.nan)

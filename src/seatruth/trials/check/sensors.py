@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
+from seatruth.trials.check.frozen import check_constant, moving
 from seatruth.trials.check.helpers import make_finding, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
@@ -23,14 +24,7 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
         if finite.size < limits.FEW_SAMPLES:
             continue
         if np.ptp(finite) == 0.0:
-            yield make_finding(
-                trial,
-                "warning",
-                "constant",
-                f"It is {finite[0]:.4g} at every sample.",
-                "A sensor that is off or stuck has no information: leave it out.",
-                channel=name,
-            )
+            yield from check_constant(trial, name)
             continue
         coarse = list(_quantised(trial, name, values))
         yield from coarse
@@ -54,13 +48,14 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     longest = int(np.argmax(repeats))
     seconds = float(trial.t[starts[longest] + repeats[longest]] - trial.t[starts[longest]])
     rows = np.arange(starts[longest], starts[longest] + repeats[longest] + 1)
-    moved = _change_elsewhere(trial, name, rows)
-    if seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration) and moved:
+    long = seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration)
+    moved = moving(trial, name, rows)[0] if long else ""
+    if moved:
         yield make_finding(
             trial,
             "warning",
             "stuck",
-            f"It stays exactly {values[rows[0]]:.4g} for {seconds:.3g} s while {moved} changes.",
+            f"It stays exactly {values[rows[0]]:.4g} for {seconds:.3g} s, while {moved}.",
             "Mark that stretch as not valid with 'mark_invalid'.",
             channel=name,
             samples=rows,
@@ -107,35 +102,6 @@ def held_samples(values: Array) -> NDArray[np.int64]:
         return nothing
     ratio = float(np.median(steps[catching_up]) / np.median(steps[usual]))
     return held if ratio > limits.HELD_CATCH_UP else nothing
-
-
-_RELATED = {
-    "x": ("u", "v"),
-    "y": ("u", "v"),
-    "psi": ("r",),
-    "theta": ("q", "depth", "z"),
-    "depth": ("theta", "w"),
-    "z": ("theta", "w"),
-    "u": ("x", "y"),
-    "v": ("x", "y"),
-    "r": ("psi",),
-    "q": ("theta",),
-    "p": ("phi",),
-    "phi": ("p",),
-}
-
-
-def _change_elsewhere(trial: Trial, name: str, rows: NDArray[np.int64]) -> str:
-    """A related channel that moves in those samples by more than a quarter of its spread; empty if none does."""
-    for other in _RELATED.get(name, ()):
-        values = trial.outputs.get(other)
-        if values is None:
-            continue
-        inside, whole = values[rows], values[np.isfinite(values)]
-        inside = inside[np.isfinite(inside)]
-        if inside.size > 2 and whole.size > 2 and np.std(inside) > 0.25 * np.std(whole) > 0:
-            return other
-    return ""
 
 
 def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
@@ -225,7 +191,9 @@ def _jumps(trial: Trial, name: str, values: Array, outliers: NDArray[np.int64]) 
     steps = np.diff(values) / np.diff(trial.t)
     typical = typical_step(steps)
     bad, median = hampel_outliers(steps, 21, limits.JUMP_SIGMAS, limits.JUMP_STEPS * typical)
-    rows = np.setdiff1d(np.flatnonzero(bad) + 1, np.concatenate([outliers, outliers + 1]))
+    # A vehicle that gathers way from one sample to the next does not jump.
+    large = np.abs(steps - median) > limits.JUMP_PART * float(np.nanmedian(np.abs(steps)))
+    rows = np.setdiff1d(np.flatnonzero(bad & large) + 1, np.concatenate([outliers, outliers + 1]))
     if not rows.size:
         return
     sizes = np.abs(steps - median)[rows - 1] * np.diff(trial.t)[rows - 1]
