@@ -107,6 +107,7 @@ ELSEWHERE = {
     "test_end_to_end.py": ("commands/demo",),
     "test_identify_interrupts.py": ("uncertainty/refits",),
     "trials/test_trials_check.py": (
+        "trials/check/clocks",
         "trials/check/duplicates",
         "trials/check/excitation",
         "trials/check/frozen",

@@ -16,11 +16,13 @@ from seatruth.manoeuvres import TurningCircle, run_manoeuvre
 from seatruth.models import load_model
 from seatruth.trials import Channel, Finding, Trial, check_trials, findings_table
 from seatruth.trials.check import check_trial, excitation_table
+from seatruth.trials.check.clocks import clock_lag
 from seatruth.trials.check.excitation import reversals
 from seatruth.trials.check.helpers import squared_correlation
 
 GOOD = zigzag(amplitude=0.5, period=80)
 FAST = zigzag(amplitude=0.6, period=80, noise=0.1)  # loses a third of its speed in each turn
+OTHER = zigzag(amplitude=0.5, period=55)
 DEG = 180 / np.pi
 
 
@@ -81,6 +83,14 @@ def hold(every: int) -> Callable[[Array], Array]:
     return change
 
 
+def averaged(psi: Array) -> Array:
+    """A compass between 0 and a turn in which someone filled in the sample at each jump."""
+    compass = np.mod(psi + 5.7, 2 * np.pi)
+    jump = np.flatnonzero(np.abs(np.diff(compass)) > 4.0)
+    compass[jump] = 0.5 * (compass[jump - 1] + compass[jump + 1])
+    return compass
+
+
 def coarse_beyond(limit: float, lsb: float) -> Callable[[Array], Array]:
     return lambda values: np.where(values > limit, np.round(values / lsb) * lsb, values)
 
@@ -95,7 +105,12 @@ FAULTS: list[tuple[str, str, str, dict[str, Callable[[Array], Array]]]] = [
     ("wrapped psi", "wrapped", "psi", {"psi": lambda a: np.mod(a + 5.7, 2 * np.pi)}),
     ("r to port", "psi-r-sign", "psi", {"r": lambda a: -a}),
     ("gyro scale", "psi-r-scale", "r", {"r": lambda a: 1.15 * a}),
-    ("another r", "psi-r-disagree", "psi", {"r": lambda a: a[::-1].copy()}),
+    ("another r", "psi-r-disagree", "psi", {"r": lambda a: OTHER.outputs["r"]}),
+    ("r of another time", "clock-offset", "r", {"r": lambda a: a[::-1].copy()}),  # a zigzag backwards is a late one
+    ("psi points astern", "heading-astern", "psi", {"psi": lambda a: a + np.pi}),
+    ("psi averaged between 359 and 0 deg", "wrapped-between", "psi", {"psi": lambda a: averaged(a)}),
+    ("a clock that is late", "clock-offset", "psi", {"psi": lambda a: np.interp(GOOD.t - 1.0, GOOD.t, a)}),
+    ("a clock that is early", "clock-offset", "r", {"r": lambda a: np.interp(GOOD.t - 2.0, GOOD.t, a)}),
     ("rudder to port", "rudder-sign", "delta", {"delta": lambda a: -a}),
     ("y to port", "position-axes", "y", {"y": lambda a: -a}),
     ("x astern", "position-axes", "x", {"x": lambda a: -a}),
@@ -134,6 +149,33 @@ def test_swapped_axes_and_wrong_senses_are_named() -> None:
     assert any(f.code == "position-axes" and "swapped" in f.message for f in check_trials([swapped]))
     left = altered(GOOD, {"psi": lambda a: -a, "r": lambda a: -a})
     assert any(f.code == "position-axes" and "counter-clockwise" in f.message for f in check_trials([left]))
+
+
+def test_a_heading_that_points_astern_is_named() -> None:
+    astern = altered(GOOD, {"psi": lambda a: a + np.pi})
+    found = [f for f in check_trials([astern]) if f.code == "heading-astern"]
+    assert "180 deg off" in found[0].do
+    turning = zigzag(amplitude=0.5, period=150, seconds=600)  # beyond a quarter turn to each side
+    without = {k: v for k, v in turning.outputs.items() if k not in ("u", "v", "r")}
+    track = replace(turning, outputs={**without, "psi": without["psi"] + np.pi})
+    found = [f for f in check_trials([track]) if f.code == "heading-astern"]
+    assert "opposite to psi" in found[0].message
+    assert "heading-astern" not in codes(check_trials([replace(turning, outputs=without)]))
+
+
+@pytest.mark.parametrize("offset", [0.5, -3.0, 12.0])
+def test_the_offset_of_two_clocks_is_measured(offset: float) -> None:
+    late = np.interp(GOOD.t - offset, GOOD.t, GOOD.outputs["psi"])
+    lag = clock_lag(GOOD.t, late, GOOD.outputs["r"])
+    assert lag is not None
+    assert lag.seconds == pytest.approx(offset, abs=4 * lag.error)
+    assert lag.error < 0.03
+    assert clock_lag(GOOD.t, GOOD.outputs["psi"], GOOD.outputs["r"]) is None
+
+
+def test_a_lag_in_half_of_the_record_is_no_clock() -> None:
+    half = np.where(GOOD.t > 150, np.interp(GOOD.t - 1.0, GOOD.t, GOOD.outputs["psi"]), GOOD.outputs["psi"])
+    assert clock_lag(GOOD.t, half, GOOD.outputs["r"]) is None
 
 
 def test_torpedo_convention_shows() -> None:

@@ -34,7 +34,10 @@ def test_good_ships_raise_no_false_alarm(folder: str, count: int) -> None:
     found = check_trials(trials)
     assert [f for f in found if f.severity == "error"] == []
     # What remains is in the records: held and jumping satellite fixes, coarse numbers, commanded rudders.
+    # In the berthing runs r comes 0.7 to 1.1 s after psi in each third of each run, and in no other run.
+    assert {f.trial for f in found if f.code == "clock-offset"} <= {t.name for t in trials if "berthing" in t.name}
     true = {"held", "jumps", "outliers", "quantised-part", "input-jumps", "lever-arm", "heading-coverage"}
+    true |= {"clock-offset"}
     assert {f.code for f in found} <= true
     if folder == "kvlcc2_hsva":
         assert [f for f in found if f.severity == "warning"] == []

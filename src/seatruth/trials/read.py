@@ -26,6 +26,7 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.trials.condition import rows_where
+from seatruth.trials.missing_codes import missing_codes
 from seatruth.trials.places import place
 from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
@@ -140,11 +141,14 @@ def trial_from_table(
     """The same as read_trial for a table that is already in memory."""
     t, about = _time(table, _spec("t" if time is None else time))
     notes: list[str] = []
+    missing: dict[str, list[float]] = {}
     columns: dict[str, dict[str, Array]] = {"inputs": {}, "outputs": {}}
     for kind, specs in (("inputs", inputs), ("outputs", outputs)):
         for channel, spec in specs.items():
-            values, note = _channel(table, channel, _spec(spec), channels or {})
+            values, note, codes = _channel(table, channel, _spec(spec), channels or {})
             columns[kind][channel] = values
+            if codes:
+                missing[channel] = codes
             if note:
                 notes.append(note)
     keep = _time_order(table, t, repeated_time)
@@ -165,7 +169,7 @@ def trial_from_table(
     if len(trial) < 2:
         raise BadInput("it holds fewer than two samples", where=table.source, do="A trial needs a time history.")
     if notes:
-        trial = trial.with_step(Step("read", {}, "; ".join(notes)))
+        trial = trial.with_step(Step("read", {"missing_codes": missing} if missing else {}, "; ".join(notes)))
     if prepare:
         from seatruth.trials.prepare import apply_steps
 
@@ -204,9 +208,12 @@ def require_complete_inputs(trial: Trial) -> None:
             )
 
 
-def _channel(table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel]) -> tuple[Array, str]:
-    """The channel's values in its unit inside seatruth, and what was done to them in words."""
+def _channel(
+    table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel]
+) -> tuple[Array, str, list[float]]:
+    """The channel's values in its unit inside seatruth, what was done to them in words, and codes for "no value"."""
     raw = table.numbers(spec.column)
+    empty, codes = missing_codes(raw)
     where = f"{table.source}, column {spec.column!r}"
     stated = table.units.get(spec.column) or table.units.get(spec.column.strip())
     conversion = _conversion(name, spec, stated, channels, where)
@@ -216,7 +223,7 @@ def _channel(table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, C
     factor = spec.sign * spec.scale
     if factor == 0.0:
         raise BadInput("its scale is zero", where=where, do="Give a scale that is not zero.")
-    values = conversion(raw)
+    values = conversion(np.where(empty, np.nan, raw))
     if factor != 1.0 or spec.offset != 0.0:
         values = values * factor + spec.offset
     done: list[str] = []
@@ -226,11 +233,17 @@ def _channel(table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, C
         done.append("sign changed" if factor == -1.0 else f"multiplied by {factor:g}")
     if spec.offset != 0.0:
         done.append(f"{spec.offset:g} added")
+    if codes:
+        done.append(f"{int(empty.sum())} of {values.size} samples missing, written as {_listed(codes)}")
     if spec.invalid_where:
         bad = rows_where(table, spec.invalid_where) & np.isfinite(values)
         values = np.where(bad, np.nan, values)
         done.append(f"{int(bad.sum())} of {values.size} samples not valid where {spec.invalid_where}")
-    return values, f"{name}: {', '.join(done)}" if done else ""
+    return values, f"{name}: {', '.join(done)}" if done else "", codes
+
+
+def _listed(codes: Sequence[float]) -> str:
+    return " and ".join(f"{code:.10g}" for code in codes)
 
 
 def _conversion(

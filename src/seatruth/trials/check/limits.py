@@ -19,6 +19,8 @@ ANGLE_LIMIT = 3.5
 """rad: no rudder, pitch or roll goes beyond half a turn (3.14) plus a margin; in degrees nearly all do."""
 HEADING_SPAN = 130.0
 """rad, 20 turns: no manoeuvre turns that far in one sense; 130 degrees of heading is a modest turn."""
+TURN_BACK = 0.5
+"""rad: two steps that add up to a full turn within this; the vehicle itself turns less over two samples."""
 YAW_RATE = 6.0
 """rad/s: a full turn a second; numbers beyond it are degrees a second."""
 SPEED = 40.0
@@ -50,16 +52,33 @@ SIGNIFICANT = 4.0
 """Standard errors: about one chance in 16,000, so that forty checks of forty trials stay quiet on good data."""
 HEADING_OFF = 0.06
 """rad, 3.4 deg: larger than a compass's deviation; basin axes that are not those of the heading show as more."""
+HALF_TURN = 0.2
+"""rad, 11 deg: a heading within this of half a turn off is one that points astern, with a compass's deviation."""
 EXPLAINED = 0.35
 """A fault is named only if undoing it brings the disagreement down to this part of what it was."""
 DISAGREEMENT = 0.1
 """rms disagreement of displacements over their rms: below it no fault of sign or axes is looked for."""
+ASTERN = 0.8
+"""Part of the way that is made opposite to the heading, over a quarter turn and more, before psi is called reversed."""
 DRIFT_PART = 0.05
 """Steady drift of the position against u, v and psi, as a part of the speed, that is worth knowing."""
 MIN_ARM = 0.1
 """m: a position sensor farther than this from the point whose velocity is recorded is worth knowing ..."""
 ARM_PART = 0.05
 """... if it also explains this part of the disagreement and is less than MAX_ARM lengths of travel."""
+# Clocks
+MAX_LAG = 0.1
+"""Part of the record up to which an offset of two clocks is looked for: beyond, a zigzag fits its next period."""
+MIN_LAG = 0.1
+"""s: shorter offsets are the filters of good sensors."""
+LAG_STEPS = 0.75
+"""... and sampling steps: half of one comes from a sensor that holds its value."""
+LAG_EXPLAINS = 0.25
+"""An offset is named only if undoing it leaves at most this part of the mean square of the disagreement."""
+
+LAG_HALVES = 0.4
+"""... and this part in each half of the record: a filter or a slipping clock is not an offset."""
+
 # The rudder against the turn
 HOLD_SAMPLES = 5
 """Fewest samples in which a rudder is called held; over as many its angle is smoothed and the yaw rate averaged."""

@@ -45,6 +45,8 @@ class _Motion:
 
 def check_positions(trial: Trial) -> Iterator[Finding]:
     """x and y against u, v and psi."""
+    if has_channels(trial, "x", "y", "psi") and not has_channels(trial, "u"):
+        yield from _astern(trial)
     if not has_channels(trial, "x", "y", "u", "psi"):
         return
     w = _windows(trial)
@@ -61,6 +63,31 @@ def check_positions(trial: Trial) -> Iterator[Finding]:
             yield named
             return
     yield from _fine(trial, plain, mismatch)
+
+
+def _astern(trial: Trial) -> Iterator[Finding]:
+    """The heading against the course made good, where no speed was recorded: half a turn apart all the time."""
+    if has_channels(trial, "n") and not (trial.channel("n") > 0).all():
+        return  # a propeller that stops or turns astern may well drive it backwards
+    position = trial.channel("x") + 1j * trial.channel("y")
+    w = windows(trial.t, [trial.channel("psi")], [trial.channel("x"), trial.channel("y")])
+    if w is None:
+        return
+    moved = position[w.last] - position[w.first]
+    path = float(np.sum(np.abs(moved)))
+    drift = moved * np.exp(-1j * trial.channel("psi")[(w.first + w.last) // 2])
+    turned = np.ptp(np.unwrap(trial.channel("psi")[w.first]))
+    if path == 0.0 or turned < limits.HEADING_COVERAGE or float(np.sum(drift).real) > -limits.ASTERN * path:
+        return  # on one course alone, a current may be stronger than the vehicle
+    part = 100 * float(np.sum(drift).real) / -path
+    yield make_finding(
+        trial,
+        "error",
+        "heading-astern",
+        f"On every course the vehicle moves opposite to psi ({part:.0f} % of the way).",
+        "Either psi is 180 deg off (give it an offset of 180 deg), or x and y count the other way (set sign = -1).",
+        channel="psi",
+    )
 
 
 def _windows(trial: Trial) -> Windows | None:
@@ -184,7 +211,18 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
         scaled = abs(size - 1.0) > max(limits.SCALE_OFF, limits.SIGNIFICANT * a_error)
         if scaled:
             yield _scale_finding(trial, size, a_error)
-        if abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
+        if abs(turn) > np.pi - limits.HALF_TURN:
+            yield make_finding(
+                trial,
+                "error",
+                "heading-astern",
+                f"Displacements point {degrees(abs(turn))} away from where psi, u and v say (standard error "
+                f"{degrees(a_error / size)}).",
+                "Either psi is 180 deg off (give it an offset of 180 deg), or x and y count the other way, or u and v "
+                "do (set sign = -1).",
+                channel="psi",
+            )
+        elif abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
             yield make_finding(
                 trial,
                 "warning",

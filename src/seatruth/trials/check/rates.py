@@ -8,6 +8,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
+from seatruth.trials.check.clocks import Lag, clock_lag
 from seatruth.trials.check.helpers import (
     has_channels,
     integral,
@@ -62,6 +63,11 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
         return
     if max(rms(change), rms(expected)) < limits.ROTATION_NEEDED:
         return
+    lag = clock_lag(trial.t, values, speed)
+    if lag is not None:
+        yield _clock(trial, angle, rate, lag)
+        if lag.before > 1.0 - limits.AGREEMENT:
+            return  # what follows would find the offset again
     agreement = squared_correlation(change, expected)
     scale = float(np.sign(change @ expected)) * rms(change) / rms(expected)
     if agreement < limits.AGREEMENT:
@@ -110,3 +116,18 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
                 "Check the scale of the rate sensor, and whether the rate is measured about the body's axis.",
                 channel=rate,
             )
+
+
+def _clock(trial: Trial, angle: str, rate: str, lag: Lag) -> Finding:
+    late, early = (angle, rate) if lag.seconds > 0 else (rate, angle)
+    return make_finding(
+        trial,
+        "warning",
+        "clock-offset",
+        f"{late} comes {abs(lag.seconds):.3g} s after {early} (standard error {lag.error:.1g} s): without that, they "
+        f"disagree by {100 * lag.after:.1g} % instead of {100 * lag.before:.2g} %.",
+        f"Correct the clock, or add the preparation step 'shift_time' with channels = [\"{late}\"] and seconds = "
+        f"{abs(lag.seconds):.2g}. A filter in one of the sensors looks the same"
+        + (", and so does a column of another run." if lag.before > 1.0 - limits.AGREEMENT else "."),
+        channel=late,
+    )

@@ -62,6 +62,7 @@ def check_time(trial: Trial) -> Iterator[Finding]:
 
 def check_missing(trial: Trial) -> Iterator[Finding]:
     """Missing samples of inputs and outputs."""
+    yield from _codes(trial)
     for name, values in trial.inputs.items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
@@ -118,6 +119,21 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                     channel=name,
                     samples=np.arange(first, stop),
                 )
+
+
+def _codes(trial: Trial) -> Iterator[Finding]:
+    """Numbers that a logger writes for a missing value and that reading has taken out."""
+    for step in trial.steps:
+        for name, codes in step.options.get("missing_codes", {}).items():
+            text = " and ".join(f"{code:.10g}" for code in codes)
+            yield make_finding(
+                trial,
+                "note",
+                "missing-code",
+                f"The file holds {text} where it has no value; those samples are taken as missing.",
+                "They take no part in the fit. If the logger wrote them for another reason, ask what it is.",
+                channel=name,
+            )
 
 
 def check_model_channels(trial: Trial, model: Channels) -> Iterator[Finding]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
@@ -61,6 +62,20 @@ def _heading(trial: Trial, finite: Array) -> Iterator[Finding]:
     if span > limits.HEADING_SPAN:
         yield _unit(trial, "psi", f"It spans {span:.4g} rad ({span / 6.2832:.0f} turns)", "deg")
         return
+    across = _interpolated(steps)
+    if across.size:
+        rows = np.flatnonzero(np.isfinite(trial.channel("psi")))[across + 1]
+        yield make_finding(
+            trial,
+            "error",
+            "wrapped-between",
+            f"In {across.size} place(s) it runs back by a turn over two samples: someone interpolated or averaged it "
+            "between 359 and 0 deg, and the sample between is no heading.",
+            "Mark those samples with 'mark_invalid' and run 'unwrap' after it, or export the log without resampling.",
+            channel="psi",
+            samples=rows,
+        )
+        return
     turns = np.flatnonzero((np.abs(steps) > WRAP_JUMP) & (np.abs(steps) < 2.5 * np.pi))
     if turns.size:
         rows = np.flatnonzero(np.isfinite(trial.channel("psi")))[turns + 1]
@@ -73,6 +88,19 @@ def _heading(trial: Trial, finite: Array) -> Iterator[Finding]:
             channel="psi",
             samples=rows,
         )
+
+
+def _interpolated(steps: Array) -> NDArray[np.int64]:
+    """Steps (n,) that make up a full turn back together with the next one, each far larger than the steps around."""
+    if steps.size < limits.FEW_SAMPLES:
+        return np.empty(0, dtype=np.int64)
+    both = np.abs(steps[1:] + steps[:-1])
+    larger = np.minimum(np.abs(steps[1:]), np.abs(steps[:-1])) > limits.OUTLIER_STEPS * max(
+        float(np.median(np.abs(steps))), 1e-6
+    )
+    alone = np.maximum(np.abs(steps[1:]), np.abs(steps[:-1])) < WRAP_JUMP
+    turn = np.abs(both - 2 * np.pi) < limits.TURN_BACK
+    return np.asarray(np.flatnonzero(turn & larger & alone), dtype=np.int64)
 
 
 def _above_water(trial: Trial, name: str, median: float) -> Finding:
