@@ -105,6 +105,8 @@ ELSEWHERE = {
         "study/trial_files",
     ),
     "test_end_to_end.py": ("commands/demo",),
+    "manoeuvres/test_manoeuvres_recognise.py": ("manoeuvres/recording",),
+    "test_trials_command.py": ("study/log", "study/trial_tables", "report/log_map"),
     "test_identify_interrupts.py": ("uncertainty/refits",),
     "trials/test_trials_check.py": (
         "trials/check/clocks",

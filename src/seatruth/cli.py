@@ -1,4 +1,4 @@
-"""The command line: `seatruth identify|diagnose|compare|init|check|simulate|list|demo`.
+"""The command line: `seatruth identify|diagnose|compare|init|trials|check|simulate|list|demo`.
 
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted. Whatever happens ends in one message, never in a traceback.
 """
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 try:
     import typer
 
-    from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate
+    from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate, trials
     from seatruth.commands.common import Result, Session, fail, version, write_json
 except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun in it
     sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
@@ -71,6 +71,7 @@ for _name, _command in (
     ("identify", identify.identify),
     ("diagnose", diagnose.diagnose),
     ("init", init.init),
+    ("trials", trials.trials),
     ("check", check.check),
     ("compare", compare.compare),
     ("simulate", simulate.simulate),

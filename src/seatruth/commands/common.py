@@ -104,6 +104,14 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Seq
     return built
 
 
+def relative(path: Path, folder: Path) -> str:
+    """The path as the study file names it: relative to its folder, with forward slashes."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return path.resolve().as_posix()
+
+
 def plain(value: Any) -> Any:
     """A value as JSON knows it: frames as lists of rows, arrays as lists, not-a-number as null, paths as text."""
     if isinstance(value, pd.DataFrame):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from seatruth.commands.common import JsonFile, Result, say
+from seatruth.commands.common import JsonFile, Result, relative, say
 from seatruth.errors import BadInput
 from seatruth.models import load_model
 from seatruth.storage.atomic import write_file
@@ -33,7 +32,7 @@ def init(
         raise BadInput("the study file would replace the log", where=str(target), do="Choose another name with -o.")
     frame = read_columns(log)
     folder = target.parent
-    text, notes = template(_relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
+    text, notes = template(relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
     write_file(target, text)
     say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}", whole=True)
     for note in notes:
@@ -41,16 +40,8 @@ def init(
     return Result({"study": str(target), "log": str(log), "columns": list(map(str, frame.columns)), "to_do": notes})
 
 
-def _relative(path: Path, folder: Path) -> str:
-    """The path as the study file names it: relative to its folder, with forward slashes."""
-    try:
-        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
-        return path.resolve().as_posix()
-
-
 def _model_use(use: str, folder: Path) -> str:
     if ".py:" not in use:
         return use
     path, _, name = use.rpartition(":")
-    return f"{_relative(Path(path), folder)}:{name}"
+    return f"{relative(Path(path), folder)}:{name}"

@@ -188,6 +188,11 @@ class TrialTable(Table):
         description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) makes every "
         "matching file a trial."
     )
+    where: str | None = Field(
+        default=None,
+        description="Rows of the file that belong to this trial, as a condition on its columns (`run == 2`, "
+        "`run == 'zigzag 1'`); default: all. `seatruth trials` writes it.",
+    )
     role: Literal["fit", "holdout"] = Field(
         default="fit", description='"fit" takes part in the fit; "holdout" is only predicted.'
     )

@@ -101,6 +101,7 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
         decimal=file.files.decimal,
         encoding=file.files.encoding,
         repeated_time=time.repeated,
+        where=table.where,
         prepare=_steps(file, table, recording.name),
     )
 

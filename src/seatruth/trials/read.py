@@ -73,6 +73,7 @@ def read_trial(
     decimal: str | None = None,
     encoding: str | None = None,
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
+    where: str | None = None,
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
 ) -> Trial:
     """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
@@ -90,6 +91,7 @@ def read_trial(
         table: variable of a MATLAB file that holds the columns.
         separator, decimal, encoding: how a CSV file is written; None guesses.
         repeated_time: samples with the same time: "refuse" the file, or keep the "first" or the "last".
+        where: rows that belong to the trial, as a condition on the file's columns ("run == 2"); None takes all.
         prepare: preparation steps as (name, options), in their order.
 
     Returns:
@@ -107,6 +109,11 @@ def read_trial(
         [0.0, 10.0, 10.0]
     """
     content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    if where is not None:
+        chosen = rows_where(content, where)
+        if not chosen.any():
+            raise BadInput(f"no row fulfils {where!r}", where=content.source, do="Check the column and its values.")
+        content = content.rows(chosen)
     return trial_from_table(
         content,
         time=time,

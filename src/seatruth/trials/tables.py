@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,12 @@ class Table:
         """Where several rows stand, as runs: "lines 12-14, 20 and 3 more"."""
         numbers = [row + 1 if self.lines is None else int(self.lines[row]) for row in rows]
         return f"{'row' if self.lines is None else 'line'}{'s' if len(numbers) > 1 else ''} {runs(numbers)}"
+
+    def rows(self, chosen: NDArray[np.bool_]) -> Table:
+        """The rows (n,) that are chosen, as a table; messages still name their lines in the file."""
+        numbers = np.arange(1, len(self) + 1, dtype=np.int64) if self.lines is None else self.lines
+        columns = {name: series[chosen].reset_index(drop=True) for name, series in self.columns.items()}
+        return replace(self, columns=columns, lines=numbers[chosen])
 
     def column(self, name: str) -> pd.Series[Any]:
         """A column by its name, with or without the unit that its header states."""

@@ -1,0 +1,158 @@
+"""A recording as manoeuvres are sought in it: its parts between pauses, and where the rudder is held."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.ndimage
+from numpy.typing import NDArray
+
+from seatruth.arrays import Array
+from seatruth.trials.check.limits import GAP_STEPS
+from seatruth.trials.prepare.base import bridged
+from seatruth.trials.trial import Trial
+
+PLAY = math.radians(2.5)
+"""Within this (peak to peak) a rudder is held: play, noise and the last digit of its indicator."""
+FEWEST = 20
+"""Samples of a part of a log; fewer hold no manoeuvre."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recording without a pause: control with its sense, heading or pitch, speed and drive where there are any."""
+
+    t: Array
+    control: Array | None
+    angle: Array | None
+    speed: Array | None
+    drive: Array | None
+    vertical: bool
+
+    def rows(self, first: int, stop: int) -> tuple[float, float]:
+        return float(self.t[first]), float(self.t[stop - 1])
+
+
+@dataclass(frozen=True)
+class Hold:
+    first: int
+    stop: int
+    level: float
+
+
+def recordings(log: Trial) -> list[Recording]:
+    """The log between its pauses, with the channels that recognition rests on."""
+    names = {*log.inputs, *log.outputs}
+    vertical = "delta" not in names and {"delta_s", "theta"} <= names
+    control = _channel(log, "delta_s" if vertical else "delta")
+    angle = _channel(log, "theta" if vertical else "psi", turns=True)
+    if vertical and angle is not None:
+        angle = -angle  # a positive plane pitches the nose down
+    if angle is None and not vertical and "r" in log.outputs:
+        rate = bridged(log.t, log.outputs["r"])
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.t))])
+    if angle is not None and not np.isfinite(angle).all():
+        angle = None
+    speed = _channel(log, "u")
+    if speed is None and {"x", "y"} <= names:
+        x, y = _channel(log, "x"), _channel(log, "y")
+        if x is not None and y is not None:
+            speed = np.hypot(np.gradient(smooth(x, 5), log.t), np.gradient(smooth(y, 5), log.t))
+    drive = _channel(log, "n")
+    steps = np.diff(log.t)
+    pauses = np.flatnonzero(steps > GAP_STEPS * float(np.median(steps))) + 1
+    edges = [0, *pauses.tolist(), len(log)]
+
+    def cut(values: Array | None, first: int, stop: int) -> Array | None:
+        return None if values is None else values[first:stop]
+
+    return [
+        Recording(log.t[a:b], cut(control, a, b), cut(angle, a, b), cut(speed, a, b), cut(drive, a, b), vertical)
+        for a, b in itertools.pairwise(edges)
+        if b - a >= 20
+    ]
+
+
+def _channel(log: Trial, name: str, *, turns: bool = False) -> Array | None:
+    """A channel without gaps; None where it was not recorded, or hardly."""
+    if name not in log.inputs and name not in log.outputs:
+        return None
+    values = log.channel(name)
+    known = np.isfinite(values)
+    if known.sum() < max(20, 0.5 * values.size):
+        return None
+    whole = np.array(values)
+    if turns:
+        whole[known] = np.unwrap(whole[known])
+    return bridged(log.t, whole)
+
+
+def holds(t: Array, control: Array) -> list[Hold]:
+    """Where the rudder stays within its play for longer than it takes to move through twice the play.
+
+    None where the control itself is noise beyond the play: whatever seems to be held there is so by chance.
+    """
+    if noise(control) > PLAY:
+        return []
+    calm = scipy.ndimage.median_filter(control, size=5, mode="nearest")
+    fastest = float(np.abs(calm[5:] - calm[:-5]).max()) / 5
+    window = min(max(5, math.ceil(2.0 * PLAY / fastest)), t.size) if fastest > 0 else 5
+    before, after = window // 2, (window - 1) // 2
+    found = []
+    for first, stop in runs(spread(calm, window) <= PLAY):
+        first, stop = max(0, first - before), min(t.size, stop + after)
+        found.append(Hold(first, stop, float(np.median(calm[first:stop]))))
+    return found
+
+
+def merged(found: Sequence[Hold]) -> list[Hold]:
+    """Holds to one side that follow one another at nearly the same rudder, as one."""
+    joined: list[Hold] = []
+    for hold in found:
+        last = joined[-1] if joined else None
+        near = last is not None and abs(hold.level - last.level) < max(2 * PLAY, 0.2 * abs(hold.level))
+        if last is not None and near and hold.level * last.level > 0:
+            longer = max((last, hold), key=lambda one: one.stop - one.first)
+            joined[-1] = Hold(last.first, hold.stop, longer.level)
+        else:
+            joined.append(hold)
+    return joined
+
+
+def means(log: Recording, first: int, stop: int) -> str:
+    """Mean speed, rudder, rate and revolutions of a stretch, in words."""
+    said: list[tuple[Array | None, Callable[[float], str]]] = [
+        (log.speed, lambda x: f"speed {x:.3g} m/s"),
+        (log.control, lambda x: f"{'plane' if log.vertical else 'rudder'} {math.degrees(x):.1f} deg"),
+        (log.drive, lambda x: f"{x:.3g} rev/s"),
+    ]
+    words = [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]
+    if log.angle is not None and not log.vertical:
+        words.append(f"heading changes by {math.degrees(float(log.angle[stop - 1] - log.angle[first])):.0f} deg")
+    return ", ".join(words)
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Where a mask (n,) is true, as (first, one past the last)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
+
+
+def spread(values: Array, window: int) -> Array:
+    """Largest less smallest value (n,) in a window about each sample."""
+    top = scipy.ndimage.maximum_filter1d(values, window, mode="nearest")
+    return np.asarray(top - scipy.ndimage.minimum_filter1d(values, window, mode="nearest"), dtype=np.float64)
+
+
+def smooth(values: Array, window: int) -> Array:
+    return np.asarray(scipy.ndimage.uniform_filter1d(values, max(1, window), mode="nearest"), dtype=np.float64)
+
+
+def noise(values: Array) -> float:
+    """Standard deviation of a channel's white noise, from its second differences; robust against steps."""
+    second = np.abs(np.diff(values, 2))
+    return float(np.median(second)) / 0.6745 / math.sqrt(6.0) if second.size else 0.0

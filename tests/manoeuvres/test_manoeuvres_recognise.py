@@ -1,0 +1,136 @@
+"""Manoeuvres are recognised in a long log with the limits that they had, and nowhere else."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from long_log import long_log
+
+from seatruth.manoeuvres import PitchZigzag, Straight, run_manoeuvre, turning_circle_figures, zigzag_figures
+from seatruth.manoeuvres.recognise import APPROACH, recognise, steady
+from seatruth.models import load_model
+from seatruth.trials import Trial
+from seatruth.trials.stretches import Stretch
+
+LABELS = {
+    "zigzag": ("zigzag 20/", "zigzag 10/"),
+    "turning circle": ("turning circle 35 starboard", "turning circle 20 port"),
+    "stop": ("coast-down",),
+}
+
+
+@functools.cache
+def sailed() -> tuple[Trial, list[tuple[str, float, float]]]:
+    return long_log()
+
+
+def without_straights(log: Trial) -> list[Stretch]:
+    return [stretch for stretch in recognise(log) if stretch.kind != "straight run"]
+
+
+def test_every_manoeuvre_is_found_with_its_limits() -> None:
+    log, true = sailed()
+    true = [one for one in true if one[0] != "straight run"]
+    found = without_straights(log)
+    assert [stretch.kind for stretch in found] == [kind for kind, _, _ in true]
+    for stretch, (kind, start, end) in zip(found, true):
+        assert stretch.label.startswith(LABELS[kind]), stretch.label
+        assert start - APPROACH - 1.0 <= stretch.start <= start + 1.0
+        assert stretch.end == pytest.approx(end, abs=2.0)
+
+
+def test_the_ordered_straight_run_is_part_of_one_that_is_found() -> None:
+    log, true = sailed()
+    start, end = next((a, b) for kind, a, b in true if kind == "straight run")
+    assert any(s.kind == "straight run" and s.start <= start and s.end >= end for s in recognise(log))
+
+
+def test_no_sample_belongs_to_two_manoeuvres_and_names_differ() -> None:
+    found = recognise(sailed()[0])
+    assert all(one.end < other.start for one, other in itertools.pairwise(found))
+    assert len({stretch.name for stretch in found}) == len(found)
+
+
+def test_what_is_found_gives_the_figures_of_its_kind() -> None:
+    log, _ = sailed()
+    for stretch in without_straights(log):
+        rows = np.flatnonzero((log.t >= stretch.start) & (log.t <= stretch.end))
+        trial = log.section(int(rows[0]), int(rows[-1]) + 1)
+        if stretch.kind == "zigzag":
+            assert zigzag_figures(trial).rudder == pytest.approx(math.radians(float(stretch.label[7:9])), abs=0.01)
+        elif stretch.kind == "turning circle":
+            assert np.isfinite(turning_circle_figures(trial).tactical_diameter)
+
+
+def test_heading_may_jump_and_channels_may_be_missing() -> None:
+    log, _ = sailed()
+    compass = replace(log, outputs={**log.outputs, "psi": np.mod(log.outputs["psi"], 2 * np.pi)})
+    assert recognise(compass) == recognise(log)
+    kinds = [
+        stretch.kind for stretch in recognise(replace(log, outputs={"r": log.outputs["r"], "u": log.outputs["u"]}))
+    ]
+    assert kinds.count("turning circle") == 2
+    assert kinds.count("zigzag") == 2
+    tracked = replace(log, outputs={name: log.outputs[name] for name in ("x", "y", "psi")})
+    assert [s.kind for s in without_straights(tracked)] == [s.kind for s in without_straights(log)]
+    assert recognise(replace(log, inputs={}, outputs={"x": log.outputs["x"]})) == []
+
+
+def test_no_manoeuvre_spans_a_pause() -> None:
+    log, true = sailed()
+    t = np.array(log.t)
+    middle = 0.5 * (true[1][1] + true[1][2])
+    t[t > middle] += 60.0
+    found = recognise(replace(log, t=t))
+    assert not any(stretch.start < middle < stretch.end for stretch in found)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_holds_no_manoeuvre(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 2000
+    white = {name: rng.standard_normal(n) for name in ("psi", "u", "r")}
+    walk = {"psi": 0.05 * np.cumsum(rng.standard_normal(n)), "u": 1.0 + 0.1 * rng.standard_normal(n)}
+    for outputs in (white, walk):
+        log = Trial("noise", np.arange(n) * 0.5, {"delta": 0.3 * rng.standard_normal(n)}, outputs)
+        assert without_straights(log) == []
+    at_rest = Trial("rest", np.arange(n) * 0.5, {"delta": np.zeros(n)}, {k: 0.01 * v for k, v in white.items()})
+    assert recognise(at_rest) == []
+
+
+def test_a_helmsman_who_keeps_the_course_sails_no_zigzag() -> None:
+    """Rudder to both sides by turns, as small and as irregular as steering is: a straight run and nothing else."""
+    rng = np.random.default_rng(1)
+    n = 1200
+    t = np.arange(n) * 0.5
+    delta = np.repeat(np.radians(rng.uniform(-4, 4, n // 20)), 20)
+    psi = 0.02 * np.sin(t / 11)
+    log = Trial("course", t, {"delta": delta}, {"psi": psi, "u": np.full(n, 2.0)})
+    assert {stretch.kind for stretch in recognise(log)} == {"straight run"}
+
+
+def test_a_zigzag_in_pitch_is_recognised() -> None:
+    plan = PitchZigzag(math.radians(5), math.radians(5))
+    rate = math.radians(2.5)
+    log = run_manoeuvre(
+        load_model("diving_plane"), plan, dt=0.5, first_state={"u": 1.47, "z": 100.0}, rudder_rate=rate, limit=120.0
+    )
+    assert [stretch.label.split("/")[0] for stretch in recognise(log)] == ["pitch zigzag 5"]
+
+
+def test_steady_stretches_are_runs_and_steady_turns() -> None:
+    log, true = sailed()
+    found = steady(log)
+    circle = true[1]
+    assert any(circle[1] < s.start and s.end <= circle[2] and "rudder 35.0 deg" in s.facts for s in found)
+    assert any("rudder 0.0 deg" in s.facts or "rudder -0.0 deg" in s.facts for s in found)
+    assert all(s.duration >= 19.9 for s in found)
+    zigzag = true[0]
+    assert not any(s.start < zigzag[2] - 5 and s.end > zigzag[1] + 5 for s in found)
+    straight = run_manoeuvre(load_model("mmg"), Straight(100.0), dt=1.0, first_state={"u": 1.18}, inputs={"n": 11.85})
+    assert [(s.start, s.end) for s in steady(straight)] == [(0.0, 100.0)]

@@ -1,0 +1,196 @@
+"""`seatruth trials`: a log becomes the trials of a study, and whatever is wrong ends in one message."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from long_log import long_log
+
+from seatruth import cli
+from seatruth.errors import BadInput
+from seatruth.report.log_map import log_map
+from seatruth.study import load_study
+from seatruth.study.log import read_log
+from seatruth.study.trial_tables import trial_tables, with_trials
+from seatruth.trials.stretches import Stretch, by_events
+
+STUDY = """# My study: this comment stays.
+[model]
+use = "mmg"
+vary = ["N_r"]
+
+[channels]
+delta = { column = "rudder" }
+n = { column = "rpm" }
+psi = { column = "heading" }
+
+[[trials]]
+file = "day.csv"   # the whole day
+
+[trials.conditions]
+sea = "calm"
+
+# A run of another day: this comment stays too.
+[[trials]]
+name = "other"
+file = "other.csv"
+role = "holdout"
+
+[[prepare]]
+step = "unwrap"
+"""
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A synthetic log of a day as a logger writes it, with the number of the run in a column, and a study of it."""
+    folder = tmp_path_factory.mktemp("day")
+    log, true = long_log()
+    degrees = {name: np.degrees(log.channel(name)) for name in ("delta", "psi", "r")}
+    run = np.zeros(len(log), dtype=int)
+    for number, (_, start, end) in enumerate(true, 1):
+        run[(log.t >= start) & (log.t <= end)] = number
+    columns = {
+        "t [s]": log.t,
+        "rudder [deg]": degrees["delta"],
+        "rpm [rpm]": 60 * log.inputs["n"],
+        **{f"{name} [m]": log.outputs[name] for name in ("x", "y")},
+        "heading [deg]": degrees["psi"] % 360,
+        **{f"{name} [m/s]": log.outputs[name] for name in ("u", "v")},
+        "r [deg/s]": degrees["r"],
+        "run": run,
+    }
+    rows = [",".join(f"{value:.4f}" for value in row) for row in zip(*columns.values())]
+    text = "\n".join(["# SYNTHETIC: made by a simulator", ",".join(columns), *rows]) + "\n"
+    for name in ("day.csv", "other.csv"):
+        (folder / name).write_text(text)
+    return folder
+
+
+@pytest.fixture
+def study(day: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(day)
+    monkeypatch.setenv("COLUMNS", "120")
+    (day / "day.toml").write_text(STUDY)
+    return day / "day.toml"
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    code = cli.run(["trials", *arguments])
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = run(capsys, "day.csv", "--json", "found.json")
+    assert code == 0
+    tables = tomllib.loads(out[out.index("[[trials]]") :])["trials"]
+    found = json.loads(Path("found.json").read_text())["result"]["stretches"]
+    assert [one["name"] for one in tables] == [one["name"] for one in found]
+    kinds = [one["kind"] for one in found]
+    assert (kinds.count("zigzag"), kinds.count("turning circle"), kinds.count("stop")) == (2, 2, 1)
+    assert {one["file"] for one in tables} == {"day.csv"}
+
+
+def test_what_is_picked_goes_into_the_study_and_nothing_else_changes(
+    study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = run(capsys, "day.csv", "--study", "day.toml", "--pick", "2,4", "--write")
+    assert (code, "Wrote 2 trials" in out) == (0, True)
+    text = study.read_text()
+    for kept in ("# My study: this comment stays.", "# A run of another day: this comment stays too."):
+        assert kept in text
+    assert "the whole day" not in text
+    loaded = load_study(study)
+    assert [trial.name for trial in loaded.holdout] == ["other"]
+    zigzag, circle = loaded.trials
+    assert zigzag.name.startswith("zigzag_20")
+    assert circle.name == "turning_circle_35_starboard"
+    assert float(np.ptp(circle.outputs["psi"])) == pytest.approx(np.radians(500), abs=0.1)
+    again = study.read_text()
+    assert run(capsys, "day.csv", "--study", "day.toml", "--pick", "2,4", "--write")[0] == 0
+    assert study.read_text() == again
+
+
+def test_a_column_selects_rows(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("day.csv", "--by", "column", "--column", "run", "--pick", "2-3", "--study", "day.toml", "--write")
+    assert run(capsys, *arguments)[0] == 0
+    first, second = load_study(study).trials
+    assert (first.name, second.name) == ("run_1", "run_2")
+    log, true = long_log()
+    assert (second.t[0], second.t[-1]) == pytest.approx(true[1][1:])
+    assert second.lines is not None
+    assert second.lines[0] == np.flatnonzero(log.t == true[1][1])[0] + 3  # after the comment and the header
+
+
+def test_time_may_start_anew_with_each_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "runs.csv"
+    rows = [f"{k % 30},{'first' if k < 30 else 'then'},{0.1 * k}" for k in range(60)]
+    file.write_text("\n".join(["t,name,psi", *rows]) + "\n")
+    code, out, _ = run(capsys, str(file), "--by", "column", "--column", "name")
+    assert code == 0
+    assert "where = \"name == 'then'\"" in out
+    code, _, said = run(capsys, str(file))
+    assert code == 2
+    assert "use --by column" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--by", "column"], "--by column needs --column"),
+        (["--events", "3"], "--events is of no use with --by manoeuvres"),
+        (["--by", "events", "--events", "soon"], "'soon' is not a time in seconds"),
+        (["--by", "events", "--events", "99999"], "an event at 99999 s is outside the log"),
+        (["--pick", "0"], "'0' is none of the numbers"),
+        (["--write"], "--write needs a study"),
+        (["--by", "column", "--column", "rum"], "no column 'rum'"),
+        (["--map", "day.csv"], "the map would replace the log"),
+    ],
+)
+def test_a_wrong_call_ends_in_one_message(
+    study: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    code, _, said = run(capsys, "day.csv", *arguments)
+    assert code == 2
+    assert message in said
+    assert len(said.strip().splitlines()) == 1
+
+
+def test_events_come_from_a_file(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("events.txt").write_text("# marks of the crew\n100.0 zigzag begins\n\n300.0\n")
+    code, out, _ = run(capsys, "day.csv", "--by", "events", "--events", "events.txt")
+    assert (code, out.count("[[trials]]")) == (0, 3)
+
+
+def test_the_map_shows_every_stretch(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(capsys, "day.csv", "--map", "map.html", "--pick", "1")[0] == 0
+    page = Path("map.html").read_text()
+    assert "SYNTHETIC" in page
+    assert "turning_circle_35_starboard" in page
+    assert page.count("<svg") == 2
+
+
+def test_a_map_of_a_log_without_positions_or_stretches(day: Path) -> None:
+    log = read_log(day / "day.csv").section(0, 50)
+    alone = log_map(log, [], [], "manoeuvres")
+    assert "Nothing was found" in alone
+    few = log_map(log, by_events(log.t, [10.0]), ["part_1"], "events")
+    assert "part_2" in few
+
+
+def test_trials_in_a_form_that_is_not_tables_are_left_alone() -> None:
+    text = 'trials = [{ file = "log.csv" }, { file = "other.csv" }]\n\n[model]\nuse = "mmg"\n'
+    tables = trial_tables([Stretch("part", "part", 0.0, 1.0, name="a")], "log.csv")
+    with pytest.raises(BadInput, match="cannot be replaced safely"):
+        with_trials(text, tables, "log.csv", "study.toml")
+
+
+def test_a_study_without_trials_gets_them_at_its_end() -> None:
+    tables = trial_tables([Stretch("part", "part", 0.0, 1.0, 'a "quoted" word', name="a")], "log.csv")
+    text = with_trials('[model]\nuse = "mmg"', tables, "log.csv", "study.toml")
+    assert tomllib.loads(text)["trials"][0]["prepare"] == [{"step": "cut", "start": 0.0, "end": 1.0}]
