@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.study_cost import ResidualBlock
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
@@ -146,3 +147,21 @@ def test_a_preview_says_what_trials_can_move() -> None:
     assert verdicts["straight"].loc["R_0", "verdict"] == "identified"
     assert set(verdicts["straight"].loc[["Y_v", "N_r"], "verdict"]) == {"not identifiable"}
     assert set(verdicts["turning"]["verdict"]) == {"identified"}
+    assert verdicts["turning"].attrs["reasons"] == []
+    reasons = " ".join(verdicts["straight"].attrs["reasons"])
+    assert "Y_v" in reasons
+    assert "N_r" in reasons
+
+
+@pytest.mark.parametrize("initial", ["fixed", "free"])
+def test_a_preview_names_the_scale_that_cancels(initial: Literal["fixed", "free"]) -> None:
+    """Drag, thrust and mass of the forward channel have a common factor that no run of it can tell."""
+    from seatruth.manoeuvres import SpeedSteps, run_manoeuvre
+
+    model = load_model("torpedo_forward")
+    trial = run_manoeuvre(model, SpeedSteps((15.0, 9.0, 16.5), 5.0), dt=0.25, first_state={"u": 1.5}, limit=15.0)
+    free = tuple(p.replace(vary=p.name in ("C_x0", "k_1", "k_2", "m", "lambda_11")) for p in model.parameters)
+    cost = TrajectoryOptions(initial=initial)
+    frame = prior_identifiability(Study("f", model, Trials([trial]), parameters=free, noise={"u": 0.01}, cost=cost))
+    assert "not identifiable" in set(frame["verdict"])
+    assert any("C_x0" in reason and "k_1" in reason for reason in frame.attrs["reasons"])

@@ -50,6 +50,7 @@ def check(
         "findings": [vars(finding) for finding in findings],
         "errors": errors,
         "preview": moved,
+        "reasons": [] if moved is None else moved.attrs["reasons"],
     }
     return Result(data, 1 if errors else 0)
 
@@ -78,4 +79,8 @@ def _preview(study: Study) -> pd.DataFrame:
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]
     console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
+    if frame.attrs["reasons"]:
+        say("\nWhy parameters are not identifiable:")
+        for reason in frame.attrs["reasons"]:
+            say(f"- {reason}")
     return frame

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput
 from seatruth.uncertainty.covariance import covariance
-from seatruth.uncertainty.identifiability import strongly_correlated, verdict
+from seatruth.uncertainty.identifiability import identifiability, strongly_correlated, verdict
+from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
 
 def prior_identifiability(study: EstimationProblem, threads: int | None = None) -> pd.DataFrame:
@@ -24,7 +27,8 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
         threads: Threads of a simulation; None for all processors.
 
     Returns:
-        Index parameter; columns value, crlb (both in its unit), verdict.
+        Index parameter; columns value, crlb (both in its unit), verdict. `frame.attrs["reasons"]` lists in sentences
+        why parameters are not identifiable: which scales or sums of them cancel, or which of them trade off.
 
     Raises:
         BadInput: The model cannot be simulated at its start values.
@@ -55,4 +59,21 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
             rows[parameter.name] = (float(x[k]), bound, word)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "crlb", "verdict"])
     frame.index.name = "parameter"
+    frame.attrs["reasons"] = _reasons(cost, x, set(frame.index[frame["verdict"] == "not identifiable"]))
     return frame
+
+
+def _reasons(cost: StudyCost, x: Array, lost: set[str]) -> list[str]:
+    """Sentences on the directions that lose these parameters; those that cancel exactly come first."""
+    if not lost:
+        return []
+    columns = [k for k, parameter in enumerate(cost.parameters) if parameter.name not in cost.nuisances]
+    rows = np.concatenate([group.rows for group in cost.residual_blocks if group.kind == "data"])
+    exact = unidentifiable_directions(cost, x)
+    steps = np.array([entry["step"][columns] for entry in exact]).reshape(len(exact), len(columns))
+    jacobian = np.nan_to_num(cost.jacobian(x)[rows])
+    # A change that free initial states can make up for says nothing about the parameters.
+    basis = np.linalg.qr(jacobian[:, [cost.names.index(name) for name in cost.nuisances]])[0]
+    data = (jacobian - basis @ (basis.T @ jacobian))[:, columns]
+    weak = identifiability(data, [cost.parameters[k] for k in columns], known_directions=steps)["weak"]
+    return [str(entry["sentence"]) for entry in (*exact, *weak) if lost & set(entry["combination"])]
