@@ -109,6 +109,7 @@ def test_an_effect_with_states_cannot_differ() -> None:
     class Late(EachTrial):
         like = type(available()["rudder_lag"])
         name = "late"
+        cause = "actuator.steering.dynamics.lag"
 
     with pytest.raises(PluginError, match="cannot differ from trial to trial"):
         Late()

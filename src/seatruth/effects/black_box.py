@@ -12,10 +12,12 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect
-from seatruth.effects.channel_aliases import ChannelAliases, View
+from seatruth.effects.channel_aliases import View
+from seatruth.effects.targets import Target, aliases_of, targets
 from seatruth.errors import BadInput
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.servo import stages
 from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.trial import Trial
 
@@ -32,7 +34,7 @@ class ExtendedBlackBox(BlackBox):
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, tuple(effects)
         copy_attributes(base, self)
-        self._aliases = [ChannelAliases(effect.aliases, effect.needs_inputs, base) for effect in effects]
+        self._targets = [targets(effect, base) if effect.actuator else (None,) for effect in effects]
         super().__init__(
             base.name,
             self._around,
@@ -51,26 +53,46 @@ class ExtendedBlackBox(BlackBox):
     ) -> Mapping[str, Array]:
         plain = {q.name: parameters[q.name] for q in self.base.parameters}
         p = record("Parameters", self.base.parameters)(**plain)
+        number = self.number_of(trial.name)
         acting = [
-            (effect, aliases, namedtuple("Effect", list(values))(**values))
-            for effect, aliases in zip(self.effects, self._aliases)
+            (effect, target, namedtuple("Effect", list(values))(**values))
+            for effect, chosen in zip(self.effects, self._targets)
             for values in [{q.name: parameters[effect.named(q.name)] for q in effect.parameters}]
             if any(values[name] != effect.null[name] for name in effect.magnitudes)
+            for target in chosen
         ]
         inputs = (
             np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
         )
-        number = self.number_of(trial.name)
-        for effect, aliases, q in acting:
+        inputs = self._through_servos(trial.t, inputs, acting)
+        for effect, target, q in acting:
             if effect.true_inputs is not None:
-                inputs = _through_inputs(effect, View(aliases, self.inputs), trial.t, number, inputs, p, q)
+                units = {} if target is None else {target.input: target.full}
+                view = View(aliases_of(effect, self.base, target), self.inputs, (), units)
+                inputs = _through_inputs(effect, view, trial.t, number, inputs, p, q)
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
         outputs = self.base.run(replace(trial, inputs={**trial.inputs, **columns}), plain, first_state)
-        for effect, aliases, q in acting:
+        for effect, target, q in acting:
             if effect.measured_outputs is not None:
+                aliases = aliases_of(effect, self.base, target)
                 views = View(aliases, self.outputs), View(aliases, self.inputs)
                 outputs = _through_outputs(effect, *views, trial.t, number, outputs, inputs, p, q)
         return {channel.name: outputs[:, k] for k, channel in enumerate(self.outputs)}
+
+    def _through_servos(self, t: Array, inputs: Array, acting: Sequence[tuple[Effect, Target | None, Any]]) -> Array:
+        """Inputs (n, I) behind the servos that effects put in front of them; orders are linear between samples."""
+        found = inputs.copy()
+        for column, channel in enumerate(self.inputs):
+            lag, slowness = 0.0, 0.0
+            for effect, target, q in acting:
+                if effect.servo is not None and target is not None and target.input == channel.name:
+                    lag, slowness = effect.servo(lag, slowness, q, target.full)
+            if lag or slowness:
+                order, times = inputs[:, column].tolist(), t.tolist()
+                for k in range(len(order) - 1):
+                    h = times[k + 1] - times[k]
+                    found[k + 1, column] = stages(found[k, column], order[k], order[k + 1], h, lag, slowness)[2]
+        return found
 
 
 def trials_of(base: Model, effects: Sequence[Effect]) -> tuple[str, ...]:

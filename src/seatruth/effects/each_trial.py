@@ -16,6 +16,7 @@ from seatruth.effects.environment import Current, CurrentAlong
 from seatruth.effects.weather import Wind
 from seatruth.errors import PluginError
 from seatruth.models.base import Model, record
+from seatruth.models.parameter import Prior
 
 _PLACES: Mapping[str, tuple[int, int]] = {
     "current": (4, 0),
@@ -50,8 +51,8 @@ class EachTrial(Effect):
 
     def __init__(self, trials: Sequence[str] = ("first", "second")) -> None:
         like = self.like()
-        if like.states or like.true_parameters is not None:
-            what = f"{like.name!r} has states or changes parameters: it cannot differ from trial to trial"
+        if like.states or like.true_parameters is not None or like.servo is not None:
+            what = f"{like.name!r} has states, a servo, or other parameters: it cannot differ from trial to trial"
             raise PluginError(what, where=f"effect {self.name!r}")
         self.trials = tuple(trials)
         labels = _labels(self.trials)
@@ -79,6 +80,10 @@ class EachTrial(Effect):
 
     def of_trials(self, trials: Sequence[str]) -> Effect:
         return type(self)(trials)
+
+    def priors(self, model: Model) -> dict[str, Prior]:
+        form = {name: prior for name, prior in self.like().priors(model).items() if name in self.shape_priors}
+        return {**super().priors(model), **form}
 
     def missing(self, model: Model) -> str:
         if len(self.trials) == 1:

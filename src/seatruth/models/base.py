@@ -24,8 +24,10 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.models.actuators import Rudder, Thruster, problem_with
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
+from seatruth.models.servo import Servo
 from seatruth.trials.channel import Channel
 
 
@@ -67,8 +69,9 @@ class Model:
     an output of the same name. Creating an instance checks the declaration.
 
     For effects only, all optional: `dimensions(p)` gives the vehicle's size, `thrust(s, i, p, e)` the thrust of its
-    propeller (N, forwards), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion), and
-    `standard` the standard channel and the sign of channels that have names or axes of their own
+    propeller (N, forwards), `actuators` the rudders and thrusters by name, `thrusts(s, i, p, e)` the force of each
+    thruster (N, in their order), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion),
+    and `standard` the standard channel and the sign of channels that have names or axes of their own
     (`{"v_y": ("w", -1)}`).
 
     Raises:
@@ -106,6 +109,12 @@ class Model:
     longest_step: float = math.inf
     """s: the longest integration step that its quickest part allows; samples further apart take several."""
 
+    actuators: tuple[Rudder | Thruster, ...] = ()
+    """What drives and steers it, so that effects on actuators find its inputs and know where thrusters push."""
+    servos: tuple[Servo, ...] = ()
+    """Actuators between their recorded order and what acts: the engine solves them, and the equations get what acts."""
+    delays: Mapping[str, float] = MappingProxyType({})
+    """s: dead time of an order, by input."""
     trials: tuple[str, ...] = ()
     """Names of the trials that its equations tell apart by `e.trial`: those of effects with values for each trial."""
 
@@ -115,6 +124,7 @@ class Model:
     dimensions: Callable[[Any], Dimensions] | None = None
     thrust: Callable[[Any, Any, Any, Any], Any] | None = None
     drag: Callable[[Any, Any, Any, Any], Any] | None = None
+    thrusts: Callable[[Any, Any, Any, Any], tuple[Any, ...]] | None = None
     standard: Mapping[str, tuple[str, int]] = MappingProxyType({})
     takes_environment: bool = True
     """Whether currents and outside forces can act on it; an instance sets False where its rhs is declared without e."""
@@ -244,7 +254,11 @@ def _check(model: Model) -> None:
         raise BadInput("it declares no states or no outputs", where=where)
     if not callable(getattr(model, "rhs", None)):
         raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
-    for role in ("rhs", "output", "initial_state", "dimensions", "thrust", "drag"):
+    inputs, parameters = ({field.name for field in fields} for fields in (model.inputs, model.parameters))
+    wrong = problem_with(model.actuators, inputs, parameters, model.thrusts is not None)
+    if wrong:
+        raise BadInput(wrong, where=where)
+    for role in ("rhs", "output", "initial_state", "dimensions", "thrust", "thrusts", "drag"):
         function = inspect.getattr_static(type(model), role, None)
         if inspect.isfunction(function):
             first = next(iter(inspect.signature(function).parameters), "")

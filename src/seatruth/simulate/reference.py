@@ -17,6 +17,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import PluginError
 from seatruth.models.base import Environment, Model, record
+from seatruth.models.servo import stages
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import ParameterLayout, Setup
 from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
@@ -37,18 +38,44 @@ class PlainEquations:
         self._states, self._inputs = record("States", model.states), record("Inputs", model.inputs)
         self._parameters = record("Parameters", model.parameters)(*values)
         names = [channel.name for channel in model.states]
+        inputs = [channel.name for channel in model.inputs]
+        self._servos = [
+            (names.index(servo.state), inputs.index(servo.input), *servo.settings(self._parameters))
+            for servo in model.servos
+        ]
         # An output that no function computes is the state of the same name.
         self._output_columns = [names.index(channel.name) for channel in model.outputs] if model.output is None else []
 
     def rates(self, state: Row, inputs: Row, t: float, trial: float) -> list[float]:
-        """d/dt of the states (S) at a state (S), inputs (I), time in s and `e.trial`."""
+        """d/dt of the states (S) at a state (S), inputs (I) as they act, time in s and `e.trial`."""
         return self._call("rhs", self._model.rhs, len(self._model.states), state, inputs, (t, trial))
 
+    def acting(self, state: Row, inputs: Row) -> list[float]:
+        """Inputs (I) with those behind servos as they act at a state (S)."""
+        found = list(inputs)
+        for place, column, _, _ in self._servos:
+            found[column] = state[place]
+        return found
+
+    def driven(self, state: Row, inputs: tuple[Row, Row, Row], h: float) -> tuple[list[list[float]], dict[int, float]]:
+        """Inputs (3, I) that act in a step of h s, from the recorded ones, and where the servos (states) end."""
+        found, ends = [list(row) for row in inputs], {}
+        for place, column, lag, slowness in self._servos:
+            try:
+                values = stages(state[place], inputs[0][column], inputs[2][column], h, lag, slowness)
+            except (ArithmeticError, ValueError):
+                values = (math.nan, math.nan, math.nan)
+            for row, value in zip(found, values):
+                row[column] = value
+            ends[place] = values[2]
+        return found, ends
+
     def outputs(self, state: Row, inputs: Row, t: float, trial: float) -> list[float]:
-        """Outputs (D) at a state (S), inputs (I), time in s and `e.trial`."""
+        """Outputs (D) at a state (S), recorded inputs (I), time in s and `e.trial`."""
         if self._model.output is None:
             return [state[column] for column in self._output_columns]
-        return self._call("output", self._model.output, len(self._model.outputs), state, inputs, (t, trial))
+        acting = self.acting(state, inputs)
+        return self._call("output", self._model.output, len(self._model.outputs), state, acting, (t, trial))
 
     def _call(
         self, role: str, function: Callable[..., Any], size: int, state: Row, inputs: Row, when: tuple[float, float]
@@ -118,12 +145,14 @@ class ReferenceSimulator(SerialSimulator):
 def _step(equations: PlainEquations, grid: TimeGrid, stage: int, x: Row, h: float, trial: float) -> list[float]:
     """The state one classical Runge-Kutta step of `h` seconds later; `stage` is the step's first row in the grid."""
     times = grid.stage_t[stage : stage + 3].tolist()
-    start, middle, end = grid.stage_inputs[stage : stage + 3].tolist()
+    recorded = grid.stage_inputs[stage : stage + 3].tolist()
+    (start, middle, end), servos = equations.driven(x, tuple(recorded), h)
     k1 = equations.rates(x, start, times[0], trial)
     k2 = equations.rates(_ahead(x, h / 2, k1), middle, times[1], trial)
     k3 = equations.rates(_ahead(x, h / 2, k2), middle, times[1], trial)
     k4 = equations.rates(_ahead(x, h, k3), end, times[2], trial)
-    return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4)]
+    after = [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4)]
+    return [servos.get(place, value) for place, value in enumerate(after)]
 
 
 def _ahead(x: Row, h: float, rates: Row) -> list[float]:
@@ -143,7 +172,7 @@ def rates_on_rows(model: Model, values: Array, states: Array, inputs: Array, t: 
             equations = PlainEquations(model, row)
             rows = zip(states.tolist(), inputs.tolist(), t.tolist(), trial.tolist())
             for k, (x, i, time, number) in enumerate(rows):
-                rates[candidate, k] = equations.rates(x, i, time, number)
+                rates[candidate, k] = equations.rates(x, equations.acting(x, i), time, number)
     return rates
 
 

@@ -37,6 +37,7 @@ class TimeGrid:
     samples. `substeps` (N,): steps in the interval that begins at a sample, 0 at a trial's last; `length` (N,) s: of
     each of those steps. `stage_t` (3 M,) s and `stage_inputs` (3 M, I): at the start, middle and end of each step;
     `stage_start` (T,): a trial's first row in them. `trial` (N,) and `stage_trial` (3 M,): `e.trial` in each row.
+    `step` (M,) s: the length of each step.
     """
 
     rows: list[slice]
@@ -50,6 +51,7 @@ class TimeGrid:
     stage_inputs: Array
     trial: Array
     stage_trial: Array
+    step: Array
 
     @property
     def steps(self) -> int:
@@ -85,6 +87,7 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
         stage_inputs=np.concatenate([grid.stage_inputs for grid in grids]),
         trial=np.repeat(numbers, sizes),
         stage_trial=np.repeat(numbers, stages),
+        step=np.concatenate([np.repeat(grid.length, grid.substeps) for grid in grids]),
     )
 
 
@@ -110,6 +113,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         columns.append(column)
     inputs = np.stack(columns, axis=1) if columns else np.zeros((len(trial), 0))
     t = np.asarray(trial.t)
+    late = [(k, model.delays[channel.name]) for k, channel in enumerate(model.inputs) if channel.name in model.delays]
     intervals = np.diff(t)
     if intervals.size and not (np.isfinite(intervals).all() and (intervals > 0).all()):
         raise BadInput("its time does not increase", where=where, do="See `seatruth check`.")
@@ -132,6 +136,11 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     else:
         stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
         stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
+    for k, delay in late:
+        column = inputs[:, k].copy()
+        inputs[:, k] = _delayed(t, column, t - delay, hold)
+        middles = stage_t[:, 1:2].repeat(3, axis=1) if hold == "zoh" else stage_t
+        stage_inputs[:, :, k] = _delayed(t, column, middles - delay, hold)
     return _TrialGrid(
         t=t,
         inputs=inputs,
@@ -140,6 +149,13 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         stage_t=stage_t.reshape(-1),
         stage_inputs=stage_inputs.reshape(stage_t.size, inputs.shape[1]),
     )
+
+
+def _delayed(t: Array, values: Array, at: Array, hold: Hold) -> Array:
+    """An input between its samples, at any times; the first sample before them."""
+    if hold == "foh":
+        return np.interp(at, t, values)
+    return np.asarray(values[np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 1)])
 
 
 def _counts(intervals: Array, max_step: float | None, allowed: float) -> Integers:

@@ -135,7 +135,7 @@ class EffectConformance:
             names = tuple(bound.named(parameter.name) for parameter in bound.parameters)
             null = np.array([bound.null[parameter.name] for parameter in bound.parameters])
             sim = simulator(extended, [trial], free=names, max_step=STEP)
-            states = self.padded(first, extended)
+            states = self.padded(first, extended, trial)
             exact = sim.jacobian(null, states).dy
             assert np.isfinite(exact).all(), model.name
             for k, parameter in enumerate(bound.parameters):
@@ -160,11 +160,15 @@ class EffectConformance:
         first = np.array([1.0 if channel.name == "u" else 0.02 for channel in model.states])
         return Trial(TRIAL, t, inputs, {}, synthetic=True), first
 
-    def padded(self, first: Array, model: Model) -> Array:
-        """A first state with zeros for the effect's own states, (1, S)."""
-        return np.concatenate([first, np.zeros(len(model.states) - len(first))])[None]
+    def padded(self, first: Array, model: Model, trial: Trial) -> Array:
+        """A first state with zeros for the effect's own states, servos at their first order: (1, S)."""
+        state = np.concatenate([first, np.zeros(len(model.states) - len(first))])
+        names = [channel.name for channel in model.states]
+        for servo in model.servos:
+            state[names.index(servo.state)] = trial.inputs[servo.input][0]
+        return state[None]
 
     def simulated(self, model: Model, trial: Trial, first: Array, values: dict[str, float] | None = None) -> Array:
         """Outputs (n, D) of a run."""
         sim = simulator(model, [trial], values={**model.nominal(), **(values or {})}, max_step=STEP)
-        return np.asarray(sim.outputs(np.zeros((1, 0)), self.padded(first, model)).y[0])
+        return np.asarray(sim.outputs(np.zeros((1, 0)), self.padded(first, model, trial)).y[0])
