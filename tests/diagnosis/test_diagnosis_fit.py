@@ -18,6 +18,7 @@ from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
 from seatruth.effects import available, load_effects
+from seatruth.models import Order, WithServos
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.trial import Trial
 
@@ -33,6 +34,7 @@ def zs(problem: Problem, at: Fit, true: dict[str, float]) -> np.ndarray:
     return np.array([(at.point.shared[names.index(n)] - v) / stderr[names.index(n)] for n, v in true.items()])
 
 
+DEG = math.radians(1.0)
 TRUE = {**small.TRUE, "rudder_offset_angle": small.OFFSET}
 
 
@@ -253,3 +255,27 @@ def test_the_evidence_pays_for_a_current_of_each_trial(same: bool) -> None:
         assert ahead < -3.0
     else:
         assert ahead > 20.0
+
+
+def test_a_servo_that_is_slower_than_the_model_says_is_found() -> None:
+    """The model's steering gear turns at 5 deg/s, the real one at 3: the rest of the slowness is the effect's."""
+    model = WithServos(boat.Boat(), {"delta": Order(rate_limit=5.0 * DEG)})
+    angles = [{"delta": boat.zigzag(60, angle, 10.0)} for angle in (0.3, 0.15)]
+    truth = {"rudder_rate_limit_slowness": (1.0 / 3.0 - 1.0 / 5.0) / DEG}
+    effects = load_effects(("rudder_rate_limit", "rudder_gain"))
+    runs = boat.trials(model, angles, headings=(0.0, 2.0), effects=truth, specs=("rudder_rate_limit",))
+    problem = Problem(boat.study(model, runs), effects, Settings(), threads=1)
+    start = moved(problem, "rudder_rate_limit_slowness", 5.0)
+    found, rival = (
+        fit(problem, (name,), start, first_sizes(problem, known), known, discrepancy=False)
+        for known in [noise_prior(problem)]
+        for name in ("rudder_rate_limit", "rudder_gain")
+    )
+    assert np.abs(zs(problem, found, truth)).max() < 4.0
+    assert found.evidence > rival.evidence + 20.0
+
+
+def moved(problem: Problem, name: str, value: float) -> Point:
+    shared = problem.start.shared.copy()
+    shared[[q.name for q in problem.unknowns].index(name)] = value
+    return replace(problem.start, shared=shared)

@@ -56,6 +56,19 @@ def test_directions_and_exchange() -> None:
     )
 
 
+def test_a_tilted_propeller_lifts_the_stern() -> None:
+    model = load_model("diving_plane_driven")
+    tilted = with_effects(model, [available()["thruster_tilt"]])
+    given, inputs = {"thruster_tilt_tilt": 0.1}, {"delta_s": 0.0, "T": 100.0}
+    rise = [
+        Stepper(m, values).rate(0.0, Stepper(m).first({"u": 1.0}), inputs)[1:3]
+        for m, values in ((tilted, given), (model, {}))
+    ]
+    heave, pitch = np.subtract(*rise)
+    assert heave < 0.0  # down is positive
+    assert pitch < 0.0  # abaft, upwards: the nose goes down
+
+
 def test_losses_come_where_they_belong() -> None:
     assert rates("thruster_hull_interaction", AHEAD, k=0.3) == pytest.approx([0.0, 0.0, 0.0])
     astern = {"left": -1.0, "right": -1.0, "helm": 0.0}

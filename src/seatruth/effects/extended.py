@@ -273,18 +273,15 @@ class _Equations:
             if not declared:
                 return result, ()
             pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
-            thrusters = [
-                Thrust(
-                    push,
-                    *(entry(value, p) for value in (*one.at, *one.towards)),
-                    drive=abs(i[column]) / one.full,
-                    area=0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter,
-                )
-                for push, one, column in zip(pushes, declared, columns)
-            ]
+            thrusters = []
+            for push, one, column in zip(pushes, declared, columns):
+                x, y, z = (entry(value, p) for value in one.at)
+                a, b, c = (entry(value, p) for value in one.towards)
+                area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
+                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(i[column]) / one.full, area))
             load = 0.0
-            for one in thrusters:
-                load = load + one.drive / len(thrusters)
+            for thruster in thrusters:
+                load = load + thruster.drive / len(thrusters)
             return result._replace(load=load), thrusters
 
         return vehicle

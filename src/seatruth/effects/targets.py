@@ -27,7 +27,10 @@ class ActsOnInputs(Protocol):
     input_name: str
     which: tuple[str, ...]
     pairs: bool
-    needs_inputs: tuple[str, ...]
+
+    @property
+    def needs_inputs(self) -> tuple[str, ...]:
+        """Inputs that the model must have, by the names in the hooks."""
 
     @property
     def aliases(self) -> Mapping[str, tuple[str, ...]]:

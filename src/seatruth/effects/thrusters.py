@@ -188,30 +188,51 @@ class ThrusterHullInteraction(OnThrusters):
 
 
 class ThrusterDirection(OnThrusters):
-    """A thruster points elsewhere than the allocation says: turned about the vertical and about the transverse axis."""
+    """A thruster points elsewhere than the allocation says, turned about the vertical."""
 
     name = "thruster_direction"
     title = "direction of the thrusters"
     cause = "actuator.propulsion.arrangement"
     number = 16
-    equation = "F = F_0 turned by azimuth (clockwise from above) and by tilt (its fore end up)"
+    equation = "F = F_0 turned by azimuth, clockwise from above"
     source = "[S] chosen here: mountings are a few degrees off"
-    confused_with = ("thruster_gain", "thrust_misalignment", "rudder_offset", "trim")
+    confused_with = ("thruster_gain", "thrust_misalignment", "rudder_offset")
     distinguished_by = "a force across the thrust, in proportion to it: steps of one thruster after another"
+    needs_states = ("v", "r")
     needs_vehicle = ("thrusts",)
-    parameters = (
-        Parameter("azimuth", 0.05, "rad", -0.8, 0.8, source="[S] 3 deg", description="clockwise from above"),
-        Parameter("tilt", 0.05, "rad", -0.8, 0.8, source="[S] 3 deg", description="fore end up"),
-    )
-    null: Mapping[str, float] = {"azimuth": 0.0, "tilt": 0.0}
+    parameters = (Parameter("azimuth", 0.05, "rad", -0.8, 0.8, source="[S] 3 deg", description="clockwise from above"),)
+    null: Mapping[str, float] = {"azimuth": 0.0}
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         one = d.thruster
-        cos_a, sin_a, cos_t, sin_t = math.cos(q.azimuth), math.sin(q.azimuth), math.cos(q.tilt), math.sin(q.tilt)
+        cos_a, sin_a = math.cos(q.azimuth), math.sin(q.azimuth)
         a, b = one.a * cos_a - one.b * sin_a, one.a * sin_a + one.b * cos_a
-        a, c = a * cos_t + one.c * sin_t, one.c * cos_t - a * sin_t
-        return pushed(e, one, one.force * (a - one.a), one.force * (b - one.b), one.force * (c - one.c))
+        return pushed(e, one, one.force * (a - one.a), one.force * (b - one.b), 0.0)
+
+
+class ThrusterTilt(OnThrusters):
+    """A thruster points elsewhere than the allocation says, turned about the transverse axis."""
+
+    name = "thruster_tilt"
+    title = "tilt of the thrusters"
+    cause = "actuator.propulsion.arrangement"
+    number = 16
+    equation = "F = F_0 turned by tilt, its fore end up"
+    source = ThrusterDirection.source
+    confused_with = ("thruster_gain", "trim", "plane_offset")
+    distinguished_by = "a moment in proportion to the thrust: steps of one thruster after another"
+    needs_states = ("w", "q", "theta")
+    needs_vehicle = ("thrusts",)
+    parameters = (Parameter("tilt", 0.05, "rad", -0.8, 0.8, source="[S] 3 deg", description="fore end up"),)
+    null: Mapping[str, float] = {"tilt": 0.0}
+
+    @staticmethod
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        one = d.thruster
+        cos_t, sin_t = math.cos(q.tilt), math.sin(q.tilt)
+        a, c = one.a * cos_t + one.c * sin_t, one.c * cos_t - one.a * sin_t
+        return pushed(e, one, one.force * (a - one.a), 0.0, one.force * (c - one.c))
 
 
 class ThrustersExchanged(OnThrusters):

@@ -119,7 +119,7 @@ def trace(model: Model) -> Equations:
     )
 
 
-def _step_of(servo: Servo, step: tuple[Node, ...]) -> Callable[..., tuple[Node, ...]]:
+def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[..., tuple[Node, ...]]:
     """What the servo gives in a step, as a function of what a model's equations get."""
     settings = servo.settings
 
