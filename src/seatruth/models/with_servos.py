@@ -108,7 +108,7 @@ def _parameters(channel: Channel, order: Order) -> list[Parameter]:
     found = []
     for name, value, unit, what in (
         ("lag", order.lag, "s", "lag of the servo"),
-        ("rate_limit", order.rate_limit, "1/s" if channel.unit == "1" else f"{channel.unit}/s", "its fastest rate"),
+        ("rate_limit", order.rate_limit, f"{channel.unit}/s", "its fastest rate"),
     ):
         if value is not None:
             low, high = value / _SPREAD, value * _SPREAD

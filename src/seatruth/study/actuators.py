@@ -39,7 +39,6 @@ def with_actuators(model: Model, stated: Mapping[str, ActuatorTable], problems: 
         for key in given:
             with problems.at(*path, key):
                 unit = f"{channels[name].unit}/s" if key == "rate_limit" else "s"
-                unit = "1/s" if unit == "1/s" else unit
                 values[key] = positive(getattr(table, key), unit, f"a {key.replace('_', ' ')}")
         orders[name] = Order(**values)
     return WithServos(model, orders) if orders and not problems else model
