@@ -18,7 +18,6 @@ from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
 from seatruth.effects import available, load_effects
-from seatruth.models import Order, WithServos
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.trial import Trial
 
@@ -34,7 +33,6 @@ def zs(problem: Problem, at: Fit, true: dict[str, float]) -> np.ndarray:
     return np.array([(at.point.shared[names.index(n)] - v) / stderr[names.index(n)] for n, v in true.items()])
 
 
-DEG = math.radians(1.0)
 TRUE = {**small.TRUE, "rudder_offset_angle": small.OFFSET}
 
 
@@ -255,19 +253,3 @@ def test_the_evidence_pays_for_a_current_of_each_trial(same: bool) -> None:
         assert ahead < -3.0
     else:
         assert ahead > 20.0
-
-
-def test_a_servo_that_is_slower_than_the_model_says_is_found() -> None:
-    """The model's steering gear turns at 5 deg/s, the real one at 3: the rest of the slowness is the effect's."""
-    model = WithServos(boat.Boat(), {"delta": Order(rate_limit=5.0 * DEG)})
-    orders = boat.zigzag(60, 0.3, 10.0) * (np.arange(60) > 0)  # from amidships, where the gear stands
-    truth = {"rudder_rate_limit_slowness": (1.0 / 3.0 - 1.0 / 5.0) / DEG}
-    runs = boat.trials(model, [{"delta": orders}], headings=(0.0,), effects=truth, specs=("rudder_rate_limit",))
-    problem = Problem(boat.study(model, runs), load_effects(("rudder_rate_limit",)), Settings(), threads=1)
-    shared = problem.start.shared.copy()
-    shared[problem.columns["rudder_rate_limit"]] = 5.0
-    known = noise_prior(problem)
-    start, sizes = replace(problem.start, shared=shared), first_sizes(problem, known)
-    found = fit(problem, ("rudder_rate_limit",), start, sizes, known, discrepancy=False)
-    assert np.abs(zs(problem, found, truth)).max() < 4.0
-    assert found.evidence > fitted(problem, ()).evidence + 20.0
