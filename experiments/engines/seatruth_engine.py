@@ -22,9 +22,9 @@ def model_of(job: Workload) -> Model:
         from seatruth.models.diving_plane import DivingPlane
 
         return DivingPlane()
-    from seatruth.models.mmg import MMGShipOrdered
+    from engines.ordered_ship import OrderedShip
 
-    return MMGShipOrdered()
+    return OrderedShip()
 
 
 def trial_of(job: Workload, model: Model, name: str) -> Trial:

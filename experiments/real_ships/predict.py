@@ -135,11 +135,11 @@ Made = tuple[dict[str, float], dict[str, dict[str, float]]]
 
 
 def _zigzag(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial) -> Made:
-    if "delta" not in run.inputs:
+    if study.model.servos:
         # The run-up was steered by hand and orders were changed by hand: there is no rule to sail anew, and under the
         # recorded orders the times of reversal are given, not predicted.
         raise BadInput("only orders were recorded: no figures of a zigzag", where=run.name)
-    helm = _helm(run)
+    helm = _filled_outputs(run)
     found = zigzag_figures(helm)
     # The heading at which the rudder was reversed: nominal angles are whole degrees, switches are noisy.
     nominal = math.radians(round(math.degrees(float(np.median(found.switch_angles[:3])))))
@@ -162,11 +162,11 @@ def _zigzag(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial)
 
 
 def _turn(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial) -> Made:
-    helm = _helm(run)
+    helm = _filled_outputs(run)
     execute = turning_circle_figures(helm).execute
     part = run.section(int(np.searchsorted(run.t, execute - 20.0)), len(run))
-    measured = _circle(_helm(part))
-    return measured, {name: _circle(_helm(simulated(study, v, [part], 1)[0])) for name, v in models.items()}
+    measured = _circle(_filled_outputs(part))
+    return measured, {name: _circle(_filled_outputs(simulated(study, v, [part], 1)[0])) for name, v in models.items()}
 
 
 def _overshoots(found: Any) -> dict[str, float]:
@@ -180,12 +180,9 @@ def _circle(trial: Trial) -> dict[str, float]:
     return {f"{name.replace('_', ' ')}, m": getattr(found, name) for name in names}
 
 
-def _helm(run: Trial) -> Trial:
-    """The run with its rudder orders under the rudder's name, where only orders were recorded; gaps filled."""
-    outputs = {name: _filled(run.t, values) for name, values in run.outputs.items()}
-    if "delta" in run.inputs:
-        return replace(run, outputs=outputs)
-    return replace(run, inputs={**run.inputs, "delta": run.inputs["delta_order"]}, outputs=outputs)
+def _filled_outputs(run: Trial) -> Trial:
+    """The run with the gaps of its outputs filled."""
+    return replace(run, outputs={name: _filled(run.t, values) for name, values in run.outputs.items()})
 
 
 def _filled(t: Array, values: Array) -> Array:

@@ -16,6 +16,7 @@ from seatruth.diagnosis.preconditions import on_one_course, require_trials, usab
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
+from seatruth.models import Rudder
 from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
@@ -91,3 +92,24 @@ def test_one_course() -> None:
     assert not on_one_course(course(0.0, math.pi))
     assert not on_one_course([Trial("turn", np.arange(5.0), {}, {"psi": np.linspace(0.0, 4.0, 5)})])
     assert not on_one_course([Trial("none", np.arange(5.0), {}, {})])
+
+
+class Pair(boat.Catamaran):
+    """The catamaran with its rudders named."""
+
+    name = "pair"
+    actuators = (Rudder("port", "port"), Rudder("starboard", "starboard"))
+
+
+def test_effects_come_in_the_forms_that_the_model_has() -> None:
+    """Each actuator that a model names can be late alone, and each trial can have a current of its own."""
+    runs = boat.trials(Pair(), [{"port": np.zeros(20), "starboard": np.zeros(20)}] * 2, headings=(0.0, 1.0))
+    asked = ["rudder_lag", "trial_current", "rudder_gain_port"]
+    usable, _ = usable_effects(boat.study(Pair(), runs), asked)
+    found = {effect.name: effect for effect in usable}
+    lags = ["rudder_lag", "rudder_lag_port", "rudder_lag_starboard"]
+    assert list(found) == [*lags, "trial_current", "rudder_gain_port"]
+    assert found["trial_current"].trials == ("run_0", "run_1")
+    alone, reasons = usable_effects(boat.study(Pair(), runs[:1]), ["trial_current", "current"])
+    assert [effect.name for effect in alone] == ["current"]
+    assert "there is one trial" in reasons["trial_current"]

@@ -10,6 +10,7 @@ import pytest
 from known_trials import NOISE, diving_trials, ship_trials, start, torpedo_trials
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from twin import Twin, twin_trials
 
 from seatruth.effects import EQUATIONS, Effect, available, broken, with_effects
 from seatruth.effects.causes import ROOT, children
@@ -18,25 +19,31 @@ from seatruth.models import available as models
 from seatruth.models import load_model
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
-from seatruth.testing.effects import STEP, EffectConformance
+from seatruth.testing.effects import STEP, TRIAL, EffectConformance
 from seatruth.trials.trial import Trial
 
 Array = NDArray[np.float64]
+
+
+def the_model(name: str) -> Model:
+    """An installed model, or the user's own with two thrusters."""
+    return Twin() if name == "twin" else load_model(name)
 
 
 class Joint:
     """A model with every effect that can act on it, a short run of it, and what the run gives at null."""
 
     def __init__(self, name: str) -> None:
-        self.model = load_model(name)
-        self.effects = [effect for effect in available().values() if not effect.missing(self.model)]
+        self.model = the_model(name)
+        found = [form.of_trials([TRIAL, "another"]) for e in available().values() for form in e.variants(self.model)]
+        self.effects = [effect for effect in found if not effect.missing(self.model)]
         self.extended = with_effects(self.model, self.effects)
         self.names = [q.name for q in self.extended.parameters[len(self.model.parameters) :]]
         self.null = np.array([self.extended.nominal()[name] for name in self.names])
         self.declared = [(effect, q) for effect in self.effects for q in effect.parameters]
         trial, first = EffectConformance().trial(self.model)
         self.bare = simulator(self.model, [trial], max_step=STEP).outputs(np.zeros((1, 0)), first[None]).y[0]
-        self.first = np.concatenate([first, np.zeros(len(self.extended.states) - len(first))])[None]
+        self.first = EffectConformance().padded(first, self.extended, trial)
         self.simulator = simulator(self.extended, [trial], free=self.names, max_step=STEP)
 
     def outputs(self, theta: Array) -> Array:
@@ -49,7 +56,7 @@ def joint(name: str) -> Joint:
     return Joint(name)
 
 
-@pytest.fixture(params=sorted(models()))
+@pytest.fixture(params=[*sorted(models()), "twin"])
 def one(request: pytest.FixtureRequest) -> Joint:
     found = joint(request.param)
     if not found.effects:
@@ -129,7 +136,7 @@ def test_the_document_has_the_catalogue() -> None:
 
 
 def test_each_acts_on_some_installed_model() -> None:
-    kinds = [load_model(name) for name in models()]
+    kinds = [Twin(), *(load_model(name) for name in models())]
     for effect in available().values():
         acts = [model for model in kinds if not effect.missing(model)]
         assert acts or not effect.dynamic, effect.name
@@ -137,19 +144,21 @@ def test_each_acts_on_some_installed_model() -> None:
 
 @cache
 def trials(name: str) -> tuple[Model, list[Trial], list[dict[str, float]]]:
-    made = {"mmg": ship_trials, "diving_plane": diving_trials, "torpedo": torpedo_trials}[name]
-    return (load_model(name), *made())
+    made = {"mmg": ship_trials, "diving_plane": diving_trials, "torpedo": torpedo_trials, "twin": twin_trials}[name]
+    return (the_model(name), *made())
 
 
-def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, Array, Array, float]:
-    """Truth, estimate and standard errors of an effect's parameters (K,), and chi-square over its expectation.
+def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, Array, Array, Array, float]:
+    """Null, truth, estimate and errors of an effect's parameters (K,), and chi-square over its expectation.
 
     The effect alone is simulated at its typical magnitude, with noise; all other parameters are known. The fit starts
     from the effect's starting points (its null where it has none), and from `near`. Its shape has the declared priors.
     """
-    name = next(name for name in ("mmg", "diving_plane", "torpedo") if not effect.missing(load_model(name)))
+    names = ("mmg", "diving_plane", "torpedo", "twin")
+    name = next(name for name in names if not effect.missing(the_model(name)))
     model, runs, first = trials(name)
     runs, first = (runs[:1], first[:1]) if effect.name == "wave_forces" else (runs, first)
+    effect = effect.of_trials([run.name for run in runs])
     extended = with_effects(model, [effect])
     names = [effect.named(q.name) for q in effect.parameters]
     sim = simulator(extended, runs, free=names)
@@ -185,19 +194,23 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, A
         best = found if best is None or found.cost < best.cost else best
     assert best is not None
     error = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
-    return truth, best.x, error, 2 * best.cost / recorded.size
+    return mean, truth, best.x, error, 2 * best.cost / recorded.size
 
 
 # The likelihood of a frequency has a valley every 1/duration: it must be read from the residual's spectrum first.
 NEAR = {"wave_forces": ({"cosine": 0.01, "sine": 0.01, "frequency": 0.82, "towards": -0.1},)}
 
 
+ALONE = sorted(form.name for e in available().values() for form in e.variants(Twin()) if form.which and not form.pairs)
+"""Effects on one thruster of the boat that has two."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(name for name, effect in available().items() if effect.dynamic))
+@pytest.mark.parametrize("name", [*sorted(name for name, e in available().items() if e.dynamic), *ALONE])
 def test_is_recovered_when_it_alone_is_simulated(name: str) -> None:
-    effect = available()[name]
-    truth, found, error, misfit = fitted(effect, NEAR.get(name, ()))
+    forms = {form.name: form for e in available().values() for form in (*e.variants(Twin()), e)}
+    effect = forms[name]
+    null, truth, found, error, misfit = fitted(effect, NEAR.get(name, ()))
     assert (np.abs(found - truth) <= 3 * error).all(), f"{found} +- {error}, true {truth}"
     assert misfit == pytest.approx(1.0, abs=0.05)
-    magnitude = np.abs(truth - np.array([effect.null[q.name] for q in effect.parameters]))
-    assert (error < magnitude).any(), "the trials do not show it"
+    assert (error < np.abs(truth - null)).any(), "the trials do not show it"

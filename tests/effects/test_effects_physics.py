@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from twin import Twin
 
 from seatruth.effects import available, with_effects
 from seatruth.manoeuvres import Stepper, self_propulsion
@@ -167,7 +168,7 @@ def test_a_stern_plane_effect_leaves_the_rudder_alone() -> None:
     known = available()
     assert "no input 'delta_s'" in known["plane_offset"].missing(load_model("mmg"))
     assert known["plane_offset"].places(load_model("torpedo")) == ("actuator:delta_s",)
-    assert known["rudder_offset"].places(load_model("mmg_ordered")) == ("actuator:delta_order",)
+    assert known["rudder_offset"].places(Twin()) == ("actuator:helm",)
     found = rates("torpedo", {"u": 1.5}, FIN, plane_offset_angle=0.1)
     assert found["q"] != 0
     assert found["r"] == pytest.approx(0.0)

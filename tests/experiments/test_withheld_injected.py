@@ -87,7 +87,7 @@ def test_sizes_are_once_and_twice_what_the_library_calls_typical() -> None:
     models = {"marin": "KVLCC2", "hsva": "KVLCC2", "pond_31-Jul": "ESSO_OSAKA"}
     effects = available()
     for source, name in models.items():
-        model = load_model("mmg_ordered" if source.startswith("pond") else "mmg", parameter_set=name)
+        model = load_model("mmg", parameter_set=name)
         for error in ERRORS.values():
             if error.name != UNKNOWN:
                 assert effects[error.name].number == error.number

@@ -18,7 +18,7 @@ from seatruth.manoeuvres import (
     turning_circle_figures,
     zigzag_figures,
 )
-from seatruth.models.mmg import MMGShip, MMGShipOrdered
+from seatruth.models.mmg import MMGShip
 from seatruth.trials import Trial
 
 U0, L, RATE = 1.179, 7.0, deg(15.8)
@@ -166,29 +166,6 @@ def test_froude_scaling() -> None:
     assert scaled["u"] == pytest.approx(small["u"], rel=1e-9)
     assert scaled["v"] == pytest.approx(small["v"], rel=1e-9)
     assert scaled["r"] * k == pytest.approx(small["r"], rel=1e-9)
-
-
-def test_ordered_rudder_follows_with_lag_and_rate_limit() -> None:
-    model = MMGShipOrdered()
-    limited = rates(model, {"u": U0}, {"n": N0, "delta_order": deg(35)})
-    assert limited["delta"] == pytest.approx(deg(15.8), rel=1e-6)
-    lagged = rates(model, {"u": U0, "delta": 0.1}, {"n": N0, "delta_order": 0.11})
-    assert lagged["delta"] == pytest.approx(0.01 / 0.5)
-    assert model.first_state({c.name: 0.0 for c in model.outputs}, {"delta_order": 0.2, "n": 1.0}, model.nominal()) == (
-        *[0.0] * 6,
-        0.2,
-    )
-
-
-def test_ordered_ship_sails_the_same_zigzag_as_its_measured_rudder() -> None:
-    plan = Zigzag(deg(20), deg(20), approach=2)
-    common = {"dt": 0.05, "first_state": {"u": U0}, "inputs": {"n": N0}}
-    values = {"T_rudder": 0.05}
-    ordered = run_manoeuvre(MMGShipOrdered(), plan, values, **common)  # type: ignore[arg-type]
-    measured = run_manoeuvre(MMGShip(), plan, rudder_rate=RATE, **common)  # type: ignore[arg-type]
-    assert len(ordered) == pytest.approx(len(measured), abs=10)
-    last = min(len(ordered), len(measured)) - 1
-    assert ordered.outputs["psi"][last] == pytest.approx(measured.outputs["psi"][last], abs=deg(0.5))
 
 
 def test_esso_osaka_turns_like_a_tanker() -> None:

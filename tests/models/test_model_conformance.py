@@ -9,8 +9,8 @@ import pytest
 
 from seatruth.models import Channel, Model, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
-from seatruth.models.diving_plane import DivingPlane
-from seatruth.models.mmg import MMGShip, MMGShipOrdered
+from seatruth.models.diving_plane import DivingPlane, DivingPlaneDriven
+from seatruth.models.mmg import MMGShip
 from seatruth.testing.models import ModelConformance
 
 
@@ -20,10 +20,38 @@ class TestMMG(ModelConformance):
         return MMGShip(request.param)
 
 
-class TestMMGOrdered(ModelConformance):
+class TestDivingPlaneDriven(ModelConformance):
     @pytest.fixture
     def model(self) -> Model:
-        return MMGShipOrdered()
+        return DivingPlaneDriven()
+
+
+class OwnShip(Model):
+    """A user's model that takes the equations of a built-in one, of its class and of an instance."""
+
+    name = "own_ship"
+    title = "the Mariner with more yaw damping"
+    source = "[S] made for this test"
+    states, inputs, outputs = AbkowitzShip.states, AbkowitzShip.inputs, AbkowitzShip.outputs
+    parameters = (*AbkowitzShip.parameters, Parameter("more", 0.01, "1/s", 0.0, 1.0, source="[S] made for this test"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        u, v, r, *rest = AbkowitzShip.rhs(s, i, p, e)
+        same = MARINER.rhs(s, i, p, e)
+        return (u, 0.5 * (v + same[1]), r - p.more * s.r, *rest)
+
+
+MARINER = AbkowitzShip()
+
+
+class TestOwnShip(ModelConformance):
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"u": (-3.0, 12.0), "r": (-0.02, 0.02)}
+    start: ClassVar[Mapping[str, float]] = {"u": 7.5}
+
+    @pytest.fixture
+    def model(self) -> Model:
+        return OwnShip()
 
 
 class TestAbkowitz(ModelConformance):

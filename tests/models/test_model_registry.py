@@ -41,7 +41,7 @@ def write(tmp_path: Path) -> Callable[[str], Path]:
 def test_built_in_models_are_installed() -> None:
     found = available()
     assert found["mmg"] is MMGShip
-    assert {"mmg", "mmg_ordered", "abkowitz", "diving_plane"} <= set(found)
+    assert {"mmg", "abkowitz", "diving_plane"} <= set(found)
     assert not broken()
     for name, kind in found.items():
         assert kind().name == name

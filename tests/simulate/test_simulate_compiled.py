@@ -95,7 +95,7 @@ def test_diverged_candidates_are_infinite_and_counted() -> None:
     assert sim.jacobian(np.array([50.0]), np.ones((2, 1))).diverged.tolist() == [True, True]
 
 
-@pytest.mark.parametrize("name", ["mmg_ordered", "diving_plane", "abkowitz"])
+@pytest.mark.parametrize("name", ["mmg", "diving_plane", "abkowitz"])
 def test_threads_and_lanes_do_not_change_a_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = load_model(name)
     rng = np.random.default_rng(2)

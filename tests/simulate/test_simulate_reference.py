@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 EFFECTS: Sequence[tuple[str, tuple[str, ...]]] = (
     ("mmg", ("current", "rudder_lag", "heading_bias", "added_mass")),
     ("mmg", ("rudder_dead_band", "rudder_rate_limit", "position_delay")),
-    ("mmg_ordered", ("rudder_backlash", "shallow_water", "propeller_walk", "speed_scale")),
+    ("mmg", ("rudder_backlash", "shallow_water", "propeller_walk", "speed_scale")),
     ("abkowitz", ("varying_current", "wave_forces", "rate_delay", "compass_deviation")),
     ("diving_plane", ("depth_lag", "net_weight", "cross_flow_vertical", "plane_gain", "pitch_delay")),
 )

@@ -20,20 +20,19 @@ from seatruth.effects import available
 from seatruth.effects.kinematics import to_body_axes
 from seatruth.effects.weather import WindShape, wind_force
 from seatruth.models.geometry import Vehicle
-from seatruth.models.mmg import MMGShipOrdered
+from seatruth.models.mmg import MMGShip
+from seatruth.models.with_servos import WithServos
 
 WIND = available()["wind"]
-_SHIP, _SIZE = MMGShipOrdered.rhs, MMGShipOrdered.dimensions
-"""By names of their own: the engine follows functions, not attributes of classes."""
 FOLDER = "esso_osaka/anemometer"
 
 
-class InMeasuredWind(MMGShipOrdered):
-    """The MMG ship under orders in measured wind; `wind_share` 1 is the force of the wind effect, 0 none."""
+class InMeasuredWind(MMGShip):
+    """The MMG ship in measured wind; `wind_share` 1 is the force of the wind effect, 0 none."""
 
-    name = "mmg_ordered_in_measured_wind"
+    name = "mmg_in_measured_wind"
     inputs: tuple[Channel, ...] = (
-        *MMGShipOrdered.inputs,
+        *MMGShip.inputs,
         Channel("wind_x", "m/s", "the air goes towards +x of the pond"),
         Channel("wind_y", "m/s", "the air goes towards +y of the pond"),
     )
@@ -46,14 +45,13 @@ class InMeasuredWind(MMGShipOrdered):
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        body = Vehicle(*_SIZE(p))
+        body = Vehicle(*MMGShip.dimensions(p))
         along, across, _ = to_body_axes(i.wind_x, i.wind_y, s)
         X, Y, N = wind_force(s.u - along, s.v - across, WindShape(p.wind_lever), body)
         X_0, Y_0, N_0 = wind_force(s.u, s.v, WindShape(p.wind_lever), body)
         share = p.wind_share
         e = e._replace(X=e.X + share * (X - X_0), Y=e.Y + share * (Y - Y_0), N=e.N + share * (N - N_0))
-        found: tuple[Any, ...] = _SHIP(s, i, p, e)
-        return found
+        return MMGShip.rhs(s, i, p, e)
 
 
 def measured(run: str, data: Path) -> pd.DataFrame:
@@ -98,7 +96,8 @@ def in_measured_wind(study: Study, data: Path) -> Study:
         found = {name: np.interp(trial.t - trial.t[0], wind["t"], wind[name]) for name in ("wind_x", "wind_y")}
         return replace(trial, inputs={**trial.inputs, **found})
 
-    model = InMeasuredWind()
+    assert isinstance(study.model, WithServos), "the pond's runs hold orders"
+    model = WithServos(InMeasuredWind(), study.model.orders)
     told = {p.name: p for p in study.parameters}
     lever = WIND.priors(study.model)["lever"]
     parameters = tuple(

@@ -15,7 +15,7 @@ from withheld.records import anemometer
 from withheld.records.injected import injected
 from withheld.records.plan import BASINS, CASES, ERRORS, QUICK, SOURCES, Plan
 from withheld.records.ships import fitted_elsewhere
-from withheld.records.studies import ship, study_text
+from withheld.records.studies import TOLD, ship, study_text
 from withheld.records.tables import DATA, folder_of, read, text
 from withheld.seal import digest_file, note, write
 
@@ -73,7 +73,7 @@ def one_case(plans: Mapping[str, Plan], name: str, out: Path, data: Path) -> Non
         if plan.cause:
             columns = injected(columns, plan.cause, plan.values)
         write(folder / f"trial_{k + 1}.csv", text(columns, table.decimals))
-    told = {key: dict(entry) for key, entry in ship(source.study).items() if key in ("model", "parameters")}
+    told = {key: dict(entry) for key, entry in ship(source.study).items() if key in TOLD}
     if plan.kind == "basin":
         for parameter, prior in fitted_elsewhere(plan.source, data).items():
             told["parameters"][parameter] = {"value": prior["mean"], "vary": True, "prior": prior}

@@ -11,7 +11,8 @@ from withheld.records.plan import Source
 
 SHIPS = Path(__file__).resolve().parents[2] / "real_ships"
 """The studies that say how each ship is modelled and what is believed of its coefficients."""
-ONLY = {"esso_osaka": {"delta_order": '{ column = "delta" }'}}
+TOLD = ("model", "actuators", "parameters")
+"""Tables of a ship's study that its cases hold too."""
 RATE = 2.0
 """Hz to which records are brought."""
 BRIDGED = 0.35
@@ -26,7 +27,7 @@ def ship(study: str) -> Mapping[str, Any]:
 
 
 def study_text(name: str, source: Source, told: Mapping[str, Any]) -> str:
-    """A study file of a source's runs, trial_1.csv and so on. `told` are the tables `model` and `parameters`.
+    """A study file of a source's runs, trial_1.csv and so on. `told` are its tables in `TOLD`.
 
     The noise is not stated: what the ships' own studies state is the error that they expect of their model, and a
     diagnosis is to find that, not to be told it. The runs are taken at 2 Hz, which is fast for these ships and makes a
@@ -43,13 +44,15 @@ def study_text(name: str, source: Source, told: Mapping[str, Any]) -> str:
         *(f"{key} = {_toml(value)}" for key, value in told["model"].items()),
         "",
     ]
+    for key, entry in told.get("actuators", {}).items():
+        lines += [f"[actuators.{key}]", *(f"{field} = {_toml(value)}" for field, value in entry.items()), ""]
     for key, entry in told["parameters"].items():
         lines.append(f"[parameters.{key}]")
         lines += [f"{field} = {_toml(value)}" for field, value in entry.items()]
     lines += ["", "[channels]"]
-    for key, entry in ONLY.get(source.study, {"u": '{ column = "u" }'}).items():
-        lines.append(f"{key} = {entry}")
-    if pond:
+    if not pond:
+        lines.append('u = { column = "u" }')
+    else:
         lines += [f'{key} = {{ invalid_where = "pos_hold == 1" }}' for key in HELD]
     for k, manoeuvre in enumerate(source.manoeuvres):
         lines += [

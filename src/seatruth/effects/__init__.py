@@ -10,6 +10,7 @@ from seatruth.effects.base import EQUATIONS, Effect, dimensions_of, effects_by_n
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.extended import ExtendedModel, with_effects
 from seatruth.errors import BadInput, PluginError
+from seatruth.models.base import Model
 from seatruth.models.user_file import is_file, load_object
 
 GROUP = "seatruth.effects"
@@ -25,13 +26,16 @@ def broken() -> dict[str, str]:
     return _found()[1]
 
 
-def load_effects(specs: Sequence[str], folder: str | Path | None = None) -> list[Effect]:
+def load_effects(specs: Sequence[str], folder: str | Path | None = None, model: Model | None = None) -> list[Effect]:
     """Effects by their installed names, or from a user's files as "file.py:ClassName" relative to `folder`.
 
-    BadInput names the nearest known one; PluginError says where a file raised.
+    With a model, the names of effects on one of its actuators alone are known too: "thruster_gain_port". BadInput names
+    the nearest known one; PluginError says where a file raised.
     """
     place = Path(folder) if folder is not None else Path.cwd()
     known: Mapping[str, Effect] = available() if any(not is_file(spec) for spec in specs) else {}
+    if model is not None:
+        known = {form.name: form for effect in known.values() for form in (effect, *effect.variants(model))}
     return [_of_file(spec, place) if is_file(spec) else effects_by_name([spec], known)[0] for spec in specs]
 
 

@@ -1,7 +1,7 @@
 """Errors between the recorded angle of a rudder or a stern plane and the angle that acts.
 
-Each effect on the rudder has a twin on the stern plane. They act on the recorded angle, or on the order where the
-model takes the order.
+Each effect on the rudder has a twin on the stern plane. They act on every steering input that the model names, whatever
+it is called. Lags and rate limits make its servo slower; the others act on what the servo gives.
 """
 
 from __future__ import annotations
@@ -10,12 +10,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, clipped, delayed, filter_rates, lagged
+from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, clipped, delayed, filter_rates
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
-RUDDERS = ("delta", "delta_order", "delta_r")
-PLANES = ("delta_s", "delta_s_order", "delta_e")
 RUDDER_COEFFICIENTS = ("Y_d", "N_d", "Y_delta", "N_delta", "f_alpha", "A_R", "C_z_dr", "m_y_dr")
 PLANE_COEFFICIENTS = ("Z_ds", "M_ds", "C_y_de", "m_z_de")
 
@@ -24,15 +22,14 @@ class OnRudder(Effect):
     """Base of effects on the rudder angle, `delta` in the equations."""
 
     acts_on = ("actuator:delta",)
+    actuator = "rudder"
     needs_inputs = ("delta",)
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": RUDDERS}
 
 
 class OnPlane(Effect):
     """Mixed into an effect on the rudder to act on the stern plane, then named `delta` in the equations."""
 
-    acts_on = ("actuator:delta_s",)
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"delta": PLANES}
+    actuator = "plane"
 
 
 class RudderOffset(OnRudder):
@@ -75,7 +72,7 @@ class RudderGain(OnRudder):
 
 
 class RudderLag(OnRudder):
-    """The rudder follows its order with a first-order lag."""
+    """The rudder follows its order with a first-order lag, in addition to that of a servo which the study states."""
 
     name = "rudder_lag"
     title = "lag of the rudder"
@@ -89,23 +86,13 @@ class RudderLag(OnRudder):
     null: Mapping[str, float] = {"tau": 0.0}
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"tau": 2.0}, "planing": {"tau": 0.3}}
     froude: ClassVar[Mapping[str, float]] = {"tau": 0.5}
-    longest_step = MAX_STEP
-    states = (Channel("first", "rad", "rudder after one lag"), Channel("second", "rad", "rudder after two"))
 
     @staticmethod
-    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        return i._replace(delta=lagged(i.delta, s.first, s.second, q.tau))
-
-    @staticmethod
-    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(i.delta, s.first, s.second, q.tau)
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return i.delta, i.delta
+    def servo(lag: Any, slowness: Any, q: Any, full: float) -> tuple[Any, Any]:
+        return lag + q.tau, slowness
 
 
-class RudderDelay(RudderLag):
+class RudderDelay(OnRudder):
     """The rudder follows its order after a dead time."""
 
     name = "rudder_delay"
@@ -117,20 +104,25 @@ class RudderDelay(RudderLag):
     confused_with: tuple[str, ...] = ("rudder_lag", "heading_delay", "rate_delay", "added_mass")
     distinguished_by = "common to all outputs; the same at every amplitude"
     parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] catalogue", description="dead time"),)
-    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {}
-    froude: ClassVar[Mapping[str, float]] = {}
+    null: Mapping[str, float] = {"tau": 0.0}
+    longest_step = MAX_STEP
+    states = (Channel("first", "rad", "rudder after one lag"), Channel("second", "rad", "rudder after two"))
 
     @staticmethod
     def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=delayed(i.delta, s.first, s.second, q.tau))
 
+    @staticmethod
+    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(i.delta, s.first, s.second, q.tau)
+
+    @staticmethod
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        return i.delta, i.delta
+
 
 class RudderRateLimit(OnRudder):
-    """The rudder turns no faster than 1 / slowness.
-
-    The recorded angle passes a first-order filter with the limit. What the filter itself delays is added back, from a
-    second filter without the limit, and that part is limited too.
-    """
+    """The rudder turns no faster than 1 / slowness; this slowness adds to that of a servo which the study states."""
 
     name = "rudder_rate_limit"
     title = "rate limit of the rudder"
@@ -147,23 +139,10 @@ class RudderRateLimit(OnRudder):
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"slowness": 20.0}}
     froude: ClassVar[Mapping[str, float]] = {"slowness": 0.5}
     starts = tuple({"slowness": slowness} for slowness in (2.0, 5.0, 12.0, 30.0, 70.0))
-    longest_step = MAX_STEP
-    states = (Channel("limited", "rad", "rudder with the limit"), Channel("free", "rad", "rudder without it"))
 
     @staticmethod
-    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        behind = i.delta - s.free
-        too_fast = behind - behind / max(1.0, q.slowness * abs(behind) / MIN_TIME_CONSTANT)
-        return i._replace(delta=i.delta + (s.limited - s.free) - too_fast)
-
-    @staticmethod
-    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        wanted = (i.delta - s.limited) / MIN_TIME_CONSTANT
-        return wanted / max(1.0, q.slowness * abs(wanted)), (i.delta - s.free) / MIN_TIME_CONSTANT
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return i.delta, i.delta
+    def servo(lag: Any, slowness: Any, q: Any, full: float) -> tuple[Any, Any]:
+        return lag, slowness + q.slowness
 
 
 class RudderDeadBand(OnRudder):

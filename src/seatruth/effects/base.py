@@ -6,6 +6,7 @@ An effect is one small class of plain equations around a model. Each hook is opt
     current(e, s, i, p, q)                the motion of the water: e.u_c ... e.dw_c
     force(e, s, i, p, q, d)               outside forces and moments: e.X ... e.N
     true_inputs(i, s, q, e)               the inputs that really act: the actuator's path
+    servo(lag, slowness, q, full)         the servo of an input: lag in s, slowness in s per unit of the input
     measured_outputs(y, s, i, q, e)       the outputs that the sensors show: the sensor's path
     rates(s, i, p, q, e)                  d/dt of the effect's own `states`
     rates_from_outputs(y, s, i, q, e)     the same, where they depend on the outputs
@@ -25,10 +26,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from typing import Any, ClassVar
 
 from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
-from seatruth.effects.channel_aliases import ChannelAliases
+from seatruth.effects.targets import USUAL, aliases_of, targets
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record
 from seatruth.models.black_box import BlackBox
@@ -39,7 +41,7 @@ from seatruth.trials.channel import Channel
 Hook = Callable[..., Any]
 
 HOOKS = (
-    *("true_parameters", "current", "force", "true_inputs", "measured_outputs"),
+    *("true_parameters", "current", "force", "true_inputs", "servo", "measured_outputs"),
     *("rates", "rates_from_outputs", "initial_state"),
 )
 """Names of the hooks: those in the first row change something, those in the second serve the effect's own states."""
@@ -79,6 +81,16 @@ class Effect:
     needs_vehicle: tuple[str, ...] = ()
     needs_parameters: tuple[str, ...] = ()
     """At least one of these must be a parameter of the model, where not empty."""
+    actuator: str = ""
+    """Kind of actuator on which it acts: "rudder", "plane", "thruster". In its hooks, which run for each of these in
+    turn, `input_name` stands for the input of one, and `d.thruster` is that thruster."""
+    input_name: str = "delta"
+    which: tuple[str, ...] = ()
+    """Names of the actuators on which it acts; all of the kind where empty. `variants` makes it for each."""
+    common_only: bool = False
+    """It acts on all actuators of its kind alike, never on one of them alone."""
+    pairs: bool = False
+    """It acts on two actuators at a time: `d.thruster` and `d.other`."""
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """The channels for which a name in the hooks may stand; the first that the model has is taken."""
     parameters: tuple[Parameter, ...] = ()
@@ -111,6 +123,10 @@ class Effect:
     direction: a fit starts in several of them, and a report gives it in degrees."""
     stochastic: bool = False
     """It has a random part, which no trial repeats: the noise of a fit must hold that."""
+    each_trial: bool = False
+    """Its magnitudes have a value for each trial: `of_trials` makes it for those of a study."""
+    trials: tuple[str, ...] = ()
+    """Names of those trials; empty where it is the same in all."""
     dynamic: bool = True
     """It can be a term of the equations; False for what is noise only."""
 
@@ -118,6 +134,7 @@ class Effect:
     current: Hook | None = None
     force: Hook | None = None
     true_inputs: Hook | None = None
+    servo: Hook | None = None
     measured_outputs: Hook | None = None
     rates: Hook | None = None
     rates_from_outputs: Hook | None = None
@@ -133,6 +150,27 @@ class Effect:
     def family(self) -> str:
         """The family of causes that it belongs to, "environment": the first part of `cause`."""
         return self.cause.partition(".")[0]
+
+    def of_trials(self, trials: Sequence[str]) -> Effect:
+        """The effect for the trials of a study, by their names; the same for all trials unless `each_trial`."""
+        return self
+
+    def variants(self, model: Model) -> tuple[Effect, ...]:
+        """The forms in which it can act on a model: on all actuators of its kind alike, and on each alone."""
+        found = targets(self, model) if self.actuator and not self.which and not self.common_only else ()
+        if self.pairs:
+            thrusters = [actuator.name for actuator in model.actuators if actuator.kind == self.actuator]
+            return tuple(self.only(thrusters[target.thruster], thrusters[target.other]) for target in found)
+        return (self, *(self.only(target.name) for target in found)) if len(found) > 1 else (self,)
+
+    def only(self, *actuators: str) -> Effect:
+        """The same effect on some actuators alone, by their names: "thruster_gain_port"."""
+        alone = copy(self)
+        alone.name = "_".join((self.name, *actuators))
+        alone.title = f"{self.title}: {' and '.join(actuators)}"
+        alone.which = actuators
+        alone.confused_with = (*self.confused_with, self.name)
+        return alone
 
     @property
     def magnitudes(self) -> tuple[str, ...]:
@@ -204,9 +242,14 @@ class Effect:
 
     def places(self, model: Model) -> tuple[str, ...]:
         """`acts_on` with the model's own names of inputs and outputs."""
-        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
-        pairs = (place.partition(":") for place in self.acts_on)
-        return tuple(f"{word}:{aliases.in_model(channel)}" if channel else word for word, _, channel in pairs)
+        aliases = aliases_of(self, model)
+        places = []
+        for word, _, channel in (place.partition(":") for place in self.acts_on):
+            if self.actuator and channel == self.input_name:
+                places += [f"{word}:{target.input}" for target in targets(self, model)]
+            else:
+                places.append(f"{word}:{aliases.in_model(channel)}" if channel else word)
+        return tuple(places)
 
     def missing(self, model: Model) -> str:
         """Why it cannot act on a model; empty where it can."""
@@ -218,7 +261,11 @@ class Effect:
             return "the model is a black box, and the effect acts on its equations"
         if (self.current is not None or self.force is not None) and not model.takes_environment:
             return "the model's rhs takes no environment e"
-        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
+        if self.actuator and not targets(self, model):
+            return (
+                f"the model has no input {USUAL[self.actuator][0]!r}" if USUAL[self.actuator] else self._no_thruster()
+            )
+        aliases = aliases_of(self, model, targets(self, model)[0] if self.actuator else None)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):
             have = [aliases.in_effect(channel.name) for channel in getattr(model, f"{kind}s")]
             lacking = [name for name in getattr(self, needed) if name not in have]
@@ -230,6 +277,9 @@ class Effect:
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:
             return f"the model has none of the parameters {', '.join(self.needs_parameters)}"
         return ""
+
+    def _no_thruster(self) -> str:
+        return "the model names no two thrusters" if self.pairs else f"the model names no {self.actuator}"
 
     def named(self, parameter: str) -> str:
         """Name of one of its parameters or states in an extended model: "current_north"."""
@@ -253,8 +303,8 @@ def _check(effect: Effect) -> None:
         raise PluginError("its states and rates must come together", where=where)
     if effect.rates is not None and effect.rates_from_outputs is not None:
         raise PluginError("its states have either rates or rates_from_outputs", where=where)
-    if effect.dynamic and all(getattr(effect, hook) is None for hook in HOOKS[:5]):
-        raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(HOOKS[:5])}.")
+    if effect.dynamic and all(getattr(effect, hook) is None for hook in HOOKS[:6]):
+        raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(HOOKS[:6])}.")
     for start in effect.starts:
         if sorted(start) != sorted(names):
             raise PluginError("each of its starts must give a value for each of its magnitudes", where=where)
@@ -272,7 +322,7 @@ def dimensions_of(model: Model) -> Dimensions | None:
     if model.dimensions is None:
         return None
     p = record("Parameters", model.parameters)(**model.nominal())
-    return Dimensions(*(float(x) for x in model.dimensions(p)))
+    return Dimensions(*(None if x is None else float(x) for x in model.dimensions(p)))
 
 
 def effects_by_name(names: Sequence[str], known: Mapping[str, Effect]) -> list[Effect]:

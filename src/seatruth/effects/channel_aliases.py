@@ -1,6 +1,6 @@
 """The names under which an effect sees the channels of a model.
 
-An effect on the rudder writes `i.delta`; a model may call it `delta_order`, and a model in other axes may have `v_y`
+An effect on the rudder writes `i.delta`; a model may call it `helm`, and a model in other axes may have `v_y`
 for minus the standard `w`. A `View` shows a record of the model under the effect's names, and takes a changed one back.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from seatruth.models.base import Model
@@ -56,18 +57,29 @@ class ChannelAliases:
 class View:
     """One record of a model (states, inputs or outputs) as an effect sees it, followed by the effect's own states."""
 
-    def __init__(self, aliases: ChannelAliases, channels: Sequence[Channel], own: Sequence[Channel] = ()) -> None:
-        self.signs = tuple(aliases.sign(channel.name) for channel in channels)
+    def __init__(
+        self,
+        aliases: ChannelAliases,
+        channels: Sequence[Channel],
+        own: Sequence[Channel] = (),
+        units: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
+        """`units`: sizes by which the effect measures channels, by their names in the model; 1 for the others."""
+        self.scales = tuple(aliases.sign(channel.name) * units.get(channel.name, 1.0) for channel in channels)
         fields = [aliases.in_effect(channel.name) for channel in channels]
         self.kind = _record([*fields, *(channel.name for channel in own)])
 
     def of(self, values: Any, own: Any = ()) -> Any:
         """The record under the effect's names."""
-        return self.kind(*(x if sign > 0 else -x for x, sign in zip(values, self.signs)), *own)
+        return self.kind(*(_times(x, 1.0 / scale) for x, scale in zip(values, self.scales)), *own)
 
     def back(self, seen: Any, kind: Any) -> Any:
         """A changed record under the model's names, as a named tuple `kind`."""
-        return kind(*(x if sign > 0 else -x for x, sign in zip(seen, self.signs)))
+        return kind(*(_times(x, scale) for x, scale in zip(seen, self.scales)))
+
+
+def _times(x: Any, scale: float) -> Any:
+    return x if scale == 1.0 else -x if scale == -1.0 else x * scale
 
 
 def _record(fields: list[str]) -> Any:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections import namedtuple
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.black_box import ExtendedBlackBox
+from seatruth.effects.black_box import ExtendedBlackBox, trials_of
 from seatruth.effects.channel_aliases import ChannelAliases, View
+from seatruth.effects.targets import Target, aliases_of, targets
 from seatruth.errors import BadInput
+from seatruth.models.actuators import Thrust, Thruster, entry
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Vehicle
+from seatruth.models.servo import Servo
+from seatruth.models.with_servos import with_servos_at
 from seatruth.models.wrapper import ModelWrapper
 
 
@@ -25,33 +31,38 @@ class ExtendedModel(ModelWrapper):
 
     def __init__(self, base: Model, effects: Sequence[Effect]) -> None:
         self.effects = tuple(effects)
+        self._applications = applications(base, effects)
         states = [
-            type(channel)(effect.named(channel.name), channel.unit, channel.description, channel.angle)
-            for effect in effects
-            for channel in effect.states
+            type(channel)(application.named(channel.name), channel.unit, channel.description, channel.angle)
+            for application in self._applications
+            for channel in application.effect.states
         ]
         super().__init__(
             base,
             states=states,
             parameters=[parameter for effect in effects for parameter in effect.null_parameters()],
             hidden=[channel.name for channel in states],
-            follows=_follows(base, effects),
+            follows=_follows(base, self._applications),
             longest_step=min(effect.longest_step for effect in effects),
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
         )
+        self.trials = trials_of(base, effects)
 
     def make_rhs(self) -> Equations:
-        return _Equations(self.base, self.effects).rhs()
+        return _Equations(self.base, self._applications).rhs()
 
     def make_output(self) -> Equations:
-        return _Equations(self.base, self.effects).output()
+        return _Equations(self.base, self._applications).output()
 
     def make_initial_state(self) -> Equations:
-        return _Equations(self.base, self.effects).initial_state()
+        return _Equations(self.base, self._applications).initial_state()
+
+    def make_servos(self) -> tuple[Servo, ...]:
+        return _Equations(self.base, self._applications).servos()
 
 
 def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
-    """The model with effects, which act in the order given; all currents act before all forces, which depend on them.
+    """The model with effects, which act in the order given: all currents, then all inputs, then all forces.
 
     Without effects it is the model itself. A black box takes only effects on inputs and outputs. BadInput where an
     effect is named twice or cannot act on the model.
@@ -71,38 +82,107 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
             raise BadInput(f"the effect {effect.name!r} cannot act on model {model.name!r}: {reason}")
     if isinstance(model, BlackBox):
         return ExtendedBlackBox(model, effects)
-    return ExtendedModel(model, effects)
+    slowed = [target.input for effect in effects if effect.servo is not None for target in targets(effect, model)]
+    return ExtendedModel(with_servos_at(model, slowed), effects)
 
 
-def _follows(base: Model, effects: Sequence[Effect]) -> dict[str, tuple[str, float]]:
+@dataclass(frozen=True)
+class Application:
+    """An effect on one actuator, or on a model as a whole.
+
+    `number` is the effect's place among those of the model; `first` is True for its first application, `alone` where it
+    has no other.
+    """
+
+    effect: Effect
+    number: int
+    aliases: ChannelAliases
+    target: Target | None
+    first: bool
+    alone: bool
+
+    def named(self, state: str) -> str:
+        """Name of one of its own states in the extended model."""
+        suffix = "" if self.alone or self.target is None else f"_{self.target.name}"
+        return self.effect.named(state) + suffix
+
+
+def _units(target: Target | None) -> dict[str, float]:
+    """An effect measures the input of a thruster by that at full power."""
+    return {} if target is None else {target.input: target.full}
+
+
+def applications(base: Model, effects: Sequence[Effect]) -> tuple[Application, ...]:
+    """Each effect once, or once for each actuator on which it acts."""
+    found = []
+    for number, effect in enumerate(effects):
+        chosen: tuple[Target | None, ...] = targets(effect, base) if effect.actuator else (None,)
+        for place, target in enumerate(chosen):
+            aliases = aliases_of(effect, base, target)
+            found.append(Application(effect, number, aliases, target, place == 0, len(chosen) == 1))
+    return tuple(found)
+
+
+def _follows(base: Model, applied: Sequence[Application]) -> dict[str, tuple[str, float]]:
     """`Model.follows` of the effects' states: the state of the model with which each starts, and its sign."""
     states = {channel.name for channel in base.states}
     follows = {}
-    for effect in effects:
-        aliases = ChannelAliases(effect.aliases, effect.needs_inputs, base)
-        for name, standard in effect.follows.items():
-            state = aliases.in_model(standard)
+    for application in applied:
+        for name, standard in application.effect.follows.items():
+            state = application.aliases.in_model(standard)
             if state in states:
-                follows[effect.named(name)] = (state, float(aliases.sign(state)))
+                follows[application.named(name)] = (state, float(application.aliases.sign(state)))
     return follows
 
 
 class _Equations:
     """The equations of a model with effects.
 
-    Each method returns a function that holds all it needs in local variables, as the engine requires. In them `own`
-    are the parameters of each effect, `seen` the states as each effect sees them.
+    Each method returns a function that holds all it needs in local variables, as the engine requires. There is one
+    entry for each application of an effect: `own` are its parameters, `seen` the states as it sees them.
     """
 
-    def __init__(self, base: Model, effects: Sequence[Effect]) -> None:
-        self.base, self.effects = base, effects
-        self.state_edges = list(accumulate((len(effect.states) for effect in effects), initial=len(base.states)))
-        self.edges = list(accumulate((len(effect.parameters) for effect in effects), initial=len(base.parameters)))
-        self.records = [namedtuple("Effect", [q.name for q in effect.parameters]) for effect in effects]
-        aliases = [ChannelAliases(effect.aliases, effect.needs_inputs, base) for effect in effects]
-        self.view_s = [View(alias, base.states, effect.states) for alias, effect in zip(aliases, effects)]
-        self.view_i = [View(alias, base.inputs) for alias in aliases]
+    def __init__(self, base: Model, applied: Sequence[Application]) -> None:
+        self.base, self.applied = base, tuple(applied)
+        self.effects = tuple(application.effect for application in applied)
+        distinct = [application.effect for application in applied if application.first]
+        self.numbers = tuple(application.number for application in applied)
+        self.state_edges = list(accumulate((len(effect.states) for effect in self.effects), initial=len(base.states)))
+        self.edges = list(accumulate((len(effect.parameters) for effect in distinct), initial=len(base.parameters)))
+        self.records = [namedtuple("Effect", [q.name for q in effect.parameters]) for effect in distinct]
+        aliases = [application.aliases for application in applied]
+        self.view_s = [View(alias, base.states, effect.states) for alias, effect in zip(aliases, self.effects)]
+        self.view_i = [
+            View(application.aliases, base.inputs, (), _units(application.target)) for application in applied
+        ]
         self.view_y = [View(alias, base.outputs) for alias in aliases]
+
+    def servos(self) -> tuple[Servo, ...]:
+        return tuple(replace(servo, settings=self._settings(servo)) for servo in self.base.servos)
+
+    def _settings(self, servo: Servo) -> Any:
+        """The settings of a servo of the model, with the effects that make it slower."""
+        split, settings, changes = self._split_parameters(), servo.settings, self._once("true_parameters")
+        slower = tuple(
+            (k, a.effect.servo, a.target.full)
+            for k, a in enumerate(self.applied)
+            if a.effect.servo is not None and a.target is not None and a.target.input == servo.input
+        )
+
+        def with_effects(p: Any) -> tuple[Any, Any]:
+            p, own = split(p)
+            for change, q in zip(changes, own):
+                p = p if change is None else change(p, q)
+            lag, slowness = settings(p)
+            for place, change, full in slower:
+                lag, slowness = change(lag, slowness, own[place], full)
+            return lag, slowness
+
+        return with_effects
+
+    def _once(self, role: str) -> tuple[Any, ...]:
+        """A hook that acts on the model as a whole, in the first application of each effect."""
+        return tuple(getattr(a.effect, role) if a.first else None for a in self.applied)
 
     def rhs(self) -> Equations:
         acting, measured, base = self._acting(), self._measured(), self.base.rhs
@@ -150,13 +230,14 @@ class _Equations:
         return initial_state
 
     def _split_parameters(self) -> Any:
-        """p to (parameters of the model, parameters of each effect)."""
+        """p to (parameters of the model, parameters of the effect of each application)."""
         base, count = record("Parameters", self.base.parameters), len(self.base.parameters)
-        kinds, edges = self.records, self.edges
+        kinds, edges, numbers = self.records, self.edges, self.numbers
 
         def split(p: Any) -> tuple[Any, tuple[Any, ...]]:
             values = tuple(p)
-            return base(*values[:count]), tuple(kind(*values[a:b]) for kind, (a, b) in zip(kinds, pairwise(edges)))
+            own = [kind(*values[a:b]) for kind, (a, b) in zip(kinds, pairwise(edges))]
+            return base(*values[:count]), tuple(own[number] for number in numbers)
 
         return split
 
@@ -173,10 +254,14 @@ class _Equations:
         return split
 
     def _vehicle(self) -> Any:
-        """(s, i, p, e) to the vehicle's size, thrust and drag."""
+        """(s, i, p, e) to the vehicle's size, thrust and drag, and its thrusters where an effect acts on them."""
         model = self.base
         dimensions, thrust, drag = model.dimensions, model.thrust, model.drag
         at_rest = record("States", model.states)(*(0.0 for _ in model.states))
+        wanted = any(a.target is not None and a.target.thruster >= 0 for a in self.applied)
+        declared = [actuator for actuator in model.actuators if isinstance(actuator, Thruster)] if wanted else []
+        columns = [[channel.name for channel in model.inputs].index(one.input) for one in declared]
+        forces = model.thrusts
 
         def vehicle(s: Any, i: Any, p: Any, e: Any) -> Any:
             result = Vehicle() if dimensions is None else Vehicle(*dimensions(p))
@@ -185,18 +270,30 @@ class _Equations:
                 result = result._replace(thrust=thrust(s, i, p, e), thrust_0=thrust(at_rest, i, p, still))
             if drag is not None:
                 result = result._replace(drag=drag(s, i, p, e))
-            return result
+            if not declared:
+                return result, ()
+            pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
+            thrusters = []
+            for push, one, column in zip(pushes, declared, columns):
+                x, y, z = (entry(value, p) for value in one.at)
+                a, b, c = (entry(value, p) for value in one.towards)
+                area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
+                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(i[column]) / one.full, area))
+            load = 0.0
+            for thruster in thrusters:
+                load = load + thruster.drive / len(thrusters)
+            return result._replace(load=load), thrusters
 
         return vehicle
 
     def _acting(self) -> Any:
         """(s, i, p, e) to (states of the model, seen, i, p, e as they act, own, inputs as they reached each effect)."""
         split, states, vehicle = self._split_parameters(), self._split_states(), self._vehicle()
-        true_parameters = tuple(effect.true_parameters for effect in self.effects)
-        currents = tuple(effect.current for effect in self.effects)
+        true_parameters, currents = self._once("true_parameters"), self._once("current")
         forces = tuple(effect.force for effect in self.effects)
         true_inputs = tuple(effect.true_inputs for effect in self.effects)
         views, kind = list(self.view_i), record("Inputs", self.base.inputs)
+        places = [(-1, -1) if a.target is None else (a.target.thruster, a.target.other) for a in self.applied]
 
         def acting(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             p, own = split(p)
@@ -205,13 +302,16 @@ class _Equations:
                 p = p if change is None else change(p, q)
             for change, q, state, view in zip(currents, own, seen, views):
                 e = e if change is None else change(e, state, view.of(i), p, q)
-            d = vehicle(s, i, p, e)
-            for change, q, state, view in zip(forces, own, seen, views):
-                e = e if change is None else change(e, state, view.of(i), p, q, d)
             reached = []
             for change, q, state, view in zip(true_inputs, own, seen, views):
                 reached.append(view.of(i))
                 i = i if change is None else view.back(change(view.of(i), state, q, e), kind)
+            d, thrusters = vehicle(s, i, p, e)
+            for change, q, state, view, (one, other) in zip(forces, own, seen, views, places):
+                if change is not None:
+                    here = d if one < 0 else d._replace(thruster=thrusters[one])
+                    here = here if other < 0 else here._replace(other=thrusters[other])
+                    e = change(e, state, view.of(i), p, q, here)
             return s, seen, i, p, e, own, reached
 
         return acting
@@ -221,7 +321,7 @@ class _Equations:
         base, views = self.base.output, list(self.view_y)
         kind = record("Outputs", self.base.outputs)
         names = [channel.name for channel in self.base.outputs]
-        measured_outputs = tuple(effect.measured_outputs for effect in self.effects)
+        measured_outputs = self._once("measured_outputs")
 
         def measured(s: Any, seen: Any, i: Any, p: Any, e: Any, own: Any, reached: Any) -> tuple[Any, list[Any]]:
             y = kind(*((getattr(s, name) for name in names) if base is None else base(s, i, p, e)))

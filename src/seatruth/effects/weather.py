@@ -6,11 +6,14 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
-from seatruth.effects.base import Effect
+from seatruth.effects.base import Effect, dimensions_of
 from seatruth.effects.kinematics import G, to_body_axes
+from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 
 _SHAPE = "[S] chosen here: how much vehicles differ"
+_KNOWN_AREA = 0.15
+"""Deviation of ln(area) where the model declares its areas above water. Chosen here [S]: what the loading changes."""
 AIR = 1.226
 """kg/m3."""
 FRONT, SIDE = 1.3, 0.9
@@ -43,7 +46,8 @@ def wind_force(u: Any, v: Any, shape: Any, d: Any) -> tuple[Any, Any, Any]:
     square = u * u + v * v + 1e-12
     speed = math.sqrt(square)
     area = math.exp(shape.ln_area)
-    front, side = area * FRONT * d.breadth * d.draft, area * SIDE * d.length * d.draft
+    front = area * (FRONT * d.breadth * d.draft if d.frontal_area is None else d.frontal_area)
+    side = area * (SIDE * d.length * d.draft if d.lateral_area is None else d.lateral_area)
     ratio = 1.0 - ALONG * front / (ACROSS * side)
     divisor = 1.0 - 0.5 * CROSS * ratio * 4.0 * (u * u / square) * (v * v / square)
     X = -0.5 * AIR * front * ALONG * math.exp(shape.ln_x_ratio) * speed * u / divisor
@@ -54,8 +58,8 @@ def wind_force(u: Any, v: Any, shape: Any, d: Any) -> tuple[Any, Any, Any]:
 class Wind(Effect):
     """A steady wind that blows towards (north, east), less the air's resistance in a calm, which the drag contains.
 
-    The areas above water are estimated from the dimensions. How far the vehicle's areas and coefficients are from the
-    published ones is free under priors.
+    The areas above water are those that the model declares (`Dimensions`), or are estimated from its dimensions. How
+    far the vehicle's areas and coefficients are from these and from the published ones is free under priors.
     """
 
     name = "wind"
@@ -113,6 +117,12 @@ class Wind(Effect):
     starts = tuple(
         {"north": 3.0 * math.cos(k * math.pi / 4), "east": 3.0 * math.sin(k * math.pi / 4)} for k in range(8)
     )
+
+    def priors(self, model: Model) -> dict[str, Prior]:
+        found, size = super().priors(model), dimensions_of(model)
+        if size is not None and size.frontal_area is not None and size.lateral_area is not None:
+            found["ln_area"] = Prior(found["ln_area"].mean, _KNOWN_AREA)
+        return found
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:

@@ -17,6 +17,7 @@ from seatruth.effects.environment import with_current
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Manoeuvre
 from seatruth.models.base import Environment, Model, call, record
+from seatruth.models.servo import stages
 from seatruth.trials.trial import Trial
 
 EnvironmentAt = Callable[[float, Any], Environment]
@@ -61,8 +62,8 @@ def run_manoeuvre(
         dt: Step (classical Runge-Kutta) and sampling interval, s.
         first_state: States that do not start at zero, {"u": 1.2}.
         inputs: Inputs that the manoeuvre does not order, {"n": 11.85}.
-        rudder_rate: Rate at which rudders and planes follow their orders, rad/s; other inputs follow within one step.
-            Within a step inputs are linear.
+        rudder_rate: Rate at which rudders and planes follow their orders, rad/s; other inputs, and those for which the
+            model has a servo, are ordered within one step. Within a step inputs are linear.
         limit: Time after which the run ends where the manoeuvre has not ended before, s.
         environment: Currents and outside forces; none by default.
         name: Name of the trial; the label of the manoeuvre by default.
@@ -81,10 +82,12 @@ def run_manoeuvre(
     if not dt > 0 or not rudder_rate > 0:
         raise BadInput("dt and rudder_rate must be positive", where="run_manoeuvre")
     stepper = Stepper(model, values, environment)
-    state = stepper.first(first_state or {})
     now = {channel.name: 0.0 for channel in model.inputs}
+    ordered = {servo.input for servo in model.servos}
     _known(inputs or {}, now, f"model {model.name!r}: input")
     now.update(inputs or {})
+    at_rest = {servo.state: now[servo.input] for servo in model.servos}
+    state = stepper.first({**at_rest, **(first_state or {})})
     helm = manoeuvre.helm()
     times, states, taken = [0.0], [state], []
     fastest = rudder_rate * dt
@@ -99,7 +102,7 @@ def run_manoeuvre(
             break
         then = dict(now)
         for channel, order in _for_model(orders, then, manoeuvre, model).items():
-            limited = channel in ("delta", "delta_s")
+            limited = channel in ("delta", "delta_s") and channel not in ordered
             then[channel] = now[channel] + max(-fastest, min(fastest, order - now[channel])) if limited else order
         state = stepper.step(t, state, now, then, dt)
         if not all(math.isfinite(x) for x in state):
@@ -140,29 +143,37 @@ class Stepper:
         return tuple(float(values.get(s.name, 0.0)) for s in self.model.states)
 
     def rate(self, t: float, state: tuple[float, ...], inputs: Mapping[str, float]) -> tuple[float, ...]:
-        """Rates of the states (S,) at time `t` (s)."""
+        """Rates of the states (S,) at time `t` (s), under the inputs as they act."""
         s, i = self._state(*state), self._inputs(**inputs)
         e = self.environment(t, s) if self.environment is not None else Environment(t=t)
         return call(self.model.name, "rhs", self.model.rhs, s, i, self.p, e)
 
     def outputs(self, state: tuple[float, ...], inputs: Mapping[str, float]) -> dict[str, float]:
         """Outputs by name."""
-        s, i = self._state(*state), self._inputs(**inputs)
+        s = self._state(*state)
         if self.model.output is None:
             return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
+        i = self._inputs(**{**inputs, **{servo.input: getattr(s, servo.state) for servo in self.model.servos}})
         result = call(self.model.name, "output", self.model.output, s, i, self.p, Environment())
         return {c.name: float(y) for c, y in zip(self.model.outputs, result)}
 
     def step(
         self, t: float, state: tuple[float, ...], start: Mapping[str, float], end: Mapping[str, float], h: float
     ) -> tuple[float, ...]:
-        """The state after `h`, inputs linear from `start` to `end`."""
-        middle = {name: 0.5 * (start[name] + end[name]) for name in start}
+        """The state after `h`, recorded inputs linear from `start` to `end`."""
+        start, middle, end = dict(start), {name: 0.5 * (start[name] + end[name]) for name in start}, dict(end)
+        places = {}
+        for servo in self.model.servos:
+            place = [channel.name for channel in self.model.states].index(servo.state)
+            values = stages(state[place], start[servo.input], end[servo.input], h, *servo.settings(self.p))
+            start[servo.input], middle[servo.input], end[servo.input] = values
+            places[place] = values[2]
         k1 = self.rate(t, state, start)
         k2 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k1)), middle)
         k3 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k2)), middle)
         k4 = self.rate(t + h, tuple(x + h * d for x, d in zip(state, k3)), end)
-        return tuple(x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+        after = (x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+        return tuple(places.get(place, x) for place, x in enumerate(after))
 
 
 def self_propulsion(model: Model, speed: float, values: Mapping[str, float] | None = None) -> float:
@@ -210,16 +221,11 @@ def add_noise(
 def _for_model(
     orders: Mapping[str, float], inputs: Mapping[str, float], manoeuvre: Manoeuvre, model: Model
 ) -> dict[str, float]:
-    """Orders under the model's own input names: a model with a steering gear takes `delta_order`."""
-    named = {}
+    """Orders for the model's inputs; BadInput for one that it does not have."""
     for name, value in orders.items():
-        if name in inputs:
-            named[name] = value
-        elif f"{name}_order" in inputs:
-            named[f"{name}_order"] = value
-        elif value != 0.0:
+        if name not in inputs and value != 0.0:
             raise BadInput(f"{manoeuvre.label} orders {name!r}, which is no input of model {model.name!r}")
-    return named
+    return {name: value for name, value in orders.items() if name in inputs}
 
 
 def _known(names: Mapping[str, Any], known: Mapping[str, Any], what: str) -> None:

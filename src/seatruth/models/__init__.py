@@ -1,10 +1,12 @@
 """The Model interface, the built-in models, and the registry that loads them or a user's own."""
 
+from seatruth.models.actuators import Rudder, Thruster
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.registry import available, broken, load_model
+from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 
@@ -15,8 +17,12 @@ __all__ = [
     "Environment",
     "Model",
     "ModelWrapper",
+    "Order",
     "Parameter",
     "Prior",
+    "Rudder",
+    "Thruster",
+    "WithServos",
     "available",
     "broken",
     "load_model",

@@ -24,20 +24,23 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.models.actuators import Rudder, Thruster, problem_with
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
+from seatruth.models.servo import Servo
 from seatruth.trials.channel import Channel
 
 
 class Environment(NamedTuple):
     """What acts on the vehicle from outside its own equations; all zero unless an effect sets it.
 
-    `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
-    axes (a steady current has du_c = r v_c - q w_c and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment
-    in body axes about the model's origin.
+    `t` s. `trial`: the place of the trial among `Model.trials`, -1 for any other. `u_c, v_c, w_c` m/s: current in body
+    axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those axes (a steady current has du_c = r v_c - q w_c
+    and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment in body axes about the model's origin.
     """
 
     t: Any = 0.0
+    trial: Any = -1.0
     u_c: Any = 0.0
     v_c: Any = 0.0
     w_c: Any = 0.0
@@ -53,6 +56,8 @@ class Environment(NamedTuple):
 
 
 Equations = Callable[..., tuple[Any, ...]]
+OTHER_TRIAL = -1.0
+"""`e.trial` of a trial that is not among `Model.trials`."""
 
 
 class Model:
@@ -64,8 +69,9 @@ class Model:
     an output of the same name. Creating an instance checks the declaration.
 
     For effects only, all optional: `dimensions(p)` gives the vehicle's size, `thrust(s, i, p, e)` the thrust of its
-    propeller (N, forwards), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion), and
-    `standard` the standard channel and the sign of channels that have names or axes of their own
+    propeller (N, forwards), `actuators` the rudders and thrusters by name, `thrusts(s, i, p, e)` the force of each
+    thruster (N, in their order), `drag(s, i, p, e)` its drag in straight motion (N, positive against forward motion),
+    and `standard` the standard channel and the sign of channels that have names or axes of their own
     (`{"v_y": ("w", -1)}`).
 
     Raises:
@@ -103,12 +109,22 @@ class Model:
     longest_step: float = math.inf
     """s: the longest integration step that its quickest part allows; samples further apart take several."""
 
+    actuators: tuple[Rudder | Thruster, ...] = ()
+    """What drives and steers it, so that effects on actuators find its inputs and know where thrusters push."""
+    servos: tuple[Servo, ...] = ()
+    """Actuators between their recorded order and what acts: the engine solves them, and the equations get what acts."""
+    delays: Mapping[str, float] = MappingProxyType({})
+    """s: dead time of an order, by input."""
+    trials: tuple[str, ...] = ()
+    """Names of the trials that its equations tell apart by `e.trial`: those of effects with values for each trial."""
+
     rhs: Equations
     output: Equations | None = None
     initial_state: Equations | None = None
     dimensions: Callable[[Any], Dimensions] | None = None
     thrust: Callable[[Any, Any, Any, Any], Any] | None = None
     drag: Callable[[Any, Any, Any, Any], Any] | None = None
+    thrusts: Callable[[Any, Any, Any, Any], tuple[Any, ...]] | None = None
     standard: Mapping[str, tuple[str, int]] = MappingProxyType({})
     takes_environment: bool = True
     """Whether currents and outside forces can act on it; an instance sets False where its rhs is declared without e."""
@@ -136,6 +152,10 @@ class Model:
     def nominal(self) -> dict[str, float]:
         """Nominal value of every parameter."""
         return {parameter.name: parameter.value for parameter in self.parameters}
+
+    def number_of(self, trial: str) -> float:
+        """`e.trial` of a trial, by its name."""
+        return float(self.trials.index(trial)) if trial in self.trials else OTHER_TRIAL
 
     def first_state(
         self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]
@@ -234,7 +254,11 @@ def _check(model: Model) -> None:
         raise BadInput("it declares no states or no outputs", where=where)
     if not callable(getattr(model, "rhs", None)):
         raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
-    for role in ("rhs", "output", "initial_state", "dimensions", "thrust", "drag"):
+    inputs, parameters = ({field.name for field in fields} for fields in (model.inputs, model.parameters))
+    wrong = problem_with(model.actuators, inputs, parameters, model.thrusts is not None)
+    if wrong:
+        raise BadInput(wrong, where=where)
+    for role in ("rhs", "output", "initial_state", "dimensions", "thrust", "thrusts", "drag"):
         function = inspect.getattr_static(type(model), role, None)
         if inspect.isfunction(function):
             first = next(iter(inspect.signature(function).parameters), "")

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from seatruth.models.actuators import Rudder, Thruster
 from seatruth.models.base import Model
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
@@ -22,6 +23,10 @@ _XU = "[P] Xu, Zou et al. 2012"
 _CHOSEN = "[S] chosen here"
 _SLENDER = 0.15
 """Breadth and height over length; the vehicle's hull is 0.7 m by 0.4 m at 5.3 m [L]. Only effects' forces need it."""
+
+_STERN, _FULL = -2.6, 600.0
+"""m and N: place of the propeller, half a length abaft [L], and the bound of the thrust, five times that of the paper
+[S]. Only effects on the thruster need them."""
 
 
 def _coefficient(name: str, value: float, low: float, high: float, source: str, description: str) -> Parameter:
@@ -43,9 +48,9 @@ class DivingPlane(Model):
         Channel("x", "m", "distance made good"),
         Channel("z", "m", "depth"),
     )
-    inputs = (Channel("delta_s", "rad", "stern plane angle, positive pitches the nose down"),)
+    inputs: tuple[Channel, ...] = (Channel("delta_s", "rad", "stern plane angle, positive pitches the nose down"),)
     outputs = (states[0], states[1], states[2], states[3], states[5], states[4])
-    parameters = (
+    parameters: tuple[Parameter, ...] = (
         Parameter("rho", 1025.0, "kg/m3", 990.0, 1035.0, source=_NPS, description="water density"),
         Parameter("L", 5.3, "m", 4.2, 6.4, source=_NPS, description="length"),
         Parameter("m", 5443.4, "kg", 4300.0, 6600.0, source=_NPS, description="mass"),
@@ -123,3 +128,30 @@ class DivingPlane(Model):
             s.u * math.cos(s.theta) + s.w * math.sin(s.theta),
             s.w * math.cos(s.theta) - s.u * math.sin(s.theta),
         )
+
+
+class DivingPlaneDriven(DivingPlane):
+    """The same with the thrust as an input; the parameter X_T is a constant thrust beside it, zero unless stated."""
+
+    name = "diving_plane_driven"
+    title = "Underwater vehicle in the diving plane, its thrust an input"
+    inputs = (*DivingPlane.inputs, Channel("T", "N", "thrust of the propeller, forwards"))
+    parameters = tuple(
+        q.replace(value=0.0, min=-_FULL, source=_CHOSEN) if q.name == "X_T" else q for q in DivingPlane.parameters
+    )
+    actuators = (
+        Rudder("stern_plane", input="delta_s", turns="pitch"),
+        Thruster("propeller", input="T", at=(_STERN, 0.0, 0.0), towards=(1.0, 0.0, 0.0), full=_FULL),
+    )
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.X_T + i.T
+
+    @staticmethod
+    def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return (i.T,)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return DivingPlane.rhs(s, i, p, e._replace(X=e.X + i.T))

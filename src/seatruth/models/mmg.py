@@ -127,7 +127,7 @@ REVOLUTIONS = Channel("n", "rev/s", "propeller revolutions, negative astern")
 
 
 class MMGShip(Model):
-    """Ship under the MMG standard method; input is the rudder angle as measured.
+    """Ship under the MMG standard method; its inputs are the angle of the rudder and the revolutions as they act.
 
     `ship` names one of the parameter sets in `sets`.
     """
@@ -136,7 +136,7 @@ class MMGShip(Model):
     title = "Ship, MMG standard method (3 degrees of freedom)"
     kind = "ship"
     source = "[L] Yasukawa and Yoshimura 2015"
-    states: tuple[Channel, ...] = (SURGE, SWAY, YAW_RATE, NORTH, EAST, HEADING)
+    states = (SURGE, SWAY, YAW_RATE, NORTH, EAST, HEADING)
     inputs: tuple[Channel, ...] = (RUDDER, REVOLUTIONS)
     outputs: tuple[Channel, ...] = (NORTH, EAST, HEADING, SURGE, SWAY, YAW_RATE)
     parameters: tuple[Parameter, ...] = KVLCC2
@@ -168,33 +168,3 @@ class MMGShip(Model):
     def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
         u = s.u - e.u_c
         return 0.5 * p.rho * p.L * p.d * p.R_0 * u * abs(u)
-
-
-class MMGShipOrdered(MMGShip):
-    """The same ship where only the rudder order was recorded: the steering gear follows it with a lag and a rate limit.
-
-    The rudder starts at the first order.
-    """
-
-    name = "mmg_ordered"
-    title = "Ship, MMG standard method, with the steering gear between order and rudder"
-    states = (*MMGShip.states, RUDDER)
-    inputs: tuple[Channel, ...] = (
-        Channel("delta_order", "rad", "rudder order, positive turns to starboard"),
-        REVOLUTIONS,
-    )
-    parameters = (
-        *KVLCC2,
-        Parameter("rudder_rate", 0.2757620218, "rad/s", 0.02, 0.7, source="[L] 15.8 deg/s, KVLCC2 L-7 model tests"),
-        Parameter("T_rudder", 0.5, "s", 0.05, 5.0, source="[S] chosen here", description="lag of the steering gear"),
-    )
-
-    @staticmethod
-    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        du, dv, dr, dx, dy, dpsi = motion(s, s.delta, i.n, p, e)
-        turn = max(-p.rudder_rate, min(p.rudder_rate, (i.delta_order - s.delta) / p.T_rudder))
-        return du, dv, dr, dx, dy, dpsi, turn
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return y.u, y.v, y.r, y.x, y.y, y.psi, i.delta_order

@@ -9,11 +9,13 @@ the added values.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.parameter import Parameter
+from seatruth.models.servo import Servo
 from seatruth.trials.channel import Channel
 
 Split = Callable[[Any], tuple[Any, tuple[Any, ...]]]
@@ -78,6 +80,7 @@ class ModelWrapper(Model):
         self.longest_step = min(base.longest_step, longest_step)
         self.rhs, self.output, self.initial_state = self.make_rhs(), self.make_output(), self.make_initial_state()
         self._wrap_geometry()
+        self.servos = self.make_servos()
         super().__init__()
 
     def make_rhs(self) -> Equations:
@@ -98,6 +101,15 @@ class ModelWrapper(Model):
             return tuple(base(y, split_i(i)[0], split_p(p)[0]))
 
         return initial_state
+
+    def make_servos(self) -> tuple[Servo, ...]:
+        """Servos of this model; by default those of the wrapped model, with the same settings."""
+        split_p = self.split_parameters()
+
+        def around(settings: Callable[[Any], tuple[Any, Any]]) -> Callable[[Any], tuple[Any, Any]]:
+            return lambda p: settings(split_p(p)[0])
+
+        return tuple(replace(servo, settings=around(servo.settings)) for servo in self.base.servos)
 
     def split_states(self) -> Split:
         """The function that cuts a record of this model's states."""
@@ -121,12 +133,14 @@ class ModelWrapper(Model):
         return with_own_records
 
     def _wrap_geometry(self) -> None:
-        """Dimensions, thrust and drag of the wrapped model, as functions of this model's records."""
+        """Dimensions, thrusts and drag of the wrapped model, as functions of this model's records."""
         dimensions, split_p = self.base.dimensions, self.split_parameters()
         if dimensions is not None:
             self.dimensions = lambda p: dimensions(split_p(p)[0])
         if self.base.thrust is not None:
             self.thrust = self._with_own_records(self.base.thrust)
+        if self.base.thrusts is not None:
+            self.thrusts = self._with_own_records(self.base.thrusts)
         if self.base.drag is not None:
             self.drag = self._with_own_records(self.base.drag)
 

@@ -36,7 +36,8 @@ class TimeGrid:
     `rows`: samples of each trial; `start` (T + 1,): the first of them, and N. `t` (N,) s and `inputs` (N, I) at the
     samples. `substeps` (N,): steps in the interval that begins at a sample, 0 at a trial's last; `length` (N,) s: of
     each of those steps. `stage_t` (3 M,) s and `stage_inputs` (3 M, I): at the start, middle and end of each step;
-    `stage_start` (T,): a trial's first row in them.
+    `stage_start` (T,): a trial's first row in them. `trial` (N,) and `stage_trial` (3 M,): `e.trial` in each row.
+    `step` (M,) s: the length of each step.
     """
 
     rows: list[slice]
@@ -48,6 +49,9 @@ class TimeGrid:
     stage_start: Integers
     stage_t: Array
     stage_inputs: Array
+    trial: Array
+    stage_trial: Array
+    step: Array
 
     @property
     def steps(self) -> int:
@@ -70,6 +74,7 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
     sizes = np.array([len(trial) for trial in trials], dtype=np.int64)
     start = np.concatenate([[0], np.cumsum(sizes)])
     stages = np.array([grid.stage_t.size for grid in grids], dtype=np.int64)
+    numbers = np.array([model.number_of(trial.name) for trial in trials])
     return TimeGrid(
         rows=[slice(int(a), int(b)) for a, b in pairwise(start)],
         start=start,
@@ -80,6 +85,9 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
         stage_start=np.concatenate([[0], np.cumsum(stages)[:-1]]),
         stage_t=np.concatenate([grid.stage_t for grid in grids]),
         stage_inputs=np.concatenate([grid.stage_inputs for grid in grids]),
+        trial=np.repeat(numbers, sizes),
+        stage_trial=np.repeat(numbers, stages),
+        step=np.concatenate([np.repeat(grid.length, grid.substeps) for grid in grids]),
     )
 
 
@@ -105,6 +113,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         columns.append(column)
     inputs = np.stack(columns, axis=1) if columns else np.zeros((len(trial), 0))
     t = np.asarray(trial.t)
+    late = [(k, model.delays[channel.name]) for k, channel in enumerate(model.inputs) if channel.name in model.delays]
     intervals = np.diff(t)
     if intervals.size and not (np.isfinite(intervals).all() and (intervals > 0).all()):
         raise BadInput("its time does not increase", where=where, do="See `seatruth check`.")
@@ -127,6 +136,11 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     else:
         stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
         stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
+    for k, delay in late:
+        column = inputs[:, k].copy()
+        inputs[:, k] = _delayed(t, column, t - delay, hold)
+        middles = stage_t[:, 1:2].repeat(3, axis=1) if hold == "zoh" else stage_t
+        stage_inputs[:, :, k] = _delayed(t, column, middles - delay, hold)
     return _TrialGrid(
         t=t,
         inputs=inputs,
@@ -135,6 +149,13 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         stage_t=stage_t.reshape(-1),
         stage_inputs=stage_inputs.reshape(stage_t.size, inputs.shape[1]),
     )
+
+
+def _delayed(t: Array, values: Array, at: Array, hold: Hold) -> Array:
+    """An input between its samples, at any times; the first sample before them."""
+    if hold == "foh":
+        return np.interp(at, t, values)
+    return np.asarray(values[np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 1)])
 
 
 def _counts(intervals: Array, max_step: float | None, allowed: float) -> Integers:

@@ -12,6 +12,7 @@ from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
 from seatruth.study import expressions, formula, noise, parameters, trial_files
+from seatruth.study.actuators import with_actuators
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import Study
 from seatruth.study.validation import Problems
@@ -27,11 +28,15 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     model = None
     with problems.at("model", "use"):
         model = load_model(file.model.use, source.parent, file.model.set)
+    if model is not None:
+        model = with_actuators(model, file.actuators, problems)
+    recordings = trial_files.recordings(file, source.parent, problems)
     if model is not None and file.model.effects:
         plain, model = model, None
+        fitted = [recording.name for recording in recordings if recording.table.role == "fit"]
         with problems.at("model", "effects"):
-            model = with_effects(plain, load_effects(file.model.effects, source.parent))
-    recordings = trial_files.recordings(file, source.parent, problems)
+            effects = load_effects(file.model.effects, source.parent, plain)
+            model = with_effects(plain, [effect.of_trials(fitted) for effect in effects])
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from seatruth.errors import BadInput, nearest
+from seatruth.study.quantity import positive, quantity
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel
-from seatruth.units import to_si
 
 ESTIMATE: Literal["estimate"] = "estimate"
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 def deviations(
@@ -38,19 +35,10 @@ def deviations(
 
 def deviation(value: float | str, unit: str, *, estimate: bool = True) -> float | Literal["estimate"]:
     """One standard deviation in `unit`, from 0.01, "0.1 deg" or (where allowed) "estimate"."""
-    number, factor = value, 1.0
-    if isinstance(value, str):
-        if estimate and value.strip() == ESTIMATE:
-            return ESTIMATE
-        match = _QUANTITY.fullmatch(value)
-        if match is None:
-            hint = nearest(value, [ESTIMATE]).split("Known:")[0] if estimate else ""
-            what = 'is no number with a unit, nor "estimate"' if estimate else "is no number with a unit"
-            raise BadInput(f'"{value}" {what}', do=f'{hint} Write it as "0.1 {unit}".'.strip())
-        number = float(match.group(1))
-        # A deviation is a difference: units with another zero (degC) convert by their factor alone.
-        factor = to_si(match.group(2), unit).factor if match.group(2) else 1.0
-    result = float(number) * factor
-    if not (math.isfinite(result) and result > 0):
-        raise BadInput(f"a standard deviation of {value} is not possible", do="Give a positive number.")
-    return result
+    if estimate and isinstance(value, str) and value.strip() == ESTIMATE:
+        return ESTIMATE
+    if estimate and quantity(value, unit) is None:
+        hint = nearest(str(value), [ESTIMATE]).split("Known:")[0]
+        what = f'"{value}" is no number with a unit, nor "estimate"'
+        raise BadInput(what, do=f'{hint} Write it as "0.1 {unit}".'.strip())
+    return positive(value, unit, "a standard deviation")

@@ -19,6 +19,7 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("[formula]", schema.FormulaTable),
     ("[parameters.NAME]", schema.ParameterTable),
     ("prior = { ... } of a parameter", schema.PriorTable),
+    ("[actuators.NAME]", schema.ActuatorTable),
     ("[time]", schema.TimeTable),
     ("[channels.NAME]", schema.ChannelTable),
     ("[files]", schema.FilesTable),

@@ -146,6 +146,28 @@ class ChannelTable(Table):
     )
 
 
+class ActuatorTable(Table):
+    """What the record of an input holds. A bare text is short for `{ record = text }`."""
+
+    record: Literal["acting", "order"] = Field(
+        default="acting",
+        description="acting: what the actuator did, as a measured rudder angle. order: what it was told to do; a servo "
+        "then stands between the record and the model.",
+    )
+    lag: PositiveFloat | str | None = Field(
+        default=None,
+        description='Time constant of the servo, as "0.5 s". It becomes the parameter NAME_lag, which a fit can free.',
+    )
+    rate_limit: PositiveFloat | str | None = Field(
+        default=None,
+        description='Fastest rate of the servo, as "2.3 deg/s". It becomes the parameter NAME_rate_limit.',
+    )
+    delay: PositiveFloat | str | None = Field(
+        default=None,
+        description='Dead time of the servo, as "0.2 s"; known. To identify one, add the effect rudder_delay.',
+    )
+
+
 class TimeTable(Table):
     """The time column. A bare text is short for `{ column = text }`."""
 
@@ -314,6 +336,7 @@ class StudyFile(Table):
     model: ModelTable | None = None
     formula: FormulaTable | None = None
     parameters: dict[str, Annotated[ParameterTable, _as_table("value")]] = {}
+    actuators: dict[str, Annotated[ActuatorTable, _as_table("record")]] = {}
     time: Annotated[TimeTable, _as_table("column")] = TimeTable()
     channels: Channels = {}
     files: FilesTable = FilesTable()

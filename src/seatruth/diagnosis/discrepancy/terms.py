@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from seatruth.effects import ExtendedModel
 from seatruth.models.base import Model
+from seatruth.models.with_servos import WithServos
 
 EQUATIONS: Mapping[str, str] = {
     **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
@@ -41,10 +42,17 @@ def equations(model: Model) -> dict[str, str]:
 
     A model whose states have other names than `EQUATIONS` knows has the equations of all states that are not kinematic.
     """
-    base = model.base if isinstance(model, ExtendedModel) else model
+    base = _vehicle(model)
     names = [channel.name for channel in base.states]
     motions = {name: EQUATIONS[name] for name in names if name in EQUATIONS}
     return motions or {name: name for name in names if name not in KINEMATIC}
+
+
+def _vehicle(model: Model) -> Model:
+    """The model without its effects and servos."""
+    while isinstance(model, (ExtendedModel, WithServos)):
+        model = model.base
+    return model
 
 
 def terms_of(model: Model) -> list[Term]:
@@ -52,7 +60,7 @@ def terms_of(model: Model) -> list[Term]:
 
     None depends on the course over the earth: what does is not the model's structure but its environment.
     """
-    base = model.base if isinstance(model, ExtendedModel) else model
+    base = _vehicle(model)
     moving = list(equations(model))
     ahead = next((name for name in moving if EQUATIONS.get(name) == "surge"), moving[0] if moving else "")
     few = len(moving) <= 3

@@ -16,6 +16,7 @@ from typing import Final, Literal
 from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Node
 from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder, double
 from seatruth.simulate.compiler.lowering import frontier, lower
+from seatruth.simulate.compiler.trace import Driven
 from seatruth.simulate.compiler.vector_math import declarations, definitions
 
 Mode = Literal["squared errors", "record"]
@@ -23,7 +24,7 @@ Mode = Literal["squared errors", "record"]
 
 SIMULATION_CONTEXT: Final = (
     *("counter", "tasks", "trials", "samples", "parameters", "x0", "start", "substeps", "length", "stage_start"),
-    *("stage_features", "sample_features", "weighted_measured", "weights", "sums", "x_end", "record"),
+    *("stage_features", "step_features", "sample_features", "weighted_measured", "weights", "sums", "x_end", "record"),
 )
 EVALUATION_CONTEXT: Final = ("counter", "tasks", "chunks", "chunk", "rows", "leaves", "parameters", "values")
 
@@ -37,6 +38,11 @@ def row_features(roots: Sequence[Node]) -> list[Node]:
     return frontier(roots, ROW, BOTH)
 
 
+def servo_values(driven: Sequence[Driven]) -> list[Node]:
+    """What the servos give in a step."""
+    return [value for servo in driven for value in (servo.start, servo.middle, servo.end)]
+
+
 def simulation_kernel(
     width: int,
     mode: Mode,
@@ -44,8 +50,9 @@ def simulation_kernel(
     rates: Sequence[Node],
     outputs: Sequence[Node],
     parameters: Sequence[Node],
+    driven: Sequence[Driven],
 ) -> str:
-    """The kernel that simulates; `parameters` are the leaves that a candidate sets."""
+    """The kernel that simulates; `parameters` are the leaves that a candidate sets, `driven` inputs behind servos."""
     w = IRBuilder(width)
     v = w.vector
     context = {name: _word(w, n) for n, name in enumerate(SIMULATION_CONTEXT)}
@@ -54,6 +61,7 @@ def simulation_kernel(
     x = [w.put(f"alloca {v}, align 64") for _ in states]
     sums = [w.put(f"alloca {v}, align 64") for _ in outputs] if mode == "squared errors" else []
     reach, total = ([w.put(f"alloca {v}, align 64") for _ in states] for _ in range(2))
+    acting = [w.put(f"alloca [3 x {v}], align 64") for _ in driven]
     stage_row = w.put("alloca i64")
     w.do("br label %next")
 
@@ -66,7 +74,8 @@ def simulation_kernel(
     block = w.put(f"sdiv i64 {task}, {context['trials']}")
     trial = w.put(f"srem i64 {task}, {context['trials']}")
     known = {id(node): _lane(w, at["parameters"], block, len(parameters), n) for n, node in enumerate(parameters)}
-    roots = [*rates, *outputs]
+    servos = servo_values(driven)
+    roots = [*rates, *outputs, *servos]
     known = lower(w, frontier(roots, LANE, BOTH), known)
     for n, slot in enumerate(x):
         w.do(f"store {v} {_lane(w, at['x0'], task, len(states), n)}, ptr {slot}")
@@ -85,6 +94,7 @@ def simulation_kernel(
     here = dict(known)
     for state, slot in zip(states, x):
         here[id(state)] = w.put(f"load {v}, ptr {slot}")
+    here |= {id(servo.acting): here[id(servo.state)] for servo in driven}
     here |= _features(w, row_features(outputs), at["sample_features"], k)
     found = lower(w, outputs, here)
     for d, output in enumerate(outputs):
@@ -118,20 +128,35 @@ def simulation_kernel(
         w.do(f"store {v} {now}, ptr {b}")
         w.do(f"store {v} {now}, ptr {c}")
     row0 = w.put(f"load i64, ptr {stage_row}")
+    if driven:
+        here = dict(known)
+        for state, slot in zip(states, x):
+            here[id(state)] = w.put(f"load {v}, ptr {slot}")
+        here |= _features(w, row_features(servos), at["step_features"], w.put(f"sdiv i64 {row0}, 3"))
+        found = lower(w, servos, here)
+        for servo, slots in zip(driven, acting):
+            for number, value in enumerate((servo.start, servo.middle, servo.end)):
+                w.do(f"store {v} {found[id(value)]}, ptr {_slot(w, slots, str(number))}")
     w.do("br label %stage")
     w.label("stage")
     m, m_next = w.name(), w.name()
     w.lines.append(f"  {m} = phi i64 [ 0, %step ], [ {m_next}, %stage ]")
-    row = w.put(f"add i64 {row0}, {_load_integer(w, '@stage.row', m)}")
+    stage = _load_integer(w, "@stage.row", m)
+    row = w.put(f"add i64 {row0}, {stage}")
+    there = {id(servo.acting): w.put(f"load {v}, ptr {_slot(w, slots, stage)}") for servo, slots in zip(driven, acting)}
     shares = w.splat(_load_double(w, "@stage.share", m)), w.splat(_load_double(w, "@stage.ahead", m))
     scale = w.binary("fmul", h, shares[0], FLAGS), w.binary("fmul", h, shares[1], FLAGS)
-    _stage(w, states, rates, known, x, reach, total, at["stage_features"], row, scale)
+    _stage(w, states, rates, known | there, x, reach, total, at["stage_features"], row, scale)
     w.do(f"{m_next} = add i64 {m}, 1")
     w.do(f"br i1 {w.put(f'icmp eq i64 {m_next}, 4')}, label %stepped, label %stage, !llvm.loop !1")
 
     w.label("stepped")
     for a, c in zip(x, total):
         w.do(f"store {v} {w.put(f'load {v}, ptr {c}')}, ptr {a}")
+    places = {id(state): slot for state, slot in zip(states, x)}
+    for servo, slots in zip(driven, acting):
+        end = w.put(f"load {v}, ptr {_slot(w, slots, '2')}")
+        w.do(f"store {v} {end}, ptr {places[id(servo.state)]}")
     w.do(f"store i64 {w.put(f'add i64 {row0}, 3')}, ptr {stage_row}")
     w.do(f"{j_next} = add i64 {j}, 1")
     w.do(f"br i1 {w.put(f'icmp slt i64 {j_next}, {steps}')}, label %step, label %sampled")
@@ -246,6 +271,10 @@ def _word(w: IRBuilder, index: int) -> str:
 
 def _element(w: IRBuilder, base: str, index: str) -> str:
     return w.put(f"getelementptr inbounds double, ptr {base}, i64 {index}")
+
+
+def _slot(w: IRBuilder, base: str, index: str) -> str:
+    return w.put(f"getelementptr inbounds {w.vector}, ptr {base}, i64 {index}")
 
 
 def _load_integer(w: IRBuilder, base: str, index: str) -> str:

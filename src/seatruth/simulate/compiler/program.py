@@ -22,12 +22,13 @@ from seatruth.simulate.compiler.kernels import (
     Mode,
     evaluation_kernel,
     row_features,
+    servo_values,
     simulation_kernel,
 )
 from seatruth.simulate.compiler.lanes import NARROW, from_lanes, lane_blocks, last_axis_from_lanes, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
 from seatruth.simulate.compiler.pool import run
-from seatruth.simulate.compiler.trace import Equations, trace
+from seatruth.simulate.compiler.trace import Driven, Equations, trace
 from seatruth.simulate.time_grid import TimeGrid
 
 Buffer = NDArray[np.float64] | NDArray[np.int64]
@@ -53,13 +54,17 @@ class _System(NamedTuple):
     rates: tuple[Node, ...]
     outputs: tuple[Node, ...]
     parameters: tuple[Node, ...]
+    driven: tuple[Driven, ...]
 
 
 class _SimulationKernel(NamedTuple):
-    """A kernel, and the nodes of inputs and time alone that it reads at the stages of a step and at the samples."""
+    """A kernel, and the nodes of inputs and time alone that it reads at the stages of a step, for a step, and at the
+    samples.
+    """
 
     kernel: Kernel
     stage_features: tuple[Node, ...]
+    step_features: tuple[Node, ...]
     sample_features: tuple[Node, ...]
 
 
@@ -101,7 +106,7 @@ class Program:
         lanes, starts = to_lanes(values, width), to_lanes(x0, width)
         sums = np.empty((len(lanes), len(grid.rows), len(e.outputs), width))
         x_end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
-        system = _System(e.states, e.rates, e.outputs, e.parameters)
+        system = _System(e.states, e.rates, e.outputs, e.parameters, e.driven)
         chosen = self._simulation_kernel("squared errors", width, system)
         arrays = {"weighted_measured": weighted_measured, "weights": weights, "sums": sums, "x_end": x_end}
         self._simulate(chosen, grid, lanes, starts, threads, arrays)
@@ -116,7 +121,7 @@ class Program:
         lanes, starts = to_lanes(values, NARROW), to_lanes(x0, NARROW)
         record = np.full((len(lanes), len(grid.t), len(roots), NARROW), math.nan)
         x_end = np.empty((len(lanes), len(grid.rows), len(e.states), NARROW))
-        chosen = self._simulation_kernel(what, NARROW, _System(e.states, e.rates, roots, e.parameters))
+        chosen = self._simulation_kernel(what, NARROW, _System(e.states, e.rates, roots, e.parameters, e.driven))
         self._simulate(chosen, grid, lanes, starts, threads, {"record": record, "x_end": x_end})
         return from_lanes(record, len(values)), from_lanes(x_end, len(values))
 
@@ -167,17 +172,28 @@ class Program:
         return Derivatives(y, dy, x_end, dx_end)
 
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
-        """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 1, N): states, inputs and time."""
+        """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 2, N): states, inputs, time, trial."""
         e = self.equations
-        return self._evaluate("rates", (*e.states, *e.inputs, e.time), e.parameters, e.rates, values, leaves, threads)
+        return self._evaluate("rates", self._by_row, e.parameters, e.rates, values, self._acting(leaves), threads)
 
     def rate_derivatives(self, directions: Array, leaves: Array, threads: int) -> Array:
         """Derivatives (P, S, N) of the rates, each along one direction: `directions` (P, 2 n_parameters) holds the
         values, then the direction; `leaves` as in `rates`.
         """
-        e, d = self.equations, self._differentiated_rates
-        by_row = (*e.states, *e.inputs, e.time)
-        return self._evaluate("rate derivatives", by_row, d.parameters, d.rates, directions, leaves, threads)
+        d, rows = self._differentiated_rates, self._acting(leaves)
+        return self._evaluate("rate derivatives", self._by_row, d.parameters, d.rates, directions, rows, threads)
+
+    @property
+    def _by_row(self) -> tuple[Node, ...]:
+        """Leaves that change by row where the equations are evaluated without simulation."""
+        e = self.equations
+        return (*e.states, *e.inputs, e.time, e.trial, *(servo.acting for servo in e.driven))
+
+    def _acting(self, leaves: Array) -> Array:
+        """Rows of leaves (S + I + 2, N), followed by what acts on the inputs behind servos: the servos' states."""
+        order = [id(state) for state in self.equations.states]  # nodes compare as numbers do
+        places = [order.index(id(servo.state)) for servo in self.equations.driven]
+        return np.concatenate([leaves, leaves[places]]) if places else leaves
 
     @cached_property
     def _differentiated(self) -> _System:
@@ -185,14 +201,20 @@ class Program:
         e = self.equations
         dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
         dx = [e.graph.leaf("state direction", k, BOTH) for k in range(len(e.states))]
-        directions = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, dx))}
+        da = [e.graph.leaf("acting direction", k, BOTH) for k in range(len(e.driven))]
+        acting = [servo.acting for servo in e.driven]
+        directions = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, dx), *zip(acting, da))}
         derivatives = directional_derivatives([*e.rates, *e.outputs], directions)
         size = len(e.rates)
+        moves = directional_derivatives(servo_values(e.driven), directions)
+        along = {id(state): direction for state, direction in zip(e.states, dx)}
+        driven = [Driven(along[id(e.driven[k].state)], da[k], *moves[3 * k : 3 * k + 3]) for k in range(len(da))]
         return _System(
             (*e.states, *dx),
             (*e.rates, *derivatives[:size]),
             (*e.outputs, *derivatives[size:]),
             (*e.parameters, *dp),
+            (*e.driven, *driven),
         )
 
     @cached_property
@@ -201,15 +223,16 @@ class Program:
         e = self.equations
         dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
         directions = {id(leaf): d for leaf, d in zip(e.parameters, dp)}
-        return _System(e.states, tuple(directional_derivatives(e.rates, directions)), (), (*e.parameters, *dp))
+        return _System(e.states, tuple(directional_derivatives(e.rates, directions)), (), (*e.parameters, *dp), ())
 
     def _simulation_kernel(self, what: str, width: int, system: _System) -> _SimulationKernel:
         key = (what, width)
         if key not in self._simulation_kernels:
             mode: Mode = "squared errors" if what == "squared errors" else "record"
             self._simulation_kernels[key] = _SimulationKernel(
-                kernel(simulation_kernel(width, mode, system.states, system.rates, system.outputs, system.parameters)),
+                kernel(simulation_kernel(width, mode, *system)),
                 tuple(row_features(system.rates)),
+                tuple(row_features(servo_values(system.driven))),
                 tuple(row_features(system.outputs)),
             )
         return self._simulation_kernels[key]
@@ -233,32 +256,46 @@ class Program:
             "substeps": grid.substeps,
             "length": grid.length,
             "stage_start": grid.stage_start,
-            "stage_features": self._grid_features(grid, chosen.stage_features, grid.stage_t, grid.stage_inputs),
-            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.inputs),
+            "stage_features": self._grid_features(
+                grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
+            ),
+            "step_features": self._step_features(grid, chosen.step_features),
+            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.trial, grid.inputs),
             **arrays,
         }
         sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t)}
         _run(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
 
-    def _grid_features(self, grid: TimeGrid, features: tuple[Node, ...], t: Array, inputs: Array) -> Array:
+    def _grid_features(
+        self, grid: TimeGrid, features: tuple[Node, ...], t: Array, trial: Array, inputs: Array
+    ) -> Array:
         """Nodes of inputs and time alone, evaluated on the grid's rows (rows, features); kept as long as the grid."""
         kept = self._features.setdefault(grid, {})
         key = (id(t), id(features))
         if key not in kept:
-            kept[key] = self._feature_values(features, t, inputs)
+            e = self.equations
+            kept[key] = self._feature_values(features, (*e.inputs, e.time, e.trial), np.stack([*inputs.T, t, trial]))
         return kept[key]
 
-    def _feature_values(self, features: Sequence[Node], t: Array, inputs: Array) -> Array:
-        e = self.equations
-        columns = {id(node): inputs[:, k] for k, node in enumerate(e.inputs)} | {id(e.time): t}
-        if not features or not len(t):
-            return np.zeros((len(t), len(features)))
+    def _step_features(self, grid: TimeGrid, features: tuple[Node, ...]) -> Array:
+        """Nodes of a step's orders and its length alone, for every step (M, features); kept as long as the grid."""
+        kept, e = self._features.setdefault(grid, {}), self.equations
+        key = ("steps", id(features))
+        if key not in kept:
+            rows = np.stack([*grid.stage_inputs[0::3].T, *grid.stage_inputs[2::3].T, grid.step])
+            kept[key] = self._feature_values(features, (*e.orders, *e.later, e.length), rows)
+        return kept[key]
+
+    def _feature_values(self, features: Sequence[Node], leaves: Sequence[Node], rows: Array) -> Array:
+        """Nodes (N, features) that depend on leaves alone, whose values are `rows` (leaves, N)."""
+        columns = {id(node): row for node, row in zip(leaves, rows)}
+        if not features or not rows.shape[1]:
+            return np.zeros((rows.shape[1], len(features)))
         if all(id(node) in columns for node in features):
             return np.ascontiguousarray(np.stack([columns[id(node)] for node in features], axis=1))
-        roots = [e.graph.number(node) for node in features]
-        leaves = np.stack([*inputs.T, t])
+        roots = [self.equations.graph.number(node) for node in features]
         key = ("features", *(id(node) for node in roots))
-        values = self._evaluate(key, (*e.inputs, e.time), (), roots, np.zeros((1, 0)), leaves, 1)
+        values = self._evaluate(key, leaves, (), roots, np.zeros((1, 0)), rows, 1)
         return np.ascontiguousarray(values[0].T)
 
     def _evaluate(
@@ -299,7 +336,7 @@ def fingerprint(model: Model) -> str:
     the same operations.
     """
     e = program(model).equations
-    roots = (*e.rates, *e.outputs)
+    roots = (*e.rates, *e.outputs, *servo_values(e.driven))
     nodes = ordered(roots)
     number = {id(node): k for k, node in enumerate(nodes)}
     lines = [f"{node.op} {node.value!r} {[number[id(a)] for a in node.args]}" for node in nodes]

@@ -14,12 +14,13 @@ import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seatruth.errors import PluginError, SeatruthError
 from seatruth.models.base import Environment, Model, record
+from seatruth.models.servo import Servo, stages
 from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Graph, Node, NotTraceable
 from seatruth.simulate.compiler.operations import BINARY, UNARY
 
@@ -34,9 +35,28 @@ _STDLIB = sysconfig.get_paths()["stdlib"]
 _CONVERSIONS = ("float64", "float32", "asarray", "array", "real")
 
 
+class Driven(NamedTuple):
+    """An input behind a servo, in the equations of a kernel.
+
+    `state` holds where the servo stands, `acting` is the leaf that the rates and the outputs read instead of the input.
+    `start`, `middle`, `end` are its values in a step: functions of `state`, parameters, and leaves of the step, which
+    are its orders at the start and the end and its length.
+    """
+
+    state: Node
+    acting: Node
+    start: Node
+    middle: Node
+    end: Node
+
+
 @dataclass(frozen=True)
 class Equations:
-    """What a model computes: `rates` (S,) and `outputs` (D,) over leaves state, input, parameter, time."""
+    """What a model computes: `rates` (S,) and `outputs` (D,) over leaves state, input, parameter, time, trial.
+
+    In place of the inputs in `driven` they have leaves of their own. `orders` and `later` (I,) are leaves of the inputs
+    at the start and the end of a step, `length` of its duration: what `driven` depends on.
+    """
 
     graph: Graph
     rates: tuple[Node, ...]
@@ -45,6 +65,11 @@ class Equations:
     inputs: tuple[Node, ...]
     parameters: tuple[Node, ...]
     time: Node
+    trial: Node
+    driven: tuple[Driven, ...]
+    orders: tuple[Node, ...]
+    later: tuple[Node, ...]
+    length: Node
 
 
 def trace(model: Model) -> Equations:
@@ -54,10 +79,15 @@ def trace(model: Model) -> Equations:
     inputs = tuple(graph.leaf("input", k, ROW) for k in range(len(model.inputs)))
     parameters = tuple(graph.leaf("parameter", k, LANE) for k in range(len(model.parameters)))
     time = graph.leaf("time", 0, ROW)
+    orders = tuple(graph.leaf("order", k, ROW) for k in range(len(model.inputs)))
+    later = tuple(graph.leaf("later order", k, ROW) for k in range(len(model.inputs)))
+    length = graph.leaf("length", 0, ROW)
     s = record("States", model.states)(*states)
-    i = record("Inputs", model.inputs)(*inputs)
+    acting = {servo.input: graph.leaf("acting", k, BOTH) for k, servo in enumerate(model.servos)}
+    i = record("Inputs", model.inputs)(*(acting.get(c.name, leaf) for c, leaf in zip(model.inputs, inputs)))
     p = record("Parameters", model.parameters)(*parameters)
-    e = Environment(t=time)
+    number = graph.leaf("trial", 0, ROW)
+    e = Environment(t=time, trial=number)
     given = (s, i, p, e)
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
@@ -77,7 +107,26 @@ def trace(model: Model) -> Equations:
         outputs = tuple(named[channel.name] for channel in model.outputs)
     else:
         outputs = run("output", model.output, len(model.outputs))
-    return Equations(graph, rates, outputs, states, inputs, parameters, time)
+    driven = []
+    for servo in model.servos:
+        column = [channel.name for channel in model.inputs].index(servo.input)
+        z = getattr(s, servo.state)
+        step = (z, orders[column], later[column], length)
+        values = run(f"servo of {servo.input}", _step_of(servo, step), 3)
+        driven.append(Driven(z, acting[servo.input], *values))
+    return Equations(
+        graph, rates, outputs, states, inputs, parameters, time, number, tuple(driven), orders, later, length
+    )
+
+
+def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[..., tuple[Node, ...]]:
+    """What the servo gives in a step, as a function of what a model's equations get."""
+    settings = servo.settings
+
+    def values(s: Any, i: Any, p: Any, e: Any) -> tuple[Node, ...]:
+        return stages(*step, *settings(p))
+
+    return values
 
 
 def _explore(
@@ -206,8 +255,8 @@ class Shims:
         return tuple(cells)
 
     def _value(self, value: Any) -> Any:
-        if isinstance(value, types.ModuleType):
-            return _Module(self, value)
+        if isinstance(value, (types.ModuleType, Model)) or (isinstance(value, type) and issubclass(value, Model)):
+            return _Namespace(self, value)  # a model may call the functions of another one
         if isinstance(value, types.MethodType):
             return types.MethodType(self.rebuilt(value.__func__), value.__self__)
         if isinstance(value, staticmethod):
@@ -257,14 +306,14 @@ class Shims:
         return self.graph.smaller(self.graph.larger(node, self.graph.node(low)), self.graph.node(high))
 
 
-class _Module:
-    """A module whose functions are those of nodes."""
+class _Namespace:
+    """A module or a model whose functions are those of nodes."""
 
-    def __init__(self, shims: Shims, module: types.ModuleType) -> None:
-        self._shims, self._module = shims, module
+    def __init__(self, shims: Shims, holder: Any) -> None:
+        self._shims, self._holder = shims, holder
 
     def __getattr__(self, name: str) -> Any:
-        return self._shims._value(getattr(self._module, name))
+        return self._shims._value(getattr(self._holder, name))
 
 
 def _conversion(plain: Callable[..., Any]) -> Callable[..., Any]:

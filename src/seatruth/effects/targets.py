@@ -1,0 +1,82 @@
+"""Which inputs of a model an effect on actuators acts on.
+
+A model names its actuators (`Model.actuators`); where it names none of the kind, an input with a usual name is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from types import MappingProxyType
+from typing import NamedTuple, Protocol
+
+from seatruth.effects.channel_aliases import ChannelAliases
+from seatruth.models.actuators import Thruster
+from seatruth.models.base import Model
+
+USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"rudder": ("delta", "delta_r"), "plane": ("delta_s", "delta_e"), "thruster": ()}
+)
+"""Standard names of inputs by the kind of actuator that they are, where a model names none."""
+
+
+class ActsOnInputs(Protocol):
+    """What an effect says of the inputs on which it acts; see `seatruth.effects.Effect`."""
+
+    actuator: str
+    input_name: str
+    which: tuple[str, ...]
+    pairs: bool
+
+    @property
+    def needs_inputs(self) -> tuple[str, ...]:
+        """Inputs that the model must have, by the names in the hooks."""
+
+    @property
+    def aliases(self) -> Mapping[str, tuple[str, ...]]:
+        """The channels for which a name in the hooks may stand."""
+
+
+class Target(NamedTuple):
+    """An actuator on which an effect acts: its name, its input, the input at full power, and for thrusters their places
+    among the model's thrusters; -1 for others.
+    """
+
+    name: str
+    input: str
+    full: float = 1.0
+    thruster: int = -1
+    other: int = -1
+
+
+def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
+    """The actuators of a model on which an effect acts; one target holds both of a pair that is exchanged."""
+    named = [actuator for actuator in model.actuators if actuator.kind == effect.actuator]
+    thrusters = [actuator.name for actuator in model.actuators if isinstance(actuator, Thruster)]
+    found = [
+        Target(actuator.name, actuator.input, actuator.full, thrusters.index(actuator.name))
+        if isinstance(actuator, Thruster)
+        else Target(actuator.name, actuator.input)
+        for actuator in named
+    ]
+    if not named:
+        standard = {model.standard.get(channel.name, (channel.name, 1))[0]: channel.name for channel in model.inputs}
+        found = [Target(standard[name], standard[name]) for name in USUAL.get(effect.actuator, ()) if name in standard]
+        found = found[:1]
+    if effect.pairs:
+        found = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
+    if not effect.which:
+        return tuple(found)
+    wanted = [thrusters.index(name) for name in effect.which] if effect.pairs else []
+    if effect.pairs:
+        return tuple(target for target in found if [target.thruster, target.other] == wanted)
+    return tuple(target for target in found if target.name in effect.which)
+
+
+def aliases_of(effect: ActsOnInputs, model: Model, target: Target | None = None) -> ChannelAliases:
+    """The names under which an effect sees the channels of a model; `drive` or `delta` is the input of its target."""
+    names = dict(effect.aliases)
+    if effect.actuator:
+        standard = "" if target is None else model.standard.get(target.input, (target.input, 1))[0]
+        names[effect.input_name] = (standard,)
+    return ChannelAliases(names, effect.needs_inputs, model)

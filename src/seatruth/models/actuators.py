@@ -1,0 +1,121 @@
+"""What drives and steers a vehicle: the actuators that a model names, and where they act.
+
+A model lists them in `actuators`; effects on actuators then act on it, whatever its inputs are called. Where it has
+thrusters, its function `thrusts(s, i, p, e)` gives the force of each, N, in the order of that list.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+Entry = float | str
+"""A number, or the name of a parameter of the model, with a minus in front for its negative: "-y_T"."""
+Triple = tuple[Entry, Entry, Entry]
+
+
+@dataclass(frozen=True)
+class Rudder:
+    """A rudder, a plane, a steering nozzle: its angle steers.
+
+    Args:
+        name: an identifier.
+        input: the model's input that holds the angle or its order.
+        turns: "yaw" for what works as a rudder, "pitch" for a stern or bow plane.
+
+    Example:
+        >>> from seatruth.models import Rudder
+        >>> Rudder("nozzle", input="helm").turns
+        'yaw'
+    """
+
+    name: str
+    input: str
+    turns: Literal["yaw", "pitch"] = "yaw"
+
+    @property
+    def kind(self) -> str:
+        """The kind of actuator that an effect asks for: "rudder" or "plane"."""
+        return "rudder" if self.turns == "yaw" else "plane"
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """A propeller, a jet or a tunnel thruster.
+
+    Args:
+        name: an identifier.
+        input: the model's input that drives it: revolutions, a command, a force.
+        at: its place from the model's origin, m: forward, to starboard, down.
+        towards: the direction of its force where the thrust is positive, a unit vector in the same axes.
+        full: size of the input at full power, in the input's unit.
+        diameter: m, of the propeller or the jet; only effects of the inflow ask for it.
+
+    Example:
+        >>> from seatruth.models import Thruster
+        >>> Thruster("port", input="n_port", at=(-0.5, "-beam", 0.0), towards=(1.0, 0.0, 0.0), full=20.0).kind
+        'thruster'
+    """
+
+    name: str
+    input: str
+    at: Triple
+    towards: Triple
+    full: float
+    diameter: float | None = None
+
+    @property
+    def kind(self) -> str:
+        """The kind of actuator that an effect asks for."""
+        return "thruster"
+
+
+class Thrust(NamedTuple):
+    """A thruster as effects see it: its force (N), place (m) and direction.
+
+    `drive` is its input over that at full power. `area` m2 is the disc of the propeller, zero where it is not declared.
+    """
+
+    force: Any = 0.0
+    x: Any = 0.0
+    y: Any = 0.0
+    z: Any = 0.0
+    a: Any = 1.0
+    b: Any = 0.0
+    c: Any = 0.0
+    drive: Any = 0.0
+    area: Any = 0.0
+
+
+def entry(value: Entry, p: Any) -> Any:
+    """An entry of a place or a direction, from the model's parameters."""
+    if not isinstance(value, str):
+        return value
+    return -getattr(p, value[1:]) if value.startswith("-") else getattr(p, value)
+
+
+def problem_with(
+    actuators: tuple[Rudder | Thruster, ...], inputs: set[str], parameters: set[str], has_thrusts: bool
+) -> str:
+    """What is wrong with a model's declaration of actuators; empty where nothing is."""
+    names = [actuator.name for actuator in actuators]
+    for actuator in actuators:
+        if not actuator.name.isidentifier():
+            return f"actuator {actuator.name!r} is not a usable name"
+        if names.count(actuator.name) > 1:
+            return f"two actuators are called {actuator.name!r}"
+        if actuator.input not in inputs:
+            return f"actuator {actuator.name!r} has the input {actuator.input!r}, which the model does not have"
+        if isinstance(actuator, Thruster):
+            unknown = [
+                value
+                for value in (*actuator.at, *actuator.towards)
+                if isinstance(value, str) and value.removeprefix("-") not in parameters
+            ]
+            if unknown:
+                return f"thruster {actuator.name!r} names {unknown[0]!r}, which is no parameter"
+            if not actuator.full > 0.0 or (actuator.diameter is not None and not actuator.diameter > 0.0):
+                return f"thruster {actuator.name!r} needs a positive input at full power, and a positive diameter"
+    if has_thrusts and not any(isinstance(actuator, Thruster) for actuator in actuators):
+        return "it has thrusts(s, i, p, e) but names no Thruster among its actuators"
+    return ""

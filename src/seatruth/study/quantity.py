@@ -1,0 +1,40 @@
+"""Numbers with units as a study file writes them: 0.5 in SI units, or "2.3 deg/s"."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from seatruth.errors import BadInput
+from seatruth.units import to_si
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+def quantity(value: float | str, unit: str) -> float | None:
+    """The number in `unit` that a study file states; None where text is no number with a unit.
+
+    Units with another zero (degC) convert by their factor alone: what is stated is a size, not a place on a scale.
+    Raises BadInput for an unknown unit, or one of another dimension.
+
+    Example:
+        >>> from seatruth.study.quantity import quantity
+        >>> round(quantity("2.3 deg/s", "rad/s"), 4)
+        0.0401
+    """
+    if not isinstance(value, str):
+        return float(value)
+    match = _QUANTITY.fullmatch(value)
+    if match is None:
+        return None
+    return float(match.group(1)) * (to_si(match.group(2), unit).factor if match.group(2) else 1.0)
+
+
+def positive(value: float | str, unit: str, what: str) -> float:
+    """A number > 0 in `unit`; BadInput says what it should have been."""
+    number = quantity(value, unit)
+    if number is None:
+        raise BadInput(f'"{value}" is no number with a unit', do=f'Write it as "0.1 {unit}".')
+    if not (math.isfinite(number) and number > 0):
+        raise BadInput(f"{what} of {value} is not possible", do="Give a positive number.")
+    return number
