@@ -32,6 +32,8 @@ _REFITS = 3
 _ENUMERATED = 6
 """Trials up to which the bootstrap is enumerated; 2000 draws above."""
 _DRAWS = 2000
+_CLEARLY = 3.0
+"""nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
 _NO_GAP = 0.05
 """Mean squared error over the noise variance, minus 1, below which there is no gap to explain. [S]"""
 
@@ -41,12 +43,12 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
 
     Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
     asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy only where
-    it is clearly worth its penalty: beside it the model without the effect follows almost any trial.
+    it is clearly better: beside it the model without the effect follows almost any trial.
     """
     with_it, plain = search.best(key), search.fits.get((key, False))
     if with_it is None:
         return np.zeros(0)
-    if plain is not None and search.worth(plain) > search.worth(with_it) - search.problem.settings.discrepancy_penalty:
+    if plain is not None and plain.evidence > with_it.evidence - _CLEARLY:
         with_it = plain
     rest = tuple(n for n in key if n != name)
     without = ensure(search, rest, with_it) or search.best(rest)
@@ -151,8 +153,8 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     temperature = temperature_of(search, settings)
     best: tuple[float, Key] = (-math.inf, ())
     for (key, on), found in search.fits.items():
-        value = found.likelihood.evidence(found.sizes, key, trials) / temperature
-        value += log_prior(key, on, many, settings) - (settings.discrepancy_penalty if on else 0.0)
+        value = (found.likelihood.evidence(found.sizes, key, trials) - found.price) / temperature
+        value += log_prior(key, on, many, settings)
         best = max(best, (value, key))
     return best[1]
 

@@ -19,7 +19,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, log_prior, maximise, noise_shapes
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, log_prior, maximise, noise_shapes, price_of_sizes, proposed_shapes
 from seatruth.statistics.state_space_noise import whiten
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
@@ -36,6 +36,8 @@ _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
 """Further gains like the last one that a fit is granted before it counts as hopeless."""
+_PROPOSALS = 2
+"""Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _DIVERGED = 1e8
@@ -44,7 +46,11 @@ _DIVERGED = 1e8
 
 @dataclass(frozen=True)
 class Fit:
-    """One fitted hypothesis. `evidence` (nats) includes the prior density of its sizes."""
+    """One fitted hypothesis.
+
+    `evidence` (nats) includes the prior density of its sizes; those of discrepancy are integrated out, which cost
+    `price` (nats).
+    """
 
     effects: tuple[str, ...]
     discrepancy: bool
@@ -53,6 +59,7 @@ class Fit:
     likelihood: Likelihood
     solution: Solution
     evidence: float
+    price: float
     settled: bool
 
     @property
@@ -179,6 +186,14 @@ def _finished(
 
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     near = evidence(sizes) > rival - problem.settings.hopeless
+    for _ in range(_PROPOSALS if near else 0):
+        step = likelihood.solve(sizes, effects)
+        residuals = at.errors + at.shared @ step.shared
+        residuals += np.einsum("nl,nl->n", at.local, step.local[problem.trial_of])
+        sizes, _ = maximise(
+            evidence, sizes, problem.settings, channels=channels, sweeps=1,
+            proposals=proposed_shapes(problem, residuals),
+        )  # fmt: skip
     sizes, _ = maximise(
         evidence, sizes, problem.settings, channels=channels, shapes=near, sweeps=_SWEEPS if near else 1
     )
@@ -200,7 +215,9 @@ def fit_at(
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     likelihood = Likelihood(problem, at)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
-    return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)
+    price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
+    solution = likelihood.solve(sizes, effects)
+    return Fit(effects, discrepancy, at, sizes, likelihood, solution, evidence - price, price, settled)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

@@ -64,14 +64,10 @@ class Search:
         return max((f for (key, _), f in self.fits.items() if not key), key=lambda f: f.evidence)
 
     def best(self, effects: Sequence[str]) -> Fit | None:
-        """The better of a set's fits, discrepancy paying its penalty; None where neither was fitted."""
+        """The better of a set's fits, with or without discrepancy; None where neither was fitted."""
         key = tuple(sorted(effects))
         fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
-        return max(fits, key=self.worth) if fits else None
-
-    def worth(self, fit: Fit) -> float:
-        """Evidence of a fit, less the penalty where it has discrepancy."""
-        return fit.evidence - (self.problem.settings.discrepancy_penalty if fit.discrepancy else 0.0)
+        return max(fits, key=lambda fit: fit.evidence) if fits else None
 
     def sets(self) -> list[Key]:
         """Fitted sets, the one of highest evidence first."""
@@ -89,9 +85,8 @@ class Search:
         return max(self.screened.get((key, on), -math.inf) for on in (False, True))
 
     def expected(self, key: Key) -> float:
-        """Linearized evidence of a set, less the penalty where it needs discrepancy."""
-        penalty = self.problem.settings.discrepancy_penalty
-        return max(self.screened.get((key, on), -math.inf) - (penalty if on else 0.0) for on in (False, True))
+        """Linearized evidence of a set."""
+        return max(self.screened.get((key, on), -math.inf) for on in (False, True))
 
 
 def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1) -> Search:
@@ -341,7 +336,7 @@ def _screen(found: Search, at: Fit) -> list[str]:
     # Size by size, since what takes time does not depend on the effect.
     loose_scores = dict.fromkeys(others, -math.inf)
     for sizes in shrunk:
-        prior = log_prior(settings, sizes, found.known)
+        prior = log_prior(settings, sizes, found.known) - at.price
         for other in others:
             value = likelihood.evidence(sizes, (*at.effects, other)) + prior
             loose_scores[other] = max(loose_scores[other], value)
@@ -411,7 +406,7 @@ def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare
     def value(sizes: Sizes) -> float:
         return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
 
-    return value(bare), value(at.sizes) if at.discrepancy else -math.inf
+    return value(bare), value(at.sizes) - at.price if at.discrepancy else -math.inf
 
 
 def _start(found: Search, key: Key, near: Fit) -> Point:

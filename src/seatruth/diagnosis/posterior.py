@@ -31,11 +31,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     ]
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]
-    penalties = [settings.discrepancy_penalty if on else 0.0 for _, on, _, _ in rows]
     temperature = temperature_of(search, settings)
-    weight = np.array(
-        [(gain - cost) / temperature + prior for (_, _, gain, _), cost, prior in zip(rows, penalties, priors)]
-    )
+    weight = np.array([gain / temperature + prior for (_, _, gain, _), prior in zip(rows, priors)])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [

@@ -76,10 +76,6 @@ class Settings:
     prior_discrepancy: float = 0.05
     """Prior probability that the model's structure lacks something beside named effects. [S]
     `experiments/withheld calibrate` refits it."""
-    discrepancy_penalty: float = 3.0
-    """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for
-    each of six sizes, after the Bayesian information criterion's prefactor. [S]
-    `experiments/withheld calibrate` refits it."""
     temperature: float = 1.0
     """Divides log-evidence. 1: the statistical model is taken at its word."""
     model_form: float = 0.003
