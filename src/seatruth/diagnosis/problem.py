@@ -145,7 +145,8 @@ class Problem:
         names = (*free, *knots, *tied)
         bound = self._bound(point, names)
         theta = dict(zip(self.space.varying, self._theta(point)))
-        found = bound.jacobian(np.array([theta[n] for n in names]), self._initial_states(point), self.initial_names)
+        free_values, x0 = np.array([theta[n] for n in names]), self._initial_states(point)
+        found = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y)[self._valid]
             slopes = -found.dy[self._valid]
