@@ -48,17 +48,17 @@ class Fit:
 
     effects: tuple[str, ...]
     discrepancy: bool
-    at: Linearization
+    point: Point
     sizes: Sizes
     likelihood: Likelihood
+    """At its optimum, for the noise of these sizes."""
     solution: Solution
     evidence: float
     settled: bool
 
-    @property
-    def point(self) -> Point:
-        """Where it is linearized: its optimum."""
-        return self.at.point
+    def linearized(self, problem: Problem) -> Linearization:
+        """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
+        return problem.linearize(self.point, self.effects, discrepancy=self.discrepancy)
 
     def stderr(self, problem: Problem) -> Array:
         """Posterior standard deviation of every shared unknown (S,); 0 for those that are fixed."""
@@ -149,7 +149,7 @@ def _step(
         step = likelihood.solve(sizes, effects)
     except np.linalg.LinAlgError:
         return point, 0.0
-    before = objective(problem, point, likelihood.at.errors, sizes, effects, likelihood)
+    before = objective(problem, point, likelihood.errors, sizes, effects, likelihood)
     for part in _PARTS:
         trial = problem.moved(point, step.shared, step.local, part)
         after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
@@ -200,7 +200,9 @@ def fit_at(
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     likelihood = Likelihood(problem, at)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
-    return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)
+    solution = likelihood.solve(sizes, effects)
+    likelihood.close(sizes)
+    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence, settled)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
