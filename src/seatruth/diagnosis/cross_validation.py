@@ -78,9 +78,9 @@ def _predictive(problem: Problem, at: Fit) -> Array:
         return whole - np.array(rest)
     edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
     block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
-    whole = at.likelihood.log_likelihood(at.sizes, at.effects)
+    whole, here = at.likelihood.log_likelihood(at.sizes, at.effects), at.linearized(problem)
     rest = [
-        Likelihood(problem, at.at, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
+        Likelihood(problem, here, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
     ]
     return whole - np.array(rest)
 

@@ -54,18 +54,18 @@ class Fit:
 
     effects: tuple[str, ...]
     discrepancy: bool
-    at: Linearization
+    point: Point
     sizes: Sizes
     likelihood: Likelihood
+    """At its optimum, for the noise of these sizes."""
     solution: Solution
     evidence: float
     price: float
     settled: bool
 
-    @property
-    def point(self) -> Point:
-        """Where it is linearized: its optimum."""
-        return self.at.point
+    def linearized(self, problem: Problem) -> Linearization:
+        """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
+        return problem.linearize(self.point, self.effects, discrepancy=self.discrepancy)
 
     def stderr(self, problem: Problem) -> Array:
         """Posterior standard deviation of every shared unknown (S,); 0 for those that are fixed."""
@@ -156,7 +156,7 @@ def _step(
         step = likelihood.solve(sizes, effects)
     except np.linalg.LinAlgError:
         return point, 0.0
-    before = objective(problem, point, likelihood.at.errors, sizes, effects, likelihood)
+    before = objective(problem, point, likelihood.errors, sizes, effects, likelihood)
     for part in _PARTS:
         trial = problem.moved(point, step.shared, step.local, part)
         after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
@@ -217,7 +217,8 @@ def fit_at(
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
     solution = likelihood.solve(sizes, effects)
-    return Fit(effects, discrepancy, at, sizes, likelihood, solution, evidence - price, price, settled)
+    likelihood.close(sizes)
+    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence - price, price, settled)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

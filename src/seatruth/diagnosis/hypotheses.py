@@ -380,10 +380,14 @@ def _best_start(found: Search, at: Fit, name: str) -> Array | None:
     """
     problem = found.problem
     options: list[tuple[float, Array]] = []
-    for values in _finite_starts(problem, name):
+    starts = _finite_starts(problem, name)
+    if not starts:
+        return None
+    near = at.linearized(problem)
+    for values in starts:
         errors = problem.errors(_moved_to(problem, at.point, name, values))
         if np.isfinite(errors).all():
-            likelihood = Likelihood(problem, replace(at.at, errors=errors))
+            likelihood = Likelihood(problem, replace(near, errors=errors))
             options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
     return max(options, key=lambda option: option[0])[1] if options else None
 

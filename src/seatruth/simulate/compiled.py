@@ -11,6 +11,7 @@ from seatruth.arrays import Array, Flags
 from seatruth.models.base import Model
 from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
+from seatruth.simulate.compiler.sensitivities import sensitivities
 from seatruth.simulate.setup import Setup
 from seatruth.simulate.time_grid import Hold, time_grid
 from seatruth.trials.trial import Trial
@@ -79,18 +80,21 @@ class CompiledSimulator:
         states, _ = self._program.record(self._grid, values, starts, self._threads, what="states")
         return np.asarray(states[0])
 
-    def jacobian(self, theta: Array, x0: Array, free_states: Sequence[str] = ()) -> Jacobian:
+    def jacobian(
+        self, theta: Array, x0: Array, free_states: Sequence[str] = (), *, last_states: bool = True
+    ) -> Jacobian:
         """See `Simulator.jacobian`. The derivatives are exact to rounding."""
         values, starts = self._one(theta, x0)
-        answer = self._program.jacobian(
-            self._grid,
-            values[0],
-            starts[0],
+        places = (
             self._setup.parameters.columns,
             self._setup.state_columns(free_states),
             self._setup.following(free_states),
-            self._threads,
         )
+        program, grid, threads = self._program, self._grid, self._threads
+        if last_states:
+            answer = program.jacobian(grid, values[0], starts[0], *places, threads)
+        else:
+            answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], *places, threads)
         finite = _finite(answer.x_end)
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())

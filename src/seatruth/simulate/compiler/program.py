@@ -120,6 +120,21 @@ class Program:
         self._simulate(chosen, grid, lanes, starts, threads, {"record": record, "x_end": x_end})
         return from_lanes(record, len(values)), from_lanes(x_end, len(values))
 
+    def stages(self, grid: TimeGrid, values: Array, x0: Array, threads: int) -> tuple[Array, Array, Array]:
+        """States of one candidate: values (n_parameters,), x0 (T, S).
+
+        Returns them at the four stages of every step (S, 4 M), at the samples (N, S), and the last ones (T, S).
+        """
+        e = self.equations
+        lanes, starts = to_lanes(values[None], NARROW), to_lanes(x0[None], NARROW)
+        record = np.full((1, len(grid.t), len(e.states), NARROW), math.nan)
+        x_end = np.empty((1, len(grid.rows), len(e.states), NARROW))
+        stage_states = np.full((len(e.states), 4 * grid.steps), math.nan)
+        chosen = self._simulation_kernel("stages", NARROW, _System(e.states, e.rates, e.states, e.parameters))
+        arrays = {"record": record, "x_end": x_end, "stage_states": stage_states}
+        self._simulate(chosen, grid, lanes, starts, threads, arrays)
+        return stage_states, record[0, :, :, 0], x_end[0, :, :, 0]
+
     def jacobian(
         self,
         grid: TimeGrid,
@@ -169,7 +184,7 @@ class Program:
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
         """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 1, N): states, inputs and time."""
         e = self.equations
-        return self._evaluate("rates", (*e.states, *e.inputs, e.time), e.parameters, e.rates, values, leaves, threads)
+        return self.evaluate("rates", (*e.states, *e.inputs, e.time), e.parameters, e.rates, values, leaves, threads)
 
     def rate_derivatives(self, directions: Array, leaves: Array, threads: int) -> Array:
         """Derivatives (P, S, N) of the rates, each along one direction: `directions` (P, 2 n_parameters) holds the
@@ -177,7 +192,7 @@ class Program:
         """
         e, d = self.equations, self._differentiated_rates
         by_row = (*e.states, *e.inputs, e.time)
-        return self._evaluate("rate derivatives", by_row, d.parameters, d.rates, directions, leaves, threads)
+        return self.evaluate("rate derivatives", by_row, d.parameters, d.rates, directions, leaves, threads)
 
     @cached_property
     def _differentiated(self) -> _System:
@@ -206,7 +221,7 @@ class Program:
     def _simulation_kernel(self, what: str, width: int, system: _System) -> _SimulationKernel:
         key = (what, width)
         if key not in self._simulation_kernels:
-            mode: Mode = "squared errors" if what == "squared errors" else "record"
+            mode: Mode = "squared errors" if what == "squared errors" else "stages" if what == "stages" else "record"
             self._simulation_kernels[key] = _SimulationKernel(
                 kernel(simulation_kernel(width, mode, system.states, system.rates, system.outputs, system.parameters)),
                 tuple(row_features(system.rates)),
@@ -237,8 +252,8 @@ class Program:
             "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.inputs),
             **arrays,
         }
-        sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t)}
-        _run(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
+        sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t), "stages": 4 * grid.steps}
+        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
 
     def _grid_features(self, grid: TimeGrid, features: tuple[Node, ...], t: Array, inputs: Array) -> Array:
         """Nodes of inputs and time alone, evaluated on the grid's rows (rows, features); kept as long as the grid."""
@@ -258,10 +273,10 @@ class Program:
         roots = [e.graph.number(node) for node in features]
         leaves = np.stack([*inputs.T, t])
         key = ("features", *(id(node) for node in roots))
-        values = self._evaluate(key, (*e.inputs, e.time), (), roots, np.zeros((1, 0)), leaves, 1)
+        values = self.evaluate(key, (*e.inputs, e.time), (), roots, np.zeros((1, 0)), leaves, 1)
         return np.ascontiguousarray(values[0].T)
 
-    def _evaluate(
+    def evaluate(
         self,
         key: object,
         leaves: Sequence[Node],
@@ -288,7 +303,7 @@ class Program:
             "values": answer,
         }
         sizes = {"tasks": tasks, "chunks": chunks, "chunk": _CHUNK, "rows": padded}
-        _run(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
+        run_kernel(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
         return answer[:, :, :size]
 
 
@@ -318,7 +333,7 @@ def program(model: Model) -> Program:
     return _programs[model]
 
 
-def _run(
+def run_kernel(
     chosen: Kernel,
     words: Sequence[str],
     buffers: dict[str, Buffer],
