@@ -19,7 +19,15 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, log_prior, maximise, noise_shapes, price_of_sizes, proposed_shapes
+from seatruth.diagnosis.sizes import (
+    NoisePrior,
+    Sizes,
+    log_prior,
+    maximise,
+    noise_shapes,
+    price_of_sizes,
+    proposed_shapes,
+)
 from seatruth.statistics.state_space_noise import whiten
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)

@@ -32,6 +32,8 @@ _ROUNDS = 3
 """Times that a leading set is compared with its parts. [S]"""
 _NESTED = 8.0
 """nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
+_FAR = 100.0
+"""nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
 _LARGE = math.log(0.3)
 """Log size of discrepancy from which runs that stray are fitted."""
 _SMALL = math.log(0.003)
@@ -160,19 +162,20 @@ def _refit_parts(found: Search) -> None:
 
     A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
     """
+    nothing: Key = ()
     for round_ in range(_ROUNDS):
         leader = found.sets()[0]
         at = found.best(leader)
         assert at is not None
-        for name in leader:
-            rest = tuple(n for n in leader if n != name)
-            point = _moved_to(found.problem, at.point, name, found.problem.mean[found.problem.columns[name]])
-            _fit(found, rest, at.discrepancy, point, at.sizes, attempt=4 + round_)
-        if leader:
+        rests = [tuple(n for n in leader if n != name) for name in leader]
+        for key in dict.fromkeys([*rests, nothing]):
             point = at.point
-            for name in leader:
+            for name in (n for n in leader if n not in key):
                 point = _moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
-            _fit(found, (), at.discrepancy, point, at.sizes, attempt=4 + round_)
+            for on in sorted({False, at.discrepancy}):
+                known = found.fits.get((key, on))
+                if known is None or known.evidence > at.evidence - _FAR:
+                    _fit(found, key, on, point, at.sizes, attempt=4 + round_)
         if found.sets()[0] == leader:
             break
 
