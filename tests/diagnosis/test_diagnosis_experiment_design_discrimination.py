@@ -13,9 +13,10 @@ import small_case as small
 from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
 from seatruth.trials.trial import Trial, Trials

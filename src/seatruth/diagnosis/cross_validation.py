@@ -18,7 +18,8 @@ from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Key, Search, ensure
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem

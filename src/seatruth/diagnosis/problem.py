@@ -303,7 +303,7 @@ class Problem:
         values = dict(zip(self.space.varying, self._theta(point)))
         values = {**self.space.nominal(), **values}
         trials = None
-        if self.discrepancy is not None:
+        if self.discrepancy is not None and point.forces.any():
             trials = [with_forces(t, self.discrepancy, f) for t, f in zip(self.trials, point.forces)]
         return self._simulator.rebind(free=tuple(free), values=values, trials=trials)
 

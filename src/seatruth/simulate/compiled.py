@@ -13,7 +13,7 @@ from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.compiler.sensitivities import sensitivities
 from seatruth.simulate.setup import Setup
-from seatruth.simulate.time_grid import Hold, time_grid
+from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
 from seatruth.trials.trial import Trial
 
 _MOST_RECORDED = 256 * 1024 * 1024
@@ -23,14 +23,16 @@ _MOST_RECORDED = 256 * 1024 * 1024
 class CompiledSimulator:
     """Simulates a model of equations by kernels compiled from them; see `Simulator`. Derivatives are exact."""
 
-    def __init__(self, setup: Setup, hold: Hold, max_step: float | None, threads: int) -> None:
+    def __init__(
+        self, setup: Setup, hold: Hold, max_step: float | None, threads: int, grid: TimeGrid | None = None
+    ) -> None:
         self._setup = setup
         self.model: Model = setup.model
         self.free = setup.parameters.free
         self.rows = setup.rows
         self.measured = setup.measured
         self._hold, self._max_step, self._threads = hold, max_step, threads
-        self._grid = time_grid(setup.model, setup.trials, hold, max_step)
+        self._grid = time_grid(setup.model, setup.trials, hold, max_step) if grid is None else grid
         self.steps = self._grid.steps
         self._weighted: tuple[Array, Array, Array] | None = None
 
@@ -108,8 +110,9 @@ class CompiledSimulator:
         trials: Sequence[Trial] | None = None,
     ) -> CompiledSimulator:
         """See `Simulator.rebind`."""
+        grid = self._grid if trials is None else None
         changed = CompiledSimulator(
-            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads
+            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads, grid
         )
         changed.__dict__["_program"] = self._program
         return changed

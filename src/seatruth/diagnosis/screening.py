@@ -1,0 +1,109 @@
+"""Effects that a fit lacks, compared by one linearization: which of them are worth a fit, and where each begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import moved_to
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.sizes import Sizes, log_prior
+
+_PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+
+
+def screen(found: Search, at: Fit) -> list[str]:
+    """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
+    problem, settings = found.problem, found.problem.settings
+    others = [name for name in problem.effects if name not in at.effects]
+    name = f"screen {'+'.join(at.effects)}"
+    stored = found.store.get(name)
+    if stored is not None:
+        for other, (plain, loose, start) in stored.items():
+            if start:
+                found.starts[other] = np.array(start)
+            found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
+            found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
+        return _ranked(found, at, others)
+    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
+    bare = at.sizes.without_discrepancy()
+    shrunk = [at.sizes.shrunk(part) for part in _PARTS] if at.discrepancy else []
+    # Size by size, since what takes time does not depend on the effect.
+    loose_scores = dict.fromkeys(others, -math.inf)
+    for sizes in shrunk:
+        prior = log_prior(settings, sizes, found.known) - at.price
+        for other in others:
+            value = likelihood.evidence(sizes, (*at.effects, other)) + prior
+            loose_scores[other] = max(loose_scores[other], value)
+    plain_prior = log_prior(settings, bare, found.known)
+    scores: dict[str, tuple[float, float, list[float]]] = {}
+    for other in others:
+        key, loose = (*at.effects, other), loose_scores[other]
+        plain = likelihood.evidence(bare, key) + plain_prior
+        chosen = found.starts.get(other, _best_start(found, at, other))
+        if chosen is not None:
+            from_there = _score_from(found, at, key, other, chosen, bare)
+            if max(from_there) > max(plain, loose):
+                found.starts[other] = chosen
+            plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
+        scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
+        found.screened[tuple(sorted(key)), False] = plain
+        found.screened[tuple(sorted(key)), True] = loose
+    found.store.put(name, scores)
+    return _ranked(found, at, others)
+
+
+def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
+    return sorted(others, key=lambda name: (-found.expected(tuple(sorted((*at.effects, name)))), name))
+
+
+def _finite_starts(problem: Problem, name: str) -> list[Array]:
+    """Finite values from which an effect is tried whose null is no regular point: it has no slope there."""
+    effect = problem.effects[name]
+    if not effect.starts:
+        return []
+    return [
+        np.array([float(start[q.name]) for q in effect.parameters])
+        for start in effect.starting_points(problem.study.model)
+    ]
+
+
+def _best_start(found: Search, at: Fit, name: str) -> Array | None:
+    """The finite start of an effect that leaves least once everything else is refitted; None where it has none.
+
+    The derivatives by everything else are those of the fit: each start costs one simulation.
+    """
+    problem = found.problem
+    options: list[tuple[float, Array]] = []
+    starts = _finite_starts(problem, name)
+    if not starts:
+        return None
+    near = at.linearized(problem)
+    for values in starts:
+        errors = problem.errors(moved_to(problem, at.point, name, values))
+        if np.isfinite(errors).all():
+            likelihood = Likelihood(problem, replace(near, errors=errors))
+            options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
+    return max(options, key=lambda option: option[0])[1] if options else None
+
+
+def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
+    """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
+    problem = found.problem
+    there = problem.linearize(moved_to(problem, at.point, name, values), key)
+    if not np.isfinite(there.errors).all():
+        return -math.inf, -math.inf
+    likelihood = Likelihood(problem, there)
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
+
+    return value(bare), value(at.sizes) - at.price if at.discrepancy else -math.inf
