@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.effects import load_effects, with_effects
+from seatruth.effects import Effect, load_effects, with_effects
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
@@ -81,12 +81,13 @@ def trials(
     *,
     headings: Sequence[float],
     effects: Mapping[str, float] | None = None,
-    specs: Sequence[str] = (),
+    specs: Sequence[str | Effect] = (),
     noise: Mapping[str, float] = NOISE,
     seed: int = 1,
 ) -> list[Trial]:
     """Noisy trials sampled at 1 Hz, each from its heading (rad); `effects` are parameters of the extended model."""
-    extended = with_effects(model, load_effects(specs)) if specs else model
+    acting = [spec if isinstance(spec, Effect) else load_effects([spec])[0] for spec in specs]
+    extended = with_effects(model, acting)
     bare = [
         Trial(f"run_{k}", np.arange(float(len(next(iter(series.values()))))), dict(series), {}, synthetic=True)
         for k, series in enumerate(inputs)

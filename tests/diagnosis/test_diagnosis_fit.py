@@ -17,7 +17,7 @@ from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
-from seatruth.effects import load_effects
+from seatruth.effects import available, load_effects
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.trial import Trial
 
@@ -233,3 +233,24 @@ def test_priors_enter(ship_folder: Path, offset_runs: list[Trial]) -> None:
     problem = Problem(tight, load_effects(("rudder_offset",)), Settings(), threads=1)
     found = fitted(problem, ("rudder_offset",))
     np.testing.assert_allclose(found.point.shared[problem.coefficients], problem.mean[problem.coefficients], rtol=1e-4)
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_the_evidence_pays_for_a_current_of_each_trial(same: bool) -> None:
+    """One current in all trials is explained by one; where they differ, each trial needs its own."""
+    model = boat.Boat()
+    angles = [{"delta": boat.zigzag(40, 0.3, 8.0)} for _ in range(3)]
+    own = available()["trial_current"].of_trials(["run_0", "run_1", "run_2"])
+    north, east = ((0.2, 0.2, 0.2), (0.1, 0.1, 0.1)) if same else ((0.2, -0.1, 0.0), (0.0, 0.1, -0.2))
+    truth = {f"trial_current_north_run_{k}": v for k, v in enumerate(north)}
+    truth |= {f"trial_current_east_run_{k}": v for k, v in enumerate(east)}
+    runs = boat.trials(model, angles, headings=(0.0, 2.0, 4.0), effects=truth, specs=(own,))
+    problem = Problem(boat.study(model, runs), [available()["current"], own], Settings(), threads=1)
+    found = {key: fitted(problem, key) for key in ((), ("current",), ("trial_current",))}
+    assert np.abs(zs(problem, found["trial_current",], truth)).max() < 4.0
+    ahead = found["trial_current",].evidence - found["current",].evidence
+    assert found["current",].evidence > found[()].evidence + 3.0
+    if same:
+        assert ahead < -3.0
+    else:
+        assert ahead > 20.0

@@ -57,6 +57,8 @@ def test_children_leaves_and_ancestors() -> None:
     [
         (["wind"], "environment.force_fixed_to_earth.wind"),
         (["wind", "wave_drift"], "environment.force_fixed_to_earth"),
+        (["wind", "trial_wind"], "environment.force_fixed_to_earth.wind"),
+        (["current", "trial_current"], "environment.moving_water.uniform_current"),
         (["wind", "current"], "environment"),
         (["current", "varying_current"], "environment.moving_water"),
         (["rudder_lag", "rudder_delay", "rudder_backlash"], "actuator.steering.dynamics"),

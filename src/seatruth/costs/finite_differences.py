@@ -22,7 +22,8 @@ _MAX_INTERVAL = 3.5
 class Recorded:
     """Recorded states of all trials, one after another, and the accelerations that they give.
 
-    `states` (N, S) are NaN where a state was not measured, `inputs` (N, I), `t` (N,). `targets` (N, S) belong to the
+    `states` (N, S) are NaN where a state was not measured, `inputs` (N, I), `t` (N,), `trial` (N,) the value of
+    `e.trial`. `targets` (N, S) belong to the
     sample that a difference starts from (its middle one for "central"), NaN where there is none. `next_weight`
     (N, S) is the weight of the next sample's rate in the rate to compare with: 1/2 for the trapezoid form, 0 otherwise.
     """
@@ -33,6 +34,7 @@ class Recorded:
     targets: Array
     next_weight: Array
     rows: list[slice]
+    trial: Array
 
     def compared(self, rates: Array) -> Array:
         """Rates to compare with the targets, from the rates at the samples: (..., N, S) -> the same shape."""
@@ -65,9 +67,14 @@ def recorded(model: Model, trials: Sequence[Trial], form: Form) -> Recorded:
         next_weight.append(part_next_weight)
         rows.append(slice(total, total + n))
         total += n
-    t = np.concatenate([trial.t for trial in trials])
     return Recorded(
-        np.concatenate(states), np.concatenate(inputs), t, np.concatenate(targets), np.concatenate(next_weight), rows
+        states=np.concatenate(states),
+        inputs=np.concatenate(inputs),
+        t=np.concatenate([trial.t for trial in trials]),
+        targets=np.concatenate(targets),
+        next_weight=np.concatenate(next_weight),
+        rows=rows,
+        trial=np.repeat([model.number_of(trial.name) for trial in trials], [len(trial) for trial in trials]),
     )
 
 

@@ -103,13 +103,16 @@ class EstimationProblem:
 
     def _content(self) -> dict[str, Any]:
         """What decides the cost of a candidate."""
-        return {
+        content: dict[str, Any] = {
             "model": of_model(self.model),
             "space": self.space.describe(),
             "noise": dict(self.noise),
             "cost": self.cost.describe(),
             "trials": [of_trial(trial) for trial in self.trials],
         }
+        if self.model.trials:
+            content["numbers"] = [self.model.number_of(trial.name) for trial in self.trials]
+        return content
 
     def _check_parameters(self, where: str) -> None:
         wanted = [parameter.name for parameter in self.model.parameters]
@@ -143,6 +146,13 @@ class EstimationProblem:
         if not len(self.trials):
             raise BadInput("it has no trial to fit", where=where, do="Add one, or give one the role 'fit'.")
         outputs = [channel.name for channel in self.model.outputs]
+        unknown = [trial.name for trial in self.trials if trial.name not in self.model.trials]
+        if self.model.trials and unknown:
+            raise BadInput(
+                f"the model has an effect with values for each trial, and none for {unknown[0]!r}",
+                where=where,
+                do="Make it for the trials of the study: effect.of_trials([trial.name for trial in trials]).",
+            )
         for trial in (*self.trials, *self._predicted_only()):
             place = f"trial {trial.name!r}"
             for channel in self.model.inputs:

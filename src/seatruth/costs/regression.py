@@ -138,6 +138,7 @@ class RegressionCost(StudyCost):
             data.inputs,
             data.t,
             self._threads,
+            trial=data.trial,
         )
         return np.ascontiguousarray(data.compared(rates)[:, :, self._equations])
 
@@ -153,6 +154,7 @@ class RegressionCost(StudyCost):
             data.inputs,
             data.t,
             self._threads,
+            trial=data.trial,
         )
         if self.space.has_ties:
             found = found @ self.space.varying_jacobian(x)

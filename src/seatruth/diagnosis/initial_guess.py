@@ -50,8 +50,9 @@ def from_equation_error(problem: Problem) -> Point | None:
             return None
         t = np.asarray(trial.t)[valid]
         inputs = np.stack([np.asarray(trial.inputs[c.name])[valid] for c in model.inputs], axis=1)
-        rates = evaluate_rhs(model, theta, names, values, states[valid], inputs, t)
-        slopes = evaluate_rhs_jacobian(model, theta, names, values, states[valid], inputs, t)
+        own = np.full(t.size, model.number_of(trial.name))
+        rates = evaluate_rhs(model, theta, names, values, states[valid], inputs, t, trial=own)
+        slopes = evaluate_rhs_jacobian(model, theta, names, values, states[valid], inputs, t, trial=own)
         basis = hats(t, model.spacing, knots)
         blocks = max(2, round(trial.duration / model.spacing * _BLOCKS))
         edges = np.unique(np.linspace(0, len(t) - 1, blocks + 1).astype(int))

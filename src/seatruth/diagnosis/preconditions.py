@@ -38,6 +38,8 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
     asked = list(installed.values())
     if wanted is not None:
         asked = [e if isinstance(e, Effect) else effects_by_name([e], installed)[0] for e in wanted]
+    names = [trial.name for trial in study.trials]
+    asked = [effect.of_trials(names) for effect in asked]
     present = {effect.name for effect in getattr(study.model, "effects", ())}
     usable, reasons = [], {}
     for effect in asked:

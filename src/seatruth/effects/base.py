@@ -111,6 +111,10 @@ class Effect:
     direction: a fit starts in several of them, and a report gives it in degrees."""
     stochastic: bool = False
     """It has a random part, which no trial repeats: the noise of a fit must hold that."""
+    each_trial: bool = False
+    """Its magnitudes have a value for each trial: `of_trials` makes it for those of a study."""
+    trials: tuple[str, ...] = ()
+    """Names of those trials; empty where it is the same in all."""
     dynamic: bool = True
     """It can be a term of the equations; False for what is noise only."""
 
@@ -133,6 +137,10 @@ class Effect:
     def family(self) -> str:
         """The family of causes that it belongs to, "environment": the first part of `cause`."""
         return self.cause.partition(".")[0]
+
+    def of_trials(self, trials: Sequence[str]) -> Effect:
+        """The effect for the trials of a study, by their names; the same for all trials unless `each_trial`."""
+        return self
 
     @property
     def magnitudes(self) -> tuple[str, ...]:

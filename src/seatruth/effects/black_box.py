@@ -13,7 +13,8 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect
 from seatruth.effects.channel_aliases import ChannelAliases, View
-from seatruth.models.base import Environment, record
+from seatruth.errors import BadInput
+from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.trial import Trial
@@ -43,6 +44,7 @@ class ExtendedBlackBox(BlackBox):
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
             source=base.source,
         )
+        self.trials = trials_of(base, effects)
 
     def _around(
         self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None
@@ -58,19 +60,29 @@ class ExtendedBlackBox(BlackBox):
         inputs = (
             np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
         )
+        number = self.number_of(trial.name)
         for effect, aliases, q in acting:
             if effect.true_inputs is not None:
-                inputs = _through_inputs(effect, View(aliases, self.inputs), trial.t, inputs, p, q)
+                inputs = _through_inputs(effect, View(aliases, self.inputs), trial.t, number, inputs, p, q)
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
         outputs = self.base.run(replace(trial, inputs={**trial.inputs, **columns}), plain, first_state)
         for effect, aliases, q in acting:
             if effect.measured_outputs is not None:
                 views = View(aliases, self.outputs), View(aliases, self.inputs)
-                outputs = _through_outputs(effect, *views, trial.t, outputs, inputs, p, q)
+                outputs = _through_outputs(effect, *views, trial.t, number, outputs, inputs, p, q)
         return {channel.name: outputs[:, k] for k, channel in enumerate(self.outputs)}
 
 
-def _through_inputs(effect: Effect, view: View, t: Array, inputs: Array, p: Any, q: Any) -> Array:
+def trials_of(base: Model, effects: Sequence[Effect]) -> tuple[str, ...]:
+    """The trials that a model with effects tells apart. BadInput where two of its effects name different ones."""
+    named = [trials for trials in (base.trials, *(effect.trials for effect in effects)) if trials]
+    if any(trials != named[0] for trials in named):
+        names = ", ".join(effect.name for effect in effects if effect.trials)
+        raise BadInput(f"{names} have values for different trials", do="Make them for the same trials.")
+    return named[0] if named else ()
+
+
+def _through_inputs(effect: Effect, view: View, t: Array, number: float, inputs: Array, p: Any, q: Any) -> Array:
     """Inputs (n, I) as they act through an effect."""
     kind = record("Own", effect.states)
     rows = [tuple(row) for row in inputs.tolist()]
@@ -86,14 +98,14 @@ def _through_inputs(effect: Effect, view: View, t: Array, inputs: Array, p: Any,
         ]
     assert effect.true_inputs is not None
     result = [
-        view.back(effect.true_inputs(view.of(row), state, q, Environment(t=time)), _plain)
+        view.back(effect.true_inputs(view.of(row), state, q, Environment(t=time, trial=number)), _plain)
         for row, state, time in zip(rows, own, t.tolist())
     ]
     return np.array(result).reshape(inputs.shape)
 
 
 def _through_outputs(
-    effect: Effect, view: View, see_i: View, t: Array, outputs: Array, inputs: Array, p: Any, q: Any
+    effect: Effect, view: View, see_i: View, t: Array, number: float, outputs: Array, inputs: Array, p: Any, q: Any
 ) -> Array:
     """Outputs (n, D) as measured through an effect; NaN where a simulated one is not finite."""
     if not np.isfinite(outputs).all():
@@ -120,8 +132,9 @@ def _through_outputs(
         ]
     assert effect.measured_outputs is not None
     result = [
-        view.back(effect.measured_outputs(view.of(row), state, see_i.of(i), q, Environment(t=time)), _plain)
+        view.back(effect.measured_outputs(view.of(row), state, see_i.of(i), q, e), _plain)
         for row, state, i, time in zip(rows, own, before, t.tolist())
+        for e in [Environment(t=time, trial=number)]
     ]
     return np.array(result).reshape(outputs.shape)
 

@@ -28,6 +28,12 @@ def with_current(e: Any, s: Any, north: Any, east: Any, north_dot: Any = 0.0, ea
     )
 
 
+def _has_heading(model: Model, instead: str) -> str:
+    """Why an effect along the track is the wrong one for a model; empty where it is the right one."""
+    turns = any(channel.name == "psi" for channel in model.states)
+    return f"the model has a heading: use `{instead}`" if turns else ""
+
+
 class Current(Effect):
     """A constant current: the water moves over ground, as components so that its null is a regular point."""
 
@@ -72,8 +78,7 @@ class CurrentAlong(Effect):
     null: Mapping[str, float] = {"along": 0.0}
 
     def missing(self, model: Model) -> str:
-        turns = any(channel.name == "psi" for channel in model.states)
-        return "the model has a heading: use `current`" if turns else super().missing(model)
+        return _has_heading(model, "current") or super().missing(model)
 
     @staticmethod
     def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
@@ -106,6 +111,30 @@ class CurrentShear(Effect):
         return with_current(e, s, q.north * s.z, q.east * s.z, q.north * down, q.east * down)
 
 
+class CurrentShearAlong(Effect):
+    """A current along the track that grows with depth, for a vehicle whose model has no heading."""
+
+    name = "current_shear_along"
+    title = "current along the track, sheared with depth"
+    cause = "environment.moving_water.sheared_current"
+    number = 2
+    equation = "V_c = along z, along x of the earth"
+    source = CurrentShear.source
+    acts_on = ("kinematics",)
+    confused_with = ("current_along", "varying_current_along", "speed_scale", "net_weight")
+    distinguished_by = "changes with depth: a dive with position, or a log on dives and climbs"
+    needs_states = ("u", "w", "theta", "q", "z")
+    parameters = (Parameter("along", 2e-3, "1/s", -0.1, 0.1, source="[S] catalogue", description="along x, a metre"),)
+    null: Mapping[str, float] = {"along": 0.0}
+
+    def missing(self, model: Model) -> str:
+        return _has_heading(model, "current_shear") or super().missing(model)
+
+    @staticmethod
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, q.along * s.z, 0.0, q.along * sink_rate(s))
+
+
 class VaryingCurrent(Effect):
     """A current that changes steadily with the time of the trial; with `current`, a slow change to first order."""
 
@@ -130,6 +159,31 @@ class VaryingCurrent(Effect):
     @staticmethod
     def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
         return with_current(e, s, q.north * e.t, q.east * e.t, q.north, q.east)
+
+
+class VaryingCurrentAlong(Effect):
+    """A current along the track that changes steadily with time, for a vehicle whose model has no heading."""
+
+    name = "varying_current_along"
+    title = "current along the track that changes with time"
+    cause = "environment.moving_water.varying_current"
+    number = 2
+    equation = "V_c = along t, along x of the earth, t of the trial"
+    source = VaryingCurrent.source
+    acts_on = ("kinematics",)
+    confused_with = ("current_along", "current_shear_along", "speed_bias")
+    distinguished_by = "changes with time, not with depth: repeat the first run at the end, with position"
+    needs_states = ("u", "w", "theta", "q")
+    parameters = (Parameter("along", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along x"),)
+    null: Mapping[str, float] = {"along": 0.0}
+    stochastic = True
+
+    def missing(self, model: Model) -> str:
+        return _has_heading(model, "varying_current") or super().missing(model)
+
+    @staticmethod
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, q.along * e.t, 0.0, q.along)
 
 
 class ShallowWater(Effect):

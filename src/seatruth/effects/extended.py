@@ -8,7 +8,7 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.black_box import ExtendedBlackBox
+from seatruth.effects.black_box import ExtendedBlackBox, trials_of
 from seatruth.effects.channel_aliases import ChannelAliases, View
 from seatruth.errors import BadInput
 from seatruth.models.base import Equations, Model, record
@@ -39,6 +39,7 @@ class ExtendedModel(ModelWrapper):
             longest_step=min(effect.longest_step for effect in effects),
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
         )
+        self.trials = trials_of(base, effects)
 
     def make_rhs(self) -> Equations:
         return _Equations(self.base, self.effects).rhs()

@@ -32,12 +32,13 @@ from seatruth.trials.channel import Channel
 class Environment(NamedTuple):
     """What acts on the vehicle from outside its own equations; all zero unless an effect sets it.
 
-    `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
-    axes (a steady current has du_c = r v_c - q w_c and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment
-    in body axes about the model's origin.
+    `t` s. `trial`: the place of the trial among `Model.trials`, -1 for any other. `u_c, v_c, w_c` m/s: current in body
+    axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those axes (a steady current has du_c = r v_c - q w_c
+    and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment in body axes about the model's origin.
     """
 
     t: Any = 0.0
+    trial: Any = -1.0
     u_c: Any = 0.0
     v_c: Any = 0.0
     w_c: Any = 0.0
@@ -53,6 +54,8 @@ class Environment(NamedTuple):
 
 
 Equations = Callable[..., tuple[Any, ...]]
+OTHER_TRIAL = -1.0
+"""`e.trial` of a trial that is not among `Model.trials`."""
 
 
 class Model:
@@ -103,6 +106,9 @@ class Model:
     longest_step: float = math.inf
     """s: the longest integration step that its quickest part allows; samples further apart take several."""
 
+    trials: tuple[str, ...] = ()
+    """Names of the trials that its equations tell apart by `e.trial`: those of effects with values for each trial."""
+
     rhs: Equations
     output: Equations | None = None
     initial_state: Equations | None = None
@@ -136,6 +142,10 @@ class Model:
     def nominal(self) -> dict[str, float]:
         """Nominal value of every parameter."""
         return {parameter.name: parameter.value for parameter in self.parameters}
+
+    def number_of(self, trial: str) -> float:
+        """`e.trial` of a trial, by its name."""
+        return float(self.trials.index(trial)) if trial in self.trials else OTHER_TRIAL
 
     def first_state(
         self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]

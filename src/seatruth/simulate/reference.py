@@ -40,20 +40,21 @@ class PlainEquations:
         # An output that no function computes is the state of the same name.
         self._output_columns = [names.index(channel.name) for channel in model.outputs] if model.output is None else []
 
-    def rates(self, state: Row, inputs: Row, t: float) -> list[float]:
-        """d/dt of the states (S) at a state (S), inputs (I) and time in s."""
-        return self._call("rhs", self._model.rhs, len(self._model.states), state, inputs, t)
+    def rates(self, state: Row, inputs: Row, t: float, trial: float) -> list[float]:
+        """d/dt of the states (S) at a state (S), inputs (I), time in s and `e.trial`."""
+        return self._call("rhs", self._model.rhs, len(self._model.states), state, inputs, (t, trial))
 
-    def outputs(self, state: Row, inputs: Row, t: float) -> list[float]:
-        """Outputs (D) at a state (S), inputs (I) and time in s."""
+    def outputs(self, state: Row, inputs: Row, t: float, trial: float) -> list[float]:
+        """Outputs (D) at a state (S), inputs (I), time in s and `e.trial`."""
         if self._model.output is None:
             return [state[column] for column in self._output_columns]
-        return self._call("output", self._model.output, len(self._model.outputs), state, inputs, t)
+        return self._call("output", self._model.output, len(self._model.outputs), state, inputs, (t, trial))
 
     def _call(
-        self, role: str, function: Callable[..., Any], size: int, state: Row, inputs: Row, t: float
+        self, role: str, function: Callable[..., Any], size: int, state: Row, inputs: Row, when: tuple[float, float]
     ) -> list[float]:
-        arguments = (self._states(*state), self._inputs(*inputs), self._parameters, Environment(t=t))
+        t, trial = when
+        arguments = (self._states(*state), self._inputs(*inputs), self._parameters, Environment(t=t, trial=trial))
         try:
             return [_real(value) for value in function(*arguments)]
         except (ArithmeticError, ValueError):
@@ -100,28 +101,28 @@ class ReferenceSimulator(SerialSimulator):
 
     def _integrate(self, grid: TimeGrid, values: Array, trial: int, x0: Array) -> tuple[Array, Array]:
         equations = PlainEquations(self.model, values.tolist())
-        rows = grid.rows[trial]
+        rows, number = grid.rows[trial], self.model.number_of(self._setup.trials[trial].name)
         stage = int(grid.stage_start[trial])
         x: list[float] = x0.tolist()
         states, outputs = [], []
         with np.errstate(all="ignore"):
             for k in range(rows.start, rows.stop):
                 states.append(x)
-                outputs.append(equations.outputs(x, grid.inputs[k].tolist(), float(grid.t[k])))
+                outputs.append(equations.outputs(x, grid.inputs[k].tolist(), float(grid.t[k]), number))
                 for _ in range(int(grid.substeps[k])):
-                    x = _step(equations, grid, stage, x, float(grid.length[k]))
+                    x = _step(equations, grid, stage, x, float(grid.length[k]), number)
                     stage += 3
         return np.array(outputs), np.array(states).reshape(len(states), x0.size)
 
 
-def _step(equations: PlainEquations, grid: TimeGrid, stage: int, x: Row, h: float) -> list[float]:
+def _step(equations: PlainEquations, grid: TimeGrid, stage: int, x: Row, h: float, trial: float) -> list[float]:
     """The state one classical Runge-Kutta step of `h` seconds later; `stage` is the step's first row in the grid."""
     times = grid.stage_t[stage : stage + 3].tolist()
     start, middle, end = grid.stage_inputs[stage : stage + 3].tolist()
-    k1 = equations.rates(x, start, times[0])
-    k2 = equations.rates(_ahead(x, h / 2, k1), middle, times[1])
-    k3 = equations.rates(_ahead(x, h / 2, k2), middle, times[1])
-    k4 = equations.rates(_ahead(x, h, k3), end, times[2])
+    k1 = equations.rates(x, start, times[0], trial)
+    k2 = equations.rates(_ahead(x, h / 2, k1), middle, times[1], trial)
+    k3 = equations.rates(_ahead(x, h / 2, k2), middle, times[1], trial)
+    k4 = equations.rates(_ahead(x, h, k3), end, times[2], trial)
     return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4)]
 
 
@@ -134,19 +135,20 @@ def _real(value: Any) -> float:
     return math.nan if isinstance(value, complex) else float(value)
 
 
-def rates_on_rows(model: Model, values: Array, states: Array, inputs: Array, t: Array) -> Array:
-    """Rates (P, N, S): values (P, n_parameters), states (N, S), inputs (N, I), t (N,) s."""
+def rates_on_rows(model: Model, values: Array, states: Array, inputs: Array, t: Array, trial: Array) -> Array:
+    """Rates (P, N, S): values (P, n_parameters), states (N, S), inputs (N, I), t (N,) s, trial (N,)."""
     rates = np.empty((len(values), *states.shape))
     with np.errstate(all="ignore"):
         for candidate, row in enumerate(values.tolist()):
             equations = PlainEquations(model, row)
-            for k, (x, i, time) in enumerate(zip(states.tolist(), inputs.tolist(), t.tolist())):
-                rates[candidate, k] = equations.rates(x, i, time)
+            rows = zip(states.tolist(), inputs.tolist(), t.tolist(), trial.tolist())
+            for k, (x, i, time, number) in enumerate(rows):
+                rates[candidate, k] = equations.rates(x, i, time, number)
     return rates
 
 
 def rate_derivatives_on_rows(
-    model: Model, parameters: ParameterLayout, theta: Array, states: Array, inputs: Array, t: Array
+    model: Model, parameters: ParameterLayout, theta: Array, states: Array, inputs: Array, t: Array, trial: Array
 ) -> Array:
     """Central differences (N, S, K) of the rates by the free parameters: theta (K,), the rest as `rates_on_rows`."""
     derivatives = np.empty((*states.shape, len(theta)))
@@ -154,6 +156,6 @@ def rate_derivatives_on_rows(
         step = RELATIVE_STEP * (abs(theta[k]) or abs(model.parameter(name).value) or 1.0)
         pair = np.stack([theta, theta])
         pair[:, k] += (step, -step)
-        ahead, behind = rates_on_rows(model, parameters.values(pair), states, inputs, t)
+        ahead, behind = rates_on_rows(model, parameters.values(pair), states, inputs, t, trial)
         derivatives[:, :, k] = (ahead - behind) / (2.0 * step)
     return derivatives

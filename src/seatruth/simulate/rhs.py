@@ -8,7 +8,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.models.base import Model
+from seatruth.models.base import OTHER_TRIAL, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.simulate.base import Backend, check_backend
 from seatruth.simulate.compiler.program import program
@@ -27,22 +27,23 @@ def evaluate_rhs(
     t: Array | None = None,
     threads: int | None = None,
     backend: Backend = "compiled",
+    trial: Array | None = None,
 ) -> Array:
     """Rates of the states on N rows for P candidates.
 
     theta (P, K) or (K,) sets the parameters `free`, `values` gives the others; states (N, S), inputs (N, I), t (N,) s
-    (zero where None). Gives (P, N, S), or (N, S) for one candidate (K,). Raises BadInput for an unknown parameter or
-    a black box.
+    (zero where None); trial (N,) `e.trial` of each row (another trial than the model's where None). Gives (P, N, S), or
+    (N, S) for one candidate (K,). Raises BadInput for an unknown parameter or a black box.
     """
     theta = np.asarray(theta, dtype=np.float64)
     check_backend(backend)
     layout = _layout(model, free, values)
     candidates = layout.values(np.atleast_2d(theta))
-    x, i, time = _rows(states, inputs, t)
+    x, i, time, number = _rows(states, inputs, t, trial)
     if backend == "reference":
-        rates = rates_on_rows(model, candidates, x, i, time)
+        rates = rates_on_rows(model, candidates, x, i, time, number)
     else:
-        by_state = program(model).rates(candidates, _leaves(x, i, time), thread_count(threads))
+        by_state = program(model).rates(candidates, _leaves(x, i, time, number), thread_count(threads))
         rates = np.ascontiguousarray(np.moveaxis(by_state, 1, 2))
     return rates if theta.ndim == 2 else np.asarray(rates[0])
 
@@ -57,6 +58,7 @@ def evaluate_rhs_jacobian(
     t: Array | None = None,
     threads: int | None = None,
     backend: Backend = "compiled",
+    trial: Array | None = None,
 ) -> Array:
     """Derivatives of the rates by the free parameters: theta (K,) gives (N, S, K); the rest as `evaluate_rhs`.
 
@@ -65,17 +67,17 @@ def evaluate_rhs_jacobian(
     theta = np.asarray(theta, dtype=np.float64)
     check_backend(backend)
     layout = _layout(model, free, values)
-    x, i, time = _rows(states, inputs, t)
+    x, i, time, number = _rows(states, inputs, t, trial)
     if not len(layout.free):
         return np.zeros((*x.shape, 0))
     if backend == "reference":
-        return rate_derivatives_on_rows(model, layout, theta, x, i, time)
+        return rate_derivatives_on_rows(model, layout, theta, x, i, time, number)
     size = len(layout.names)
     # One row a free parameter: all values, then the direction along which the derivative is taken.
     directions = np.zeros((len(layout.free), 2 * size))
     directions[:, :size] = layout.values(theta[None])
     directions[np.arange(len(layout.free)), size + layout.columns] = 1.0
-    derivatives = program(model).rate_derivatives(directions, _leaves(x, i, time), thread_count(threads))
+    derivatives = program(model).rate_derivatives(directions, _leaves(x, i, time, number), thread_count(threads))
     return np.ascontiguousarray(np.transpose(derivatives, (2, 1, 0)))
 
 
@@ -88,12 +90,13 @@ def _layout(model: Model, free: Sequence[str], values: Mapping[str, float]) -> P
     return parameter_layout(model, free, values)
 
 
-def _rows(states: Array, inputs: Array, t: Array | None) -> tuple[Array, Array, Array]:
+def _rows(states: Array, inputs: Array, t: Array | None, trial: Array | None) -> tuple[Array, Array, Array, Array]:
     states, inputs = np.asarray(states, dtype=np.float64), np.asarray(inputs, dtype=np.float64)
     time = np.zeros(len(states)) if t is None else np.asarray(t, dtype=np.float64)
-    return states, inputs.reshape(len(states), -1), time
+    number = np.full(len(states), OTHER_TRIAL) if trial is None else np.asarray(trial, dtype=np.float64)
+    return states, inputs.reshape(len(states), -1), time, number
 
 
-def _leaves(states: Array, inputs: Array, t: Array) -> Array:
-    """(S + I + 1, N): one line a state, an input, and the time."""
-    return np.concatenate([states.T, inputs.T, t[None]])
+def _leaves(states: Array, inputs: Array, t: Array, trial: Array) -> Array:
+    """(S + I + 2, N): one line a state, an input, the time, and the trial."""
+    return np.concatenate([states.T, inputs.T, t[None], trial[None]])

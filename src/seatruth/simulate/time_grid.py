@@ -36,7 +36,7 @@ class TimeGrid:
     `rows`: samples of each trial; `start` (T + 1,): the first of them, and N. `t` (N,) s and `inputs` (N, I) at the
     samples. `substeps` (N,): steps in the interval that begins at a sample, 0 at a trial's last; `length` (N,) s: of
     each of those steps. `stage_t` (3 M,) s and `stage_inputs` (3 M, I): at the start, middle and end of each step;
-    `stage_start` (T,): a trial's first row in them.
+    `stage_start` (T,): a trial's first row in them. `trial` (N,) and `stage_trial` (3 M,): `e.trial` in each row.
     """
 
     rows: list[slice]
@@ -48,6 +48,8 @@ class TimeGrid:
     stage_start: Integers
     stage_t: Array
     stage_inputs: Array
+    trial: Array
+    stage_trial: Array
 
     @property
     def steps(self) -> int:
@@ -70,6 +72,7 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
     sizes = np.array([len(trial) for trial in trials], dtype=np.int64)
     start = np.concatenate([[0], np.cumsum(sizes)])
     stages = np.array([grid.stage_t.size for grid in grids], dtype=np.int64)
+    numbers = np.array([model.number_of(trial.name) for trial in trials])
     return TimeGrid(
         rows=[slice(int(a), int(b)) for a, b in pairwise(start)],
         start=start,
@@ -80,6 +83,8 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
         stage_start=np.concatenate([[0], np.cumsum(stages)[:-1]]),
         stage_t=np.concatenate([grid.stage_t for grid in grids]),
         stage_inputs=np.concatenate([grid.stage_inputs for grid in grids]),
+        trial=np.repeat(numbers, sizes),
+        stage_trial=np.repeat(numbers, stages),
     )
 
 

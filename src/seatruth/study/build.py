@@ -27,11 +27,13 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     model = None
     with problems.at("model", "use"):
         model = load_model(file.model.use, source.parent, file.model.set)
+    recordings = trial_files.recordings(file, source.parent, problems)
     if model is not None and file.model.effects:
         plain, model = model, None
+        fitted = [recording.name for recording in recordings if recording.table.role == "fit"]
         with problems.at("model", "effects"):
-            model = with_effects(plain, load_effects(file.model.effects, source.parent))
-    recordings = trial_files.recordings(file, source.parent, problems)
+            effects = load_effects(file.model.effects, source.parent)
+            model = with_effects(plain, [effect.of_trials(fitted) for effect in effects])
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)

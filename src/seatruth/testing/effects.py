@@ -27,6 +27,8 @@ from seatruth.testing.models import RANGES
 from seatruth.trials.trial import Trial
 from seatruth.units import is_unit
 
+TRIAL = "conformance"
+"""Name of the trial that the suite simulates."""
 STEP = 0.05
 """s: short enough for quick models too, such as a small vehicle at high revolutions."""
 
@@ -42,98 +44,101 @@ class EffectConformance:
         raise NotImplementedError(f"{type(self).__name__} needs a fixture `effect`")
 
     @pytest.fixture
-    def models(self, effect: Effect) -> list[Model]:
+    def bound(self, effect: Effect) -> Effect:
+        """The effect for the one trial of this suite, where it has values for each trial."""
+        return effect.of_trials([TRIAL, "another"])
+
+    @pytest.fixture
+    def models(self, bound: Effect) -> list[Model]:
         """Models that it can act on."""
-        if not effect.dynamic:
+        if not bound.dynamic:
             pytest.skip("it is noise, no term of the equations")
-        result = [model for model in (kind() for kind in available().values()) if not effect.missing(model)]
+        result = [model for model in (kind() for kind in available().values()) if not bound.missing(model)]
         assert result, "no installed model lets it act"
         return result
 
-    def test_declares_itself(self, effect: Effect) -> None:
-        assert effect.title
-        assert effect.source, "say where the equation and the magnitude come from"
-        assert is_cause(effect.cause), "say where it stands in the tree of causes"
-        assert effect.family in children(ROOT)
-        assert effect.magnitudes, "at least one parameter must have a null at which the effect vanishes"
-        assert effect.acts_on, "say where it acts"
-        for place in effect.acts_on:
+    def test_declares_itself(self, bound: Effect) -> None:
+        assert bound.title
+        assert bound.source, "say where the equation and the magnitude come from"
+        assert is_cause(bound.cause), "say where it stands in the tree of causes"
+        assert bound.family in children(ROOT)
+        assert bound.magnitudes, "at least one parameter must have a null at which the effect vanishes"
+        assert bound.acts_on, "say where it acts"
+        for place in bound.acts_on:
             word, _, channel = place.partition(":")
             assert (word in ("actuator", "sensor") and channel.isidentifier()) or place in EQUATIONS, place
-        for parameter in effect.parameters:
+        for parameter in bound.parameters:
             assert is_unit(parameter.unit), f"{parameter.name}: {parameter.unit!r} is no unit"
             assert parameter.source, f"{parameter.name}: say where the magnitude comes from"
-            assert parameter.min <= effect.null[parameter.name] <= parameter.max
+            assert parameter.min <= bound.null[parameter.name] <= parameter.max
             assert parameter.min <= parameter.value <= parameter.max
-        for start in effect.starts:
-            for parameter in effect.parameters:
+        for start in bound.starts:
+            for parameter in bound.parameters:
                 assert parameter.min <= start[parameter.name] <= parameter.max
 
-    def test_its_priors_are_usable_on_every_model(self, effect: Effect, models: list[Model]) -> None:
+    def test_its_priors_are_usable_on_every_model(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
-            priors = effect.priors(model)
-            typical = effect.typical(model)
-            assert sorted(priors) == sorted(typical) == sorted(effect.null)
-            for parameter in effect.parameters:
+            priors = bound.priors(model)
+            typical = bound.typical(model)
+            assert sorted(priors) == sorted(typical) == sorted(bound.null)
+            for parameter in bound.parameters:
                 prior = priors[parameter.name]
-                assert prior.mean == effect.null[parameter.name]
-                if parameter.name in effect.shape_priors:
+                assert prior.mean == bound.null[parameter.name]
+                if parameter.name in bound.shape_priors:
                     assert typical[parameter.name] == prior.mean
-            for start in effect.starting_points(model):
-                for parameter in effect.parameters:
+            for start in bound.starting_points(model):
+                for parameter in bound.parameters:
                     assert parameter.min <= start[parameter.name] <= parameter.max
                 assert np.isfinite(prior.sd)
                 assert prior.sd > 0.0
                 assert parameter.min <= typical[parameter.name] <= parameter.max
 
-    def test_its_places_are_those_of_the_model(self, effect: Effect, models: list[Model]) -> None:
+    def test_its_places_are_those_of_the_model(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
-            for place in effect.places(model):
+            for place in bound.places(model):
                 word, _, channel = place.partition(":")
                 if channel:
                     channels = model.inputs if word == "actuator" else model.outputs
                     assert channel in {c.name for c in channels}, f"{model.name}: {place}"
 
-    def test_vanishes_at_its_null(self, effect: Effect, models: list[Model]) -> None:
+    def test_vanishes_at_its_null(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
-            extended = with_effects(model, [effect])
+            extended = with_effects(model, [bound])
             trial, first = self.trial(model)
             with_it = self.simulated(extended, trial, first)
             without = self.simulated(model, trial, first)
             assert with_it == pytest.approx(without, rel=1e-11, abs=1e-12), model.name
 
-    def test_its_shape_has_no_influence_at_its_null(self, effect: Effect, models: list[Model]) -> None:
-        if not effect.shape_priors:
+    def test_its_shape_has_no_influence_at_its_null(self, bound: Effect, models: list[Model]) -> None:
+        if not bound.shape_priors:
             pytest.skip("all its parameters are magnitudes")
         shape = {
-            effect.named(q.name): min(q.max, q.prior.mean + q.prior.sd)
-            for q in effect.parameters
-            if q.prior is not None
+            bound.named(q.name): min(q.max, q.prior.mean + q.prior.sd) for q in bound.parameters if q.prior is not None
         }
         for model in models:
             trial, first = self.trial(model)
-            with_it = self.simulated(with_effects(model, [effect]), trial, first, shape)
+            with_it = self.simulated(with_effects(model, [bound]), trial, first, shape)
             assert with_it == pytest.approx(self.simulated(model, trial, first), rel=1e-11, abs=1e-12), model.name
 
-    def test_shows_at_its_typical_magnitude(self, effect: Effect, models: list[Model]) -> None:
+    def test_shows_at_its_typical_magnitude(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
             trial, first = self.trial(model)
-            values = {effect.named(name): value for name, value in effect.typical(model).items()}
-            changed = self.simulated(with_effects(model, [effect]), trial, first, values)
+            values = {bound.named(name): value for name, value in bound.typical(model).items()}
+            changed = self.simulated(with_effects(model, [bound]), trial, first, values)
             assert np.isfinite(changed).all(), model.name
             assert np.abs(changed - self.simulated(model, trial, first)).max() > 1e-6, model.name
 
-    def test_derivatives_at_the_null_are_slopes(self, effect: Effect, models: list[Model]) -> None:
+    def test_derivatives_at_the_null_are_slopes(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
-            extended = with_effects(model, [effect])
+            extended = with_effects(model, [bound])
             trial, first = self.trial(model)
-            names = tuple(effect.named(parameter.name) for parameter in effect.parameters)
-            null = np.array([effect.null[parameter.name] for parameter in effect.parameters])
+            names = tuple(bound.named(parameter.name) for parameter in bound.parameters)
+            null = np.array([bound.null[parameter.name] for parameter in bound.parameters])
             sim = simulator(extended, [trial], free=names, max_step=STEP)
             states = self.padded(first, extended)
             exact = sim.jacobian(null, states).dy
             assert np.isfinite(exact).all(), model.name
-            for k, parameter in enumerate(effect.parameters):
+            for k, parameter in enumerate(bound.parameters):
                 h = 1e-6 * np.eye(len(names))[k]
                 if parameter.min < null[k] < parameter.max:
                     ahead, behind = sim.outputs(np.array([null + h, null - h]), states).y
@@ -153,7 +158,7 @@ class EffectConformance:
             low, high = RANGES.get(channel.name, (-1.0, 1.0))
             inputs[channel.name] = 0.5 * (low + high) + 0.2 * (high - low) * np.sin(rng.uniform(0.3, 1.0) * t + 0.5)
         first = np.array([1.0 if channel.name == "u" else 0.02 for channel in model.states])
-        return Trial("conformance", t, inputs, {}, synthetic=True), first
+        return Trial(TRIAL, t, inputs, {}, synthetic=True), first
 
     def padded(self, first: Array, model: Model) -> Array:
         """A first state with zeros for the effect's own states, (1, S)."""

@@ -182,16 +182,17 @@ class Program:
         return Derivatives(y, dy, x_end, dx_end)
 
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
-        """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 1, N): states, inputs and time."""
+        """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 2, N): states, inputs, time, trial."""
         e = self.equations
-        return self.evaluate("rates", (*e.states, *e.inputs, e.time), e.parameters, e.rates, values, leaves, threads)
+        by_row = (*e.states, *e.inputs, e.time, e.trial)
+        return self.evaluate("rates", by_row, e.parameters, e.rates, values, leaves, threads)
 
     def rate_derivatives(self, directions: Array, leaves: Array, threads: int) -> Array:
         """Derivatives (P, S, N) of the rates, each along one direction: `directions` (P, 2 n_parameters) holds the
         values, then the direction; `leaves` as in `rates`.
         """
         e, d = self.equations, self._differentiated_rates
-        by_row = (*e.states, *e.inputs, e.time)
+        by_row = (*e.states, *e.inputs, e.time, e.trial)
         return self.evaluate("rate derivatives", by_row, d.parameters, d.rates, directions, leaves, threads)
 
     @cached_property
@@ -248,32 +249,36 @@ class Program:
             "substeps": grid.substeps,
             "length": grid.length,
             "stage_start": grid.stage_start,
-            "stage_features": self._grid_features(grid, chosen.stage_features, grid.stage_t, grid.stage_inputs),
-            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.inputs),
+            "stage_features": self._grid_features(
+                grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
+            ),
+            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.trial, grid.inputs),
             **arrays,
         }
         sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t), "stages": 4 * grid.steps}
         run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
 
-    def _grid_features(self, grid: TimeGrid, features: tuple[Node, ...], t: Array, inputs: Array) -> Array:
+    def _grid_features(
+        self, grid: TimeGrid, features: tuple[Node, ...], t: Array, trial: Array, inputs: Array
+    ) -> Array:
         """Nodes of inputs and time alone, evaluated on the grid's rows (rows, features); kept as long as the grid."""
         kept = self._features.setdefault(grid, {})
         key = (id(t), id(features))
         if key not in kept:
-            kept[key] = self._feature_values(features, t, inputs)
+            kept[key] = self._feature_values(features, t, trial, inputs)
         return kept[key]
 
-    def _feature_values(self, features: Sequence[Node], t: Array, inputs: Array) -> Array:
+    def _feature_values(self, features: Sequence[Node], t: Array, trial: Array, inputs: Array) -> Array:
         e = self.equations
-        columns = {id(node): inputs[:, k] for k, node in enumerate(e.inputs)} | {id(e.time): t}
+        columns = {id(node): inputs[:, k] for k, node in enumerate(e.inputs)} | {id(e.time): t, id(e.trial): trial}
         if not features or not len(t):
             return np.zeros((len(t), len(features)))
         if all(id(node) in columns for node in features):
             return np.ascontiguousarray(np.stack([columns[id(node)] for node in features], axis=1))
         roots = [e.graph.number(node) for node in features]
-        leaves = np.stack([*inputs.T, t])
+        leaves = np.stack([*inputs.T, t, trial])
         key = ("features", *(id(node) for node in roots))
-        values = self.evaluate(key, (*e.inputs, e.time), (), roots, np.zeros((1, 0)), leaves, 1)
+        values = self.evaluate(key, (*e.inputs, e.time, e.trial), (), roots, np.zeros((1, 0)), leaves, 1)
         return np.ascontiguousarray(values[0].T)
 
     def evaluate(

@@ -114,9 +114,8 @@ class Sensitivities:
                 part = slice(rows.start + begin, rows.start + end)
                 count = int(grid.substeps[part].sum())
                 rates = self._rate_values(program, grid, values, stage_states, slice(step, step + count), threads)
-                found = self._values(
-                    program, self._outputs, values, states[part].T, grid.inputs[part].T, grid.t[part], threads
-                )
+                row = np.stack([*grid.inputs[part].T, grid.t[part], grid.trial[part]])
+                found = self._values(program, self._outputs, values, states[part].T, row, threads)
                 y[part] = found[: len(e.outputs)].T
                 buffers: dict[str, Buffer] = {
                     **fixed,
@@ -142,9 +141,8 @@ class Sensitivities:
         # A step has three rows of inputs; its second and third stage share the middle one.
         rows = (3 * np.arange(steps.start, steps.stop)[:, None] + np.array([0, 1, 1, 2])).ravel()
         states = stage_states[:, 4 * steps.start : 4 * steps.stop]
-        return self._values(
-            program, self._rates, values, states, grid.stage_inputs[rows].T, grid.stage_t[rows], threads
-        )
+        row = np.stack([*grid.stage_inputs[rows].T, grid.stage_t[rows], grid.stage_trial[rows]])
+        return self._values(program, self._rates, values, states, row, threads)
 
     def _values(
         self,
@@ -152,16 +150,15 @@ class Sensitivities:
         wanted: _Derivatives,
         values: Array,
         states: Array,
-        inputs: Array,
-        t: Array,
+        row: Array,
         threads: int,
     ) -> Array:
-        """Values (nodes, N) of derivatives on rows: states (S, N), inputs (I, N), t (N,)."""
+        """Values (nodes, N) of derivatives on rows: states (S, N); inputs, time and trial (I + 2, N)."""
         e = self._equations
-        if not wanted.nodes or not len(t):
-            return np.zeros((len(wanted.nodes), len(t)))
-        leaves = np.concatenate([states, inputs, t[None]])
-        by_row = (*e.states, *e.inputs, e.time)
+        if not wanted.nodes or not row.shape[1]:
+            return np.zeros((len(wanted.nodes), row.shape[1]))
+        leaves = np.concatenate([states, row])
+        by_row = (*e.states, *e.inputs, e.time, e.trial)
         found = program.evaluate(id(wanted), by_row, e.parameters, wanted.nodes, values[None], leaves, threads)
         return np.asarray(found[0])
 

@@ -36,7 +36,7 @@ _CONVERSIONS = ("float64", "float32", "asarray", "array", "real")
 
 @dataclass(frozen=True)
 class Equations:
-    """What a model computes: `rates` (S,) and `outputs` (D,) over leaves state, input, parameter, time."""
+    """What a model computes: `rates` (S,) and `outputs` (D,) over leaves state, input, parameter, time, trial."""
 
     graph: Graph
     rates: tuple[Node, ...]
@@ -45,6 +45,7 @@ class Equations:
     inputs: tuple[Node, ...]
     parameters: tuple[Node, ...]
     time: Node
+    trial: Node
 
 
 def trace(model: Model) -> Equations:
@@ -57,7 +58,8 @@ def trace(model: Model) -> Equations:
     s = record("States", model.states)(*states)
     i = record("Inputs", model.inputs)(*inputs)
     p = record("Parameters", model.parameters)(*parameters)
-    e = Environment(t=time)
+    number = graph.leaf("trial", 0, ROW)
+    e = Environment(t=time, trial=number)
     given = (s, i, p, e)
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
@@ -77,7 +79,7 @@ def trace(model: Model) -> Equations:
         outputs = tuple(named[channel.name] for channel in model.outputs)
     else:
         outputs = run("output", model.output, len(model.outputs))
-    return Equations(graph, rates, outputs, states, inputs, parameters, time)
+    return Equations(graph, rates, outputs, states, inputs, parameters, time, number)
 
 
 def _explore(
