@@ -44,6 +44,10 @@ _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
 """Further gains like the last one that a fit is granted before it counts as hopeless."""
+_ROUNDS = 4
+"""Times that steps and sizes take turns; two are usual."""
+_SAME_SIZES = 1.0
+"""Rise of the evidence (nats) by new sizes below which the point is not sought again under them. [S]"""
 _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
@@ -107,29 +111,29 @@ def fit(
         return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
 
     point, sizes = _approached(problem, effects, point, sizes)
-    last, settled = -math.inf, False
-    for number in range(settings.fit_steps):
-        at = problem.linearize(point, effects, discrepancy=discrepancy)
-        if not np.isfinite(at.errors).all():
+    for round_ in range(_ROUNDS):
+        last, settled = -math.inf, False
+        for number in range(settings.fit_steps):
+            at = problem.linearize(point, effects, discrepancy=discrepancy)
+            if not np.isfinite(at.errors).all():
+                break
+            likelihood = Likelihood(problem, at)
+            rough = round_ == 0 and number in _NOISE_STEPS
+            sizes, value = maximise(
+                partial(evidence, likelihood), sizes, settings, channels=channels,
+                noise=rough, shapes=rough and number == _SHAPE_STEP, sweeps=1,
+            )  # fmt: skip
+            if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
+                break
+            last = value
+            point, fall = _step(problem, effects, point, sizes, likelihood)
+            if fall < settings.settled:
+                settled = True
+                break
+        sizes, gain = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
+        if gain < _SAME_SIZES:
             break
-        likelihood = Likelihood(problem, at)
-        sizes, value = maximise(
-            partial(evidence, likelihood),
-            sizes,
-            settings,
-            channels=channels,
-            noise=number in _NOISE_STEPS,
-            shapes=number == _SHAPE_STEP,
-            sweeps=1,
-        )
-        if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
-            break
-        last = value
-        point, fall = _step(problem, effects, point, sizes, likelihood)
-        if fall < settings.settled:
-            settled = True
-            break
-    return _finished(problem, effects, point, sizes, known, channels, discrepancy, settled, rival)
+    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 
 def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
@@ -173,7 +177,7 @@ def _step(
     return point, 0.0
 
 
-def _finished(
+def _final_sizes(
     problem: Problem,
     effects: tuple[str, ...],
     point: Point,
@@ -181,9 +185,12 @@ def _finished(
     known: NoisePrior,
     channels: Sequence[int],
     discrepancy: bool,
-    settled: bool,
     rival: float,
-) -> Fit:
+) -> tuple[Sizes, float]:
+    """The most probable sizes at the end of the steps, and by how much (nats) they are better; 0 far behind a rival.
+
+    Raises LinAlgError where the model diverges.
+    """
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
@@ -192,9 +199,11 @@ def _finished(
     def evidence(candidate: Sizes) -> float:
         return likelihood.log_likelihood(candidate, effects) + log_prior(problem.settings, candidate, known)
 
+    before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
-    near = evidence(sizes) > rival - problem.settings.hopeless
-    for _ in range(_PROPOSALS if near else 0):
+    if not before > rival - problem.settings.hopeless:
+        return maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)[0], 0.0
+    for _ in range(_PROPOSALS):
         step = likelihood.solve(sizes, effects)
         residuals = at.errors + at.shared @ step.shared
         residuals += np.einsum("nl,nl->n", at.local, step.local[problem.trial_of])
@@ -202,10 +211,8 @@ def _finished(
             evidence, sizes, problem.settings, channels=channels, sweeps=1,
             proposals=proposed_shapes(problem, residuals),
         )  # fmt: skip
-    sizes, _ = maximise(
-        evidence, sizes, problem.settings, channels=channels, shapes=near, sweeps=_SWEEPS if near else 1
-    )
-    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+    sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
+    return sizes, value - before
 
 
 def fit_at(

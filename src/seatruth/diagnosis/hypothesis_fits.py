@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 
+PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
 _NESTED = 8.0
 """nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
 _LARGE = math.log(0.3)
@@ -109,13 +112,28 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if problem.discrepancy is None:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
-        fit_once(found, key, True, got.point, got.sizes.with_discrepancy(_SMALL))
+        fit_once(found, key, True, got.point, _beside(found, got, near))
         return
     sizes = near.sizes.with_discrepancy()
     loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
+
+
+def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
+    """Sizes from which discrepancy is sought beside a set that was fitted without it: little, or as in the near fit."""
+    little = got.sizes.with_discrepancy(_SMALL)
+    if not near.discrepancy:
+        return little
+    as_near = [near.sizes.shrunk(part) for part in PARTS]
+    options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
+    likelihood = Likelihood(found.problem, found.problem.linearize(got.point, got.effects))
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.log_likelihood(sizes, got.effects) + log_prior(found.problem.settings, sizes, found.known)
+
+    return max(options, key=value)
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:

@@ -11,13 +11,10 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import moved_to
+from seatruth.diagnosis.hypothesis_fits import PARTS, moved_to
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
-
-_PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
-"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
 
 
 def screen(found: Search, at: Fit) -> list[str]:
@@ -35,7 +32,7 @@ def screen(found: Search, at: Fit) -> list[str]:
         return _ranked(found, at, others)
     likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
     bare = at.sizes.without_discrepancy()
-    shrunk = [at.sizes.shrunk(part) for part in _PARTS] if at.discrepancy else []
+    shrunk = [at.sizes.shrunk(part) for part in PARTS] if at.discrepancy else []
     # Size by size, since what takes time does not depend on the effect.
     loose_scores = dict.fromkeys(others, -math.inf)
     for sizes in shrunk:
