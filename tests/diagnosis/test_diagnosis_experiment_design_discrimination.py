@@ -91,7 +91,7 @@ def test_a_survivor_of_next_to_no_size_stands_at_its_typical_one(found: Search) 
     at: Fit = found.fits[key]
     shared = without_discrepancy(found.problem, at.point).shared.copy()
     shared[found.problem.columns["gyro_bias"]] = 0.0
-    flat = dataclasses.replace(at, at=dataclasses.replace(at.at, point=dataclasses.replace(at.point, shared=shared)))
+    flat = dataclasses.replace(at, point=dataclasses.replace(at.point, shared=shared))
     weak = dataclasses.replace(found, fits={**found.fits, key: flat})
     rivals = Rivals(weak, CHANCES)
     (column,) = found.problem.columns["gyro_bias"]
