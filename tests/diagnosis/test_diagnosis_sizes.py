@@ -160,6 +160,11 @@ def test_rounding_to_the_last_digit_bounds_the_noise(ship_folder: Path, plain_ru
     assert known.least[0] == pytest.approx(1e-5 * spread)
 
 
+@pytest.fixture(scope="module")
+def problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    return small.problem(ship_folder, offset_runs)
+
+
 def test_residuals_propose_the_shape_of_their_noise(problem: Problem) -> None:
     """Residuals drawn with a slow part get a shape with one; white residuals do not."""
     rng = np.random.default_rng(3)

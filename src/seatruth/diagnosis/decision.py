@@ -73,9 +73,16 @@ def decide(
     kept, refused = first, False
     clusters: list[Cluster] = []
     while kept:
-        # What is refused leaves the others to explain more, or less: they are asked again without it.
+        # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
+        # that only together look like something else do not stand when one of them falls.
+        gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
-        probable = [name for name in kept if candidates[name].probability >= settings.name_threshold]
+        probable = [
+            name
+            for name in kept
+            if candidates[name].probability >= settings.name_threshold
+            and _without(found, candidates[name].effects, gone) >= settings.name_threshold
+        ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused |= len(passing) < len(probable)
         clusters = [candidates[name] for name in passing]
@@ -98,6 +105,13 @@ def decide(
     if unnamed >= settings.name_threshold:
         return Decision("unknown", (), min(1.0, unnamed), True, ())
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+
+
+def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]) -> float:
+    """Probability that one of these effects acts, given that those that are gone do not."""
+    left = [one for one in found if not gone & set(one.effects)]
+    total = sum(one.probability for one in left)
+    return sum(one.probability for one in left if set(members) & set(one.effects)) / total if total > 0.0 else 0.0
 
 
 def _cluster(
