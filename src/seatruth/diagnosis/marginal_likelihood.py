@@ -202,7 +202,7 @@ class Likelihood:
         return at, root
 
     def local_root(self, sizes: Sizes) -> Array:
-        """A square root (L, L) of the prior covariance of a trial's own unknowns; without forces, of its initial states."""
+        """A square root (L, L) of the prior covariance of a trial's own unknowns, or of its initial states alone."""
         count = len(self.problem.initial_names)
         lacking = self._locals > count and bool(np.isfinite(sizes.forces).any())
         root = np.zeros((self._locals if lacking else count,) * 2)
