@@ -44,8 +44,8 @@ _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
 """Further gains like the last one that a fit is granted before it counts as hopeless."""
-_ROUNDS = 4
-"""Times that steps and sizes take turns; two are usual."""
+_ROUNDS = 10
+"""Most times that steps and sizes take turns; one or two are usual."""
 _SAME_SIZES = 1.0
 """Rise of the evidence (nats) by new sizes below which the point is not sought again under them. [S]"""
 _PROPOSALS = 2
@@ -111,6 +111,7 @@ def fit(
         return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
 
     point, sizes = _approached(problem, effects, point, sizes)
+    reached = -math.inf
     for round_ in range(_ROUNDS):
         last, settled = -math.inf, False
         for number in range(settings.fit_steps):
@@ -118,10 +119,10 @@ def fit(
             if not np.isfinite(at.errors).all():
                 break
             likelihood = Likelihood(problem, at)
-            rough = round_ == 0 and number in _NOISE_STEPS
             sizes, value = maximise(
                 partial(evidence, likelihood), sizes, settings, channels=channels,
-                noise=rough, shapes=rough and number == _SHAPE_STEP, sweeps=1,
+                noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
+                shapes=round_ == 0 and number == _SHAPE_STEP, sweeps=1,
             )  # fmt: skip
             if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
                 break
@@ -130,9 +131,12 @@ def fit(
             if fall < settings.settled:
                 settled = True
                 break
-        sizes, gain = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
-        if gain < _SAME_SIZES:
+        sizes, value, gain = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
+        # New sizes ask for a new point, as long as either still brings something.
+        brought = gain if round_ == 0 else value - reached
+        if brought < _SAME_SIZES or value < rival - settings.hopeless:
             break
+        reached = value
     return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 
@@ -186,8 +190,8 @@ def _final_sizes(
     channels: Sequence[int],
     discrepancy: bool,
     rival: float,
-) -> tuple[Sizes, float]:
-    """The most probable sizes at the end of the steps, and by how much (nats) they are better; 0 far behind a rival.
+) -> tuple[Sizes, float, float]:
+    """The most probable sizes at the end of the steps, the objective there, and by how much (nats) it rose.
 
     Raises LinAlgError where the model diverges.
     """
@@ -202,7 +206,8 @@ def _final_sizes(
     before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     if not before > rival - problem.settings.hopeless:
-        return maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)[0], 0.0
+        sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
+        return sizes, value, value - before
     for _ in range(_PROPOSALS):
         step = likelihood.solve(sizes, effects)
         residuals = at.errors + at.shared @ step.shared
@@ -212,7 +217,7 @@ def _final_sizes(
             proposals=proposed_shapes(problem, residuals),
         )  # fmt: skip
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
-    return sizes, value - before
+    return sizes, value, value - before
 
 
 def fit_at(

@@ -12,13 +12,15 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
-from seatruth.diagnosis.initial_guess import from_equation_error
+from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_AGAIN = 3
+"""Times that the model alone is fitted again from its own end. [S]"""
 _NESTED = 8.0
 """nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
 _LARGE = math.log(0.3)
@@ -47,6 +49,13 @@ def fit_null(found: Search) -> None:
         fit_once(found, (), False, start, sizes, attempt=2)
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
+    # Everything is measured by these fits, and a fit that begins at its own end may still find better noise.
+    for on in (False, True):
+        for attempt in range(3, 3 + _AGAIN):
+            known = found.fits.get(((), on))
+            again = known and fit_once(found, (), on, known.point, known.sizes, attempt=attempt)
+            if known is None or again is None or again.evidence < known.evidence + 1.0:
+                break
 
 
 def fit_both(found: Search, key: Key, near: Fit) -> None:
@@ -151,8 +160,15 @@ def _start(found: Search, key: Key, near: Fit) -> Point:
     point = near.point
     for name in key:
         if name not in near.effects and name in found.starts:
-            point = moved_to(found.problem, point, name, found.starts[name])
+            point = started(found.problem, replace(near, point=point), name, found.starts[name])
     return point
+
+
+def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
+    """The point of a near fit with one more effect at these values, in the place of forces where it has them."""
+    if near.discrepancy:
+        return with_effect(problem, near.point, name, values)
+    return moved_to(problem, near.point, name, values)
 
 
 def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:

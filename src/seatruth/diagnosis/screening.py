@@ -11,7 +11,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import PARTS, moved_to
+from seatruth.diagnosis.hypothesis_fits import PARTS, started
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
@@ -85,7 +85,7 @@ def _best_start(found: Search, at: Fit, name: str) -> Array | None:
         return None
     near = at.linearized(problem)
     for values in starts:
-        errors = problem.errors(moved_to(problem, at.point, name, values))
+        errors = problem.errors(started(problem, at, name, values))
         if np.isfinite(errors).all():
             likelihood = Likelihood(problem, replace(near, errors=errors))
             options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
@@ -95,7 +95,7 @@ def _best_start(found: Search, at: Fit, name: str) -> Array | None:
 def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
     """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
     problem = found.problem
-    there = problem.linearize(moved_to(problem, at.point, name, values), key)
+    there = problem.linearize(started(problem, at, name, values), key)
     if not np.isfinite(there.errors).all():
         return -math.inf, -math.inf
     likelihood = Likelihood(problem, there)

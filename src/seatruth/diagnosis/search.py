@@ -15,6 +15,7 @@ import numpy as np
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, moved_to
+from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.sizes import noise_prior
@@ -46,6 +47,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         # The leader first: what it reaches tells which of the others are hopeless.
         for batch in (singles[:1], singles[1:]):
             _fit_at_once(found, batch, near, say, expected, workers)
+        share_noise(found, 1)
         count = len(singles)
         for size in range(2, settings.most_effects + 1):
             leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
@@ -62,6 +64,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
                     fit_both(found, key, at)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
+        share_noise(found, 2)
     except KeyboardInterrupt:
         found.interrupted = True
     if all(on for _, on in found.fits):

@@ -73,9 +73,9 @@ class Settings:
     prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
     """Prior probability of one, two, three effects, shared equally among the sets of that size. [S]
     `experiments/withheld calibrate` refits it."""
-    prior_discrepancy: float = 0.05
-    """Prior probability that the model's structure lacks something beside named effects. [S]
-    `experiments/withheld calibrate` refits it."""
+    prior_discrepancy: float = 1.0 / 3.0
+    """Prior probability that the model's structure lacks something beside named effects: the same as without them,
+    `prior_unknown` over itself and `prior_none`."""
     temperature: float = 1.0
     """Divides log-evidence. 1: the statistical model is taken at its word."""
     model_form: float = 0.003
