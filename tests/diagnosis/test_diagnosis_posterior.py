@@ -20,7 +20,9 @@ EFFECTS = {name: available()[name] for name in ("current", "wind", "heading_bias
 
 def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool], float] | None = None) -> Any:
     """A search with this evidence of its fits and screens."""
-    found = {place: SimpleNamespace(evidence=value, settled=True) for place, value in fits.items()}
+    found = {
+        (key, on): SimpleNamespace(evidence=value, settled=True, discrepancy=on) for (key, on), value in fits.items()
+    }
     null = max((f for (key, _), f in found.items() if not key), key=lambda f: f.evidence)
     return SimpleNamespace(
         fits=found,

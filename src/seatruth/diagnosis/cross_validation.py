@@ -162,7 +162,10 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
 
 def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:
     """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
-    step = at.likelihood.solve(at.sizes, at.effects, others)
+    try:
+        step = at.likelihood.solve(at.sizes, at.effects, others)
+    except np.linalg.LinAlgError:
+        return math.inf
     point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
     bare = without_discrepancy(problem, point)
     point = replace(point, forces=bare.forces) if terms else bare

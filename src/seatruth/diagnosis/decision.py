@@ -9,7 +9,7 @@ positive.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.posterior import answers, none_and_unknown
@@ -85,7 +85,10 @@ def decide(
         ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused |= len(passing) < len(probable)
-        clusters = [candidates[name] for name in passing]
+        clusters = [
+            replace(one, probability=min(one.probability, _without(found, one.effects, gone)))
+            for one in (candidates[name] for name in passing)
+        ]
         if passing == kept:
             break
         kept = passing

@@ -116,7 +116,9 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     plain = found.fits.get(((), False))
     gap = best - plain.evidence if plain is not None else 0.0
     got = None
-    if not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
+    # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
+    strays = plain is None or plain.evidence < found.null.evidence - HOPE
+    if not near.discrepancy or strays or expected > best - max(HOPE, gap / 2.0):
         got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
     if problem.discrepancy is None:
         return
@@ -125,6 +127,9 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
         return
     sizes = near.sizes.with_discrepancy()
     loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+    if got is not None:
+        # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
+        loose = fit_once(found, key, True, got.point, sizes, attempt=2) or loose
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)

@@ -9,12 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.fit import Fit, objective
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS, started
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
+
+_MAGNITUDES = (1.0, 2.5)
+"""Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
 
 
 def screen(found: Search, at: Fit) -> list[str]:
@@ -48,7 +51,8 @@ def screen(found: Search, at: Fit) -> list[str]:
         chosen = found.starts.get(other, _best_start(found, at, other))
         if chosen is not None:
             from_there = _score_from(found, at, key, other, chosen, bare)
-            if max(from_there) > max(plain, loose):
+            # Where it has no slope at its null, what is linearized there says nothing of it.
+            if problem.effects[other].starts or max(from_there) > max(plain, loose):
                 found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
         scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
@@ -63,31 +67,42 @@ def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
 
 
 def _finite_starts(problem: Problem, name: str) -> list[Array]:
-    """Finite values from which an effect is tried whose null is no regular point: it has no slope there."""
+    """Finite values from which an effect is tried: one without a slope at its null, or with a direction."""
     effect = problem.effects[name]
-    if not effect.starts:
+    if not (effect.starts or effect.direction):
         return []
-    return [
+    mean = problem.mean[problem.columns[name]]
+    directions = [
         np.array([float(start[q.name]) for q in effect.parameters])
         for start in effect.starting_points(problem.study.model)
     ]
+    return [mean + part * (values - mean) for part in _MAGNITUDES for values in directions]
 
 
 def _best_start(found: Search, at: Fit, name: str) -> Array | None:
     """The finite start of an effect that leaves least once everything else is refitted; None where it has none.
 
-    The derivatives by everything else are those of the fit: each start costs one simulation.
+    The derivatives by everything else are those of the fit: each start costs one simulation. Directions are tried
+    beside discrepancy only: without it, the slope at the null leads there.
     """
     problem = found.problem
     options: list[tuple[float, Array]] = []
     starts = _finite_starts(problem, name)
     if not starts:
         return None
+    directed = not problem.effects[name].starts
+    if directed and not at.discrepancy:
+        return None
     near = at.linearized(problem)
     for values in starts:
-        errors = problem.errors(started(problem, at, name, values))
-        if np.isfinite(errors).all():
-            likelihood = Likelihood(problem, replace(near, errors=errors))
+        point = started(problem, at, name, values)
+        errors = problem.errors(point)
+        if directed:
+            # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
+            options.append((-objective(problem, point, errors, at.sizes, at.effects, at.likelihood), values))
+        elif np.isfinite(errors).all():
+            # With what is left of the missing forces once the effect has taken its part.
+            likelihood = Likelihood(problem, replace(near, point=point, errors=errors))
             options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
     return max(options, key=lambda option: option[0])[1] if options else None
 
