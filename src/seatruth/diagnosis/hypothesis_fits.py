@@ -19,6 +19,10 @@ from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_TO_THE_END = 3
+"""Number of the attempt from which a fit is not broken off, however far behind its rival it begins."""
+_FROM_AFAR = 9
+"""Number of the attempt that begins where a fit without discrepancy ended."""
 _AGAIN = 3
 """Times that the model alone is fitted again from its own end. [S]"""
 _NESTED = 8.0
@@ -88,7 +92,7 @@ def fit_once(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Si
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
-    rival = found.rival if key and attempt < 3 else -math.inf
+    rival = found.rival if key and attempt < _TO_THE_END else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:
@@ -129,7 +133,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
     if got is not None:
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
-        loose = fit_once(found, key, True, got.point, sizes, attempt=2) or loose
+        loose = fit_once(found, key, True, got.point, sizes, attempt=_FROM_AFAR) or loose
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
