@@ -3,7 +3,8 @@
 A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
 holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
-positive.
+positive. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model of
+another form, and stands for no cause.
 """
 
 from __future__ import annotations
@@ -16,7 +17,12 @@ from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.results import Hypothesis, Kind
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
-from seatruth.effects.causes import lowest_common_ancestor
+from seatruth.effects.causes import is_within, lowest_common_ancestor
+
+_NEEDED = 1e-3
+"""Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
+_STRUCTURE = "hydrodynamics"
+"""Family of causes that are terms of the hull's forces, as discrepancy is."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,7 @@ def decide(
             for name in kept
             if candidates[name].probability >= settings.name_threshold
             and _without(found, candidates[name].effects, gone) >= settings.name_threshold
+            and not (is_within(candidates[name].cause, _STRUCTURE) and _discrepancy(found, kept))
         ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused |= len(passing) < len(probable)
@@ -111,10 +118,15 @@ def decide(
 
 
 def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]) -> float:
-    """Probability that one of these effects acts, given that those that are gone do not."""
+    """Probability that one of these effects acts, given that those that are gone do not.
+
+    0 where the trials need what is gone: it does not predict, so what they need has another name.
+    """
     left = [one for one in found if not gone & set(one.effects)]
     total = sum(one.probability for one in left)
-    return sum(one.probability for one in left if set(members) & set(one.effects)) / total if total > 0.0 else 0.0
+    if total < _NEEDED:
+        return 0.0
+    return sum(one.probability for one in left if set(members) & set(one.effects)) / total
 
 
 def _cluster(

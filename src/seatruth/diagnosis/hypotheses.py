@@ -27,7 +27,7 @@ class Search:
     screened: dict[tuple[Key, bool], float] = field(default_factory=dict)
     """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
     starts: dict[str, Array] = field(default_factory=dict)
-    """Finite values from which an effect is fitted, where they are better than its null."""
+    """Finite values (k, n), the best first, from which an effect is fitted, where they are better than its null."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))

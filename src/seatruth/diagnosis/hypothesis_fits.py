@@ -23,6 +23,10 @@ _TO_THE_END = 3
 """Number of the attempt from which a fit is not broken off, however far behind its rival it begins."""
 _FROM_AFAR = 9
 """Number of the attempt that begins where a fit without discrepancy ended."""
+_OTHER, _OTHER_STARTS = 30, 2
+"""Number of the attempt from the first other start, and how many of them are tried. [S]"""
+_FALLEN = 1e-3
+"""Distance from its null, over that of a start, below which an effect has fallen back to it. [S]"""
 _AGAIN = 3
 """Times that the model alone is fitted again from its own end. [S]"""
 _NESTED = 8.0
@@ -124,6 +128,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     strays = plain is None or plain.evidence < found.null.evidence - HOPE
     if not near.discrepancy or strays or expected > best - max(HOPE, gap / 2.0):
         got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+        got = _from_other_starts(found, key, near, got)
     if problem.discrepancy is None:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
@@ -137,6 +142,21 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
+
+
+def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> Fit | None:
+    """The best fit without discrepancy, from an effect's other starts where the first one fell back to its null."""
+    problem = found.problem
+    for name in (n for n in key if n not in near.effects and problem.effects[n].starts and n in found.starts):
+        columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
+        plain = found.fits.get((near.effects, False), near)
+        for number, values in enumerate(found.starts[name][1 : 1 + _OTHER_STARTS]):
+            moved = 0.0 if got is None else float(np.abs(got.point.shared[columns] - mean).max())
+            if moved > _FALLEN * float(np.abs(values - mean).max()):
+                break
+            point = moved_to(problem, plain.point, name, values)
+            got = fit_once(found, key, False, point, plain.sizes, attempt=_OTHER + number) or got
+    return got
 
 
 def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
@@ -169,7 +189,7 @@ def _start(found: Search, key: Key, near: Fit) -> Point:
     point = near.point
     for name in key:
         if name not in near.effects and name in found.starts:
-            point = started(found.problem, replace(near, point=point), name, found.starts[name])
+            point = started(found.problem, replace(near, point=point), name, found.starts[name][0])
     return point
 
 

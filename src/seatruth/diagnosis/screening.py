@@ -10,7 +10,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, objective
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS, started
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
@@ -44,13 +44,13 @@ def screen(found: Search, at: Fit) -> list[str]:
             value = likelihood.evidence(sizes, (*at.effects, other)) + prior
             loose_scores[other] = max(loose_scores[other], value)
     plain_prior = log_prior(settings, bare, found.known)
-    scores: dict[str, tuple[float, float, list[float]]] = {}
+    scores: dict[str, tuple[float, float, list[list[float]]]] = {}
     for other in others:
         key, loose = (*at.effects, other), loose_scores[other]
         plain = likelihood.evidence(bare, key) + plain_prior
-        chosen = found.starts.get(other, _best_start(found, at, other))
-        if chosen is not None:
-            from_there = _score_from(found, at, key, other, chosen, bare)
+        chosen = found.starts[other] if other in found.starts else _ordered_starts(found, at, other)
+        if len(chosen):
+            from_there = _score_from(found, at, key, other, chosen[0], bare)
             # Where it has no slope at its null, what is linearized there says nothing of it.
             if problem.effects[other].starts or max(from_there) > max(plain, loose):
                 found.starts[other] = chosen
@@ -76,23 +76,26 @@ def _finite_starts(problem: Problem, name: str) -> list[Array]:
         np.array([float(start[q.name]) for q in effect.parameters])
         for start in effect.starting_points(problem.study.model)
     ]
-    return [mean + part * (values - mean) for part in _MAGNITUDES for values in directions]
+    parts = (1.0,) if effect.starts else _MAGNITUDES
+    return [mean + part * (values - mean) for part in parts for values in directions]
 
 
-def _best_start(found: Search, at: Fit, name: str) -> Array | None:
-    """The finite start of an effect that leaves least once everything else is refitted; None where it has none.
+def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
+    """The finite starts (k, n) of an effect, the one first that leaves least once everything else is refitted.
 
     The derivatives by everything else are those of the fit: each start costs one simulation. Directions are tried
-    beside discrepancy only: without it, the slope at the null leads there.
+    beside discrepancy only: without it, the slope at the null leads there. Others are tried without it, where the runs
+    do not stray: beside it, forces have taken their part.
     """
     problem = found.problem
     options: list[tuple[float, Array]] = []
-    starts = _finite_starts(problem, name)
-    if not starts:
-        return None
-    directed = not problem.effects[name].starts
-    if directed and not at.discrepancy:
-        return None
+    starts, directed = _finite_starts(problem, name), not problem.effects[name].starts
+    none = np.zeros((0, len(problem.columns[name])))
+    if not starts or (directed and not at.discrepancy):
+        return none
+    plain = found.fits.get((at.effects, False))
+    if not directed and plain is not None and plain.evidence > at.evidence - HOPE:
+        at = plain
     near = at.linearized(problem)
     for values in starts:
         point = started(problem, at, name, values)
@@ -104,7 +107,8 @@ def _best_start(found: Search, at: Fit, name: str) -> Array | None:
             # With what is left of the missing forces once the effect has taken its part.
             likelihood = Likelihood(problem, replace(near, point=point, errors=errors))
             options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
-    return max(options, key=lambda option: option[0])[1] if options else None
+    ordered = sorted(options, key=lambda option: -option[0])
+    return np.array([values for _, values in ordered]) if ordered else none
 
 
 def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
