@@ -21,6 +21,8 @@ from seatruth.effects.causes import is_within, lowest_common_ancestor
 
 _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
+_MOST = 0.75
+"""Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
 
@@ -124,9 +126,15 @@ def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]
     """
     left = [one for one in found if not gone & set(one.effects)]
     total = sum(one.probability for one in left)
-    if total < _NEEDED:
+    if total < _NEEDED and _explained(left) < _MOST * _explained(found):
         return 0.0
     return sum(one.probability for one in left if set(members) & set(one.effects)) / total
+
+
+def _explained(found: Sequence[Hypothesis]) -> float:
+    """Log-evidence (nats) of the best of these hypotheses over the best one without effects."""
+    alone = max((one.log_evidence for one in found if not one.effects), default=0.0)
+    return max((one.log_evidence for one in found), default=alone) - alone
 
 
 def _cluster(

@@ -23,7 +23,7 @@ _TO_THE_END = 3
 """Number of the attempt from which a fit is not broken off, however far behind its rival it begins."""
 _FROM_AFAR = 9
 """Number of the attempt that begins where a fit without discrepancy ended."""
-_OTHER, _OTHER_STARTS = 30, 2
+_OTHER, _OTHER_STARTS = 30, 3
 """Number of the attempt from the first other start, and how many of them are tried. [S]"""
 _FALLEN = 1e-3
 """Distance from its null, over that of a start, below which an effect has fallen back to it. [S]"""
@@ -125,9 +125,13 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     gap = best - plain.evidence if plain is not None else 0.0
     got = None
     # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
-    strays = plain is None or plain.evidence < found.null.evidence - HOPE
-    if not near.discrepancy or strays or expected > best - max(HOPE, gap / 2.0):
+    strays = plain is not None and plain.evidence < found.null.evidence - HOPE
+    if near.discrepancy and strays and not near.effects:
+        assert plain is not None
+        got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_TO_THE_END)
+    elif not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
         got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    if got is not None:
         got = _from_other_starts(found, key, near, got)
     if problem.discrepancy is None:
         return
@@ -150,7 +154,7 @@ def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> F
     for name in (n for n in key if n not in near.effects and problem.effects[n].starts and n in found.starts):
         columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
         plain = found.fits.get((near.effects, False), near)
-        for number, values in enumerate(found.starts[name][1 : 1 + _OTHER_STARTS]):
+        for number, values in enumerate(found.starts[name][:_OTHER_STARTS]):
             moved = 0.0 if got is None else float(np.abs(got.point.shared[columns] - mean).max())
             if moved > _FALLEN * float(np.abs(values - mean).max()):
                 break
@@ -206,6 +210,18 @@ def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
     columns = problem.columns[name]
     shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
     return Point(shared, point.initial, point.forces)
+
+
+def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
+    """The point with an effect's values in each trial's own ones, and the effect itself at its null."""
+    like = problem.effects[name]
+    values = dict(zip((q.name for q in like.parameters), point.shared[problem.columns[name]]))
+    repeated = []
+    for q in problem.effects[own].parameters:
+        same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
+        repeated.append(values[same])
+    moved = moved_to(problem, point, name, problem.mean[problem.columns[name]])
+    return moved_to(problem, moved, own, np.array(repeated))
 
 
 def _kept(found: Search, got: Fit) -> Fit:

@@ -14,11 +14,12 @@ import numpy as np
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, moved_to
+from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial, moved_to
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.sizes import noise_prior
+from seatruth.effects.each_trial import EachTrial
 from seatruth.storage.checkpoint import Checkpoint
 
 _FAR = 100.0
@@ -62,6 +63,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     fit_both(found, key, at)
+        _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
         share_noise(found, 2)
@@ -95,6 +97,27 @@ def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expec
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def _fit_each_trial(found: Search) -> None:
+    """Fits the leading sets with values for each trial in the place of effects that are the same in all.
+
+    Only there: values of their own let an effect follow whatever differs between trials, and an environment is believed
+    to differ from trial to trial only where it is seen in all of them.
+    """
+    effects = found.problem.effects.items()
+    alike = {effect.like.name: name for name, effect in effects if isinstance(effect, EachTrial)}
+    for leader in [key for key in found.sets() if key and _leads(found, key)][: found.problem.settings.leaders]:
+        at = found.best(leader)
+        assert at is not None
+        for name in leader:
+            if name not in alike:
+                continue
+            key = tuple(sorted((*(n for n in leader if n != name), alike[name])))
+            for on in (False, True):
+                same = found.fits.get((leader, on))
+                if same is not None:
+                    fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
 
 
 def _refit_parts(found: Search) -> None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -251,7 +252,8 @@ def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, setti
             def at(x: float, part: str = part, values: Array = values, k: int = int(k)) -> float:
                 moved = values.copy()
                 moved[k] = x
-                return log_likelihood(replace(sizes, **{part: moved})) - best
+                changed: dict[str, Any] = {part: moved}
+                return log_likelihood(replace(sizes, **changed)) - best
 
             foot = math.exp(min(at(low), 0.0))
             drop = min(at(here - _WIDE), 0.0) + min(at(here + _WIDE), 0.0)
