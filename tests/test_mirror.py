@@ -48,6 +48,8 @@ ELSEWHERE = {
         "simulate/compiler/llvm_ir",
         "simulate/compiler/machine_code",
     ),
+    # The kernel of the derivatives, tested by the derivatives.
+    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation",),
     # Stages of the simulation, tested by its outputs.
     "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
     # A user's simulator, run one call after another.
@@ -84,6 +86,12 @@ ELSEWHERE = {
         "study/study",
     ),
     "costs/test_costs_trajectory.py": ("costs/initial", "costs/open_loop", "costs/segments"),
+    # Stages of the search, tested by the hypotheses that it fits.
+    "diagnosis/test_diagnosis_search.py": (
+        "diagnosis/hypotheses",
+        "diagnosis/hypothesis_fits",
+        "diagnosis/screening",
+    ),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),

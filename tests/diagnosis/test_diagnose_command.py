@@ -212,9 +212,9 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
 
     The same command goes on from there.
     """
-    from seatruth.diagnosis import hypotheses
+    from seatruth.diagnosis import search
 
-    plain, calls = hypotheses._fit_both, []
+    plain, calls = search.fit_both, []
 
     def once(*arguments: Any) -> Any:
         calls.append(arguments[1])
@@ -222,7 +222,7 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
             signal.raise_signal(signal.SIGINT)
         return plain(*arguments)
 
-    monkeypatch.setattr(hypotheses, "_fit_both", once)
+    monkeypatch.setattr(search, "fit_both", once)
     monkeypatch.chdir(folder)
     assert run(["diagnose", "study.toml", "--effects", EFFECTS, "--quiet", "--out", "cut"]) == 130
     found = Diagnosis.load(folder / "cut")

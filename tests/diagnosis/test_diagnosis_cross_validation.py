@@ -19,8 +19,9 @@ from seatruth.diagnosis.cross_validation import (
     summary,
     validate,
 )
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.results import Fold
+from seatruth.diagnosis.search import search
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.trials.trial import Trial
 

@@ -119,7 +119,9 @@ def test_nothing_is_named_that_does_not_predict() -> None:
 
 
 def test_of_two_effects_only_the_one_that_predicts_is_named() -> None:
-    said = decided((("current", "rudder_offset"), 0.95), ((), 0.05), refused=("current",))
+    said = decided(
+        (("current", "rudder_offset"), 0.95), (("rudder_offset",), 0.04), ((), 0.01), refused=("current",)
+    )
     assert said.kind == "effects"
     assert said.shown == ("rudder_offset",)
 
@@ -159,3 +161,12 @@ def test_probabilities_stay_within_their_bounds() -> None:
         [(("current",), 0.5, True), ((), 0.5, True)],
     ):
         assert 0.0 <= decided(*entries).probability <= 1.0  # type: ignore[arg-type]  # a list of both forms
+
+
+def test_what_needs_an_effect_that_is_refused_falls_with_it() -> None:
+    """Two effects explain the trials together; one does not predict, and alone the other explains little."""
+    entries = ((("current", "wind"), 0.98), (("current",), 0.001), ((), 0.01))
+    assert decided(*entries, refused=("wind",)).kind != "effects"
+    stands = ((("current", "wind"), 0.80), (("current",), 0.19), ((), 0.01))
+    said = decided(*stands, refused=("wind",))
+    assert [cause.effects for cause in said.clusters] == [("current",)]

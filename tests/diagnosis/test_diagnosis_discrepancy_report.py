@@ -10,7 +10,8 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis.discrepancy.report import describe
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 
 

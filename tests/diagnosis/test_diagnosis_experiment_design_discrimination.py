@@ -13,9 +13,10 @@ import small_case as small
 from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
 from seatruth.trials.trial import Trial, Trials
@@ -90,7 +91,7 @@ def test_a_survivor_of_next_to_no_size_stands_at_its_typical_one(found: Search) 
     at: Fit = found.fits[key]
     shared = without_discrepancy(found.problem, at.point).shared.copy()
     shared[found.problem.columns["gyro_bias"]] = 0.0
-    flat = dataclasses.replace(at, at=dataclasses.replace(at.at, point=dataclasses.replace(at.point, shared=shared)))
+    flat = dataclasses.replace(at, point=dataclasses.replace(at.point, shared=shared))
     weak = dataclasses.replace(found, fits={**found.fits, key: flat})
     rivals = Rivals(weak, CHANCES)
     (column,) = found.problem.columns["gyro_bias"]

@@ -9,8 +9,9 @@ import small_case as small
 
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
 from seatruth.diagnosis.experiment_design.select import next_trial
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.results import NextTrial
+from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 
 CHANCES = {"rudder_offset": 0.7, "gyro_bias": 0.2, "heading_bias": 0.1}

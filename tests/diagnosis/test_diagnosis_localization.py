@@ -11,9 +11,10 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis.cross_validation import noise_deviation
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.localization import BLOCKS, by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 
 

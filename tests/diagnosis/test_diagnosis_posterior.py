@@ -20,7 +20,9 @@ EFFECTS = {name: available()[name] for name in ("current", "wind", "heading_bias
 
 def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool], float] | None = None) -> Any:
     """A search with this evidence of its fits and screens."""
-    found = {place: SimpleNamespace(evidence=value, settled=True) for place, value in fits.items()}
+    found = {
+        (key, on): SimpleNamespace(evidence=value, settled=True, discrepancy=on) for (key, on), value in fits.items()
+    }
     null = max((f for (key, _), f in found.items() if not key), key=lambda f: f.evidence)
     return SimpleNamespace(
         fits=found,
@@ -67,11 +69,11 @@ def test_what_is_explained_raises_the_temperature() -> None:
     assert posterior.temperature_of(searched(FITS), SETTINGS) == pytest.approx(expected)
 
 
-def test_discrepancy_pays_its_penalty() -> None:
+def test_discrepancy_alone_stands_for_an_unknown_cause() -> None:
     found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS), SETTINGS)}
     none, unknown = found[(), False], found[(), True]
     assert math.log(unknown.probability / none.probability) == pytest.approx(
-        (2.0 - SETTINGS.discrepancy_penalty) / posterior.temperature_of(searched(FITS), SETTINGS)
+        2.0 / posterior.temperature_of(searched(FITS), SETTINGS)
         + math.log(SETTINGS.prior_unknown / SETTINGS.prior_none)
     )
 

@@ -13,7 +13,17 @@ import small_case as small
 
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, maximise, noise_prior, noise_shapes
+from seatruth.diagnosis.sizes import (
+    NoisePrior,
+    Sizes,
+    first_sizes,
+    log_prior,
+    maximise,
+    noise_prior,
+    noise_shapes,
+    price_of_sizes,
+    proposed_shapes,
+)
 from seatruth.effects import load_effects
 from seatruth.statistics.state_space_noise import NoiseShape
 from seatruth.trials.trial import Trial
@@ -148,3 +158,38 @@ def test_rounding_to_the_last_digit_bounds_the_noise(ship_folder: Path, plain_ru
     assert known.least[1] == pytest.approx(step / math.sqrt(12.0))
     spread = max(float(np.std(t.outputs["r"])) for t in plain_runs)
     assert known.least[0] == pytest.approx(1e-5 * spread)
+
+
+@pytest.fixture(scope="module")
+def problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    return small.problem(ship_folder, offset_runs)
+
+
+def test_residuals_propose_the_shape_of_their_noise(problem: Problem) -> None:
+    """Residuals drawn with a slow part get a shape with one; white residuals do not."""
+    rng = np.random.default_rng(3)
+    residuals = 0.2 * rng.standard_normal(problem.count)
+    assert proposed_shapes(problem, residuals)[0][0][0] == 0
+    for one in problem.series:
+        lag = np.abs(one.t[:, None] - one.t)
+        slow = np.linalg.cholesky(0.6**2 * np.exp(-lag / 10.0) + 1e-9 * np.eye(len(one.t)))
+        residuals[one.rows] += slow @ rng.standard_normal(len(one.t))
+    number, log_white = proposed_shapes(problem, residuals)[0][0]
+    shape = noise_shapes(problem.settings)[number]
+    assert shape.tau in (3.0, 10.0, 30.0)
+    assert math.exp(log_white) * shape.ratio == pytest.approx(0.6, rel=0.5)
+
+
+def test_sizes_that_do_nothing_cost_nothing() -> None:
+    assert price_of_sizes(lambda one: 0.0, sizes(), SETTINGS) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_size_that_the_trials_fix_costs_the_width_of_its_curve() -> None:
+    """A normal curve in the logarithm of one size: its area over the range of the prior."""
+    deviation, low = 0.3, -math.log(SETTINGS.smallest_discrepancy)
+
+    def curve(one: Sizes) -> float:
+        return -0.5 * ((float(one.forces[0]) - math.log(0.1)) / deviation) ** 2
+
+    expected = -math.log(deviation * math.sqrt(2.0 * math.pi) / low)
+    assert price_of_sizes(curve, sizes(), SETTINGS) == pytest.approx(expected, abs=1e-6)

@@ -25,7 +25,8 @@ from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.candidates import Menu
 from seatruth.diagnosis.experiment_design.select import next_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Key, Search, ensure
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point

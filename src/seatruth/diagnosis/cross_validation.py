@@ -18,7 +18,8 @@ from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
-from seatruth.diagnosis.hypotheses import Key, Search, ensure
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem
@@ -32,6 +33,8 @@ _REFITS = 3
 _ENUMERATED = 6
 """Trials up to which the bootstrap is enumerated; 2000 draws above."""
 _DRAWS = 2000
+_CLEARLY = 3.0
+"""nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
 _NO_GAP = 0.05
 """Mean squared error over the noise variance, minus 1, below which there is no gap to explain. [S]"""
 
@@ -41,12 +44,12 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
 
     Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
     asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy only where
-    it is clearly worth its penalty: beside it the model without the effect follows almost any trial.
+    it is clearly better: beside it the model without the effect follows almost any trial.
     """
     with_it, plain = search.best(key), search.fits.get((key, False))
     if with_it is None:
         return np.zeros(0)
-    if plain is not None and search.worth(plain) > search.worth(with_it) - search.problem.settings.discrepancy_penalty:
+    if plain is not None and plain.evidence > with_it.evidence - _CLEARLY:
         with_it = plain
     rest = tuple(n for n in key if n != name)
     without = ensure(search, rest, with_it) or search.best(rest)
@@ -76,9 +79,9 @@ def _predictive(problem: Problem, at: Fit) -> Array:
         return whole - np.array(rest)
     edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
     block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
-    whole = at.likelihood.log_likelihood(at.sizes, at.effects)
+    whole, here = at.likelihood.log_likelihood(at.sizes, at.effects), at.linearized(problem)
     rest = [
-        Likelihood(problem, at.at, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
+        Likelihood(problem, here, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
     ]
     return whole - np.array(rest)
 
@@ -151,15 +154,18 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     temperature = temperature_of(search, settings)
     best: tuple[float, Key] = (-math.inf, ())
     for (key, on), found in search.fits.items():
-        value = found.likelihood.evidence(found.sizes, key, trials) / temperature
-        value += log_prior(key, on, many, settings) - (settings.discrepancy_penalty if on else 0.0)
+        value = (found.likelihood.evidence(found.sizes, key, trials) - found.price) / temperature
+        value += log_prior(key, on, many, settings)
         best = max(best, (value, key))
     return best[1]
 
 
 def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:
     """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
-    step = at.likelihood.solve(at.sizes, at.effects, others)
+    try:
+        step = at.likelihood.solve(at.sizes, at.effects, others)
+    except np.linalg.LinAlgError:
+        return math.inf
     point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
     bare = without_discrepancy(problem, point)
     point = replace(point, forces=bare.forces) if terms else bare

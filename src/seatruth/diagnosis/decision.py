@@ -3,20 +3,28 @@
 A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
 holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
-positive.
+positive. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model of
+another form, and stands for no cause.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.results import Hypothesis, Kind
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
-from seatruth.effects.causes import lowest_common_ancestor
+from seatruth.effects.causes import is_within, lowest_common_ancestor
+
+_NEEDED = 1e-3
+"""Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
+_MOST = 0.75
+"""Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
+_STRUCTURE = "hydrodynamics"
+"""Family of causes that are terms of the hull's forces, as discrepancy is."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +81,23 @@ def decide(
     kept, refused = first, False
     clusters: list[Cluster] = []
     while kept:
-        # What is refused leaves the others to explain more, or less: they are asked again without it.
+        # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
+        # that only together look like something else do not stand when one of them falls.
+        gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
-        probable = [name for name in kept if candidates[name].probability >= settings.name_threshold]
+        probable = [
+            name
+            for name in kept
+            if candidates[name].probability >= settings.name_threshold
+            and _without(found, candidates[name].effects, gone) >= settings.name_threshold
+            and not (is_within(candidates[name].cause, _STRUCTURE) and _discrepancy(found, kept))
+        ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused |= len(passing) < len(probable)
-        clusters = [candidates[name] for name in passing]
+        clusters = [
+            replace(one, probability=min(one.probability, _without(found, one.effects, gone)))
+            for one in (candidates[name] for name in passing)
+        ]
         if passing == kept:
             break
         kept = passing
@@ -98,6 +117,24 @@ def decide(
     if unnamed >= settings.name_threshold:
         return Decision("unknown", (), min(1.0, unnamed), True, ())
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+
+
+def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]) -> float:
+    """Probability that one of these effects acts, given that those that are gone do not.
+
+    0 where the trials need what is gone: it does not predict, so what they need has another name.
+    """
+    left = [one for one in found if not gone & set(one.effects)]
+    total = sum(one.probability for one in left)
+    if total < _NEEDED and _explained(left) < _MOST * _explained(found):
+        return 0.0
+    return sum(one.probability for one in left if set(members) & set(one.effects)) / total
+
+
+def _explained(found: Sequence[Hypothesis]) -> float:
+    """Log-evidence (nats) of the best of these hypotheses over the best one without effects."""
+    alone = max((one.log_evidence for one in found if not one.effects), default=0.0)
+    return max((one.log_evidence for one in found), default=alone) - alone
 
 
 def _cluster(

@@ -19,7 +19,15 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, log_prior, maximise, noise_shapes
+from seatruth.diagnosis.sizes import (
+    NoisePrior,
+    Sizes,
+    log_prior,
+    maximise,
+    noise_shapes,
+    price_of_sizes,
+    proposed_shapes,
+)
 from seatruth.statistics.state_space_noise import whiten
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
@@ -36,6 +44,12 @@ _FIRST = 4
 """Steps after which a hopeless fit may be broken off."""
 _AHEAD = 6.0
 """Further gains like the last one that a fit is granted before it counts as hopeless."""
+_ROUNDS = 10
+"""Most times that steps and sizes take turns; one or two are usual."""
+_SAME_SIZES = 1.0
+"""Rise of the evidence (nats) by new sizes below which the point is not sought again under them. [S]"""
+_PROPOSALS = 2
+"""Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _DIVERGED = 1e8
@@ -44,21 +58,26 @@ _DIVERGED = 1e8
 
 @dataclass(frozen=True)
 class Fit:
-    """One fitted hypothesis. `evidence` (nats) includes the prior density of its sizes."""
+    """One fitted hypothesis.
+
+    `evidence` (nats) includes the prior density of its sizes; those of discrepancy are integrated out, which cost
+    `price` (nats).
+    """
 
     effects: tuple[str, ...]
     discrepancy: bool
-    at: Linearization
+    point: Point
     sizes: Sizes
     likelihood: Likelihood
+    """At its optimum, for the noise of these sizes."""
     solution: Solution
     evidence: float
+    price: float
     settled: bool
 
-    @property
-    def point(self) -> Point:
-        """Where it is linearized: its optimum."""
-        return self.at.point
+    def linearized(self, problem: Problem) -> Linearization:
+        """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
+        return problem.linearize(self.point, self.effects, discrepancy=self.discrepancy)
 
     def stderr(self, problem: Problem) -> Array:
         """Posterior standard deviation of every shared unknown (S,); 0 for those that are fixed."""
@@ -92,29 +111,33 @@ def fit(
         return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
 
     point, sizes = _approached(problem, effects, point, sizes)
-    last, settled = -math.inf, False
-    for number in range(settings.fit_steps):
-        at = problem.linearize(point, effects, discrepancy=discrepancy)
-        if not np.isfinite(at.errors).all():
+    reached = -math.inf
+    for round_ in range(_ROUNDS):
+        last, settled = -math.inf, False
+        for number in range(settings.fit_steps):
+            at = problem.linearize(point, effects, discrepancy=discrepancy)
+            if not np.isfinite(at.errors).all():
+                break
+            likelihood = Likelihood(problem, at)
+            sizes, value = maximise(
+                partial(evidence, likelihood), sizes, settings, channels=channels,
+                noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
+                shapes=round_ == 0 and number == _SHAPE_STEP, sweeps=1,
+            )  # fmt: skip
+            if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
+                break
+            last = value
+            point, fall = _step(problem, effects, point, sizes, likelihood)
+            if fall < settings.settled:
+                settled = True
+                break
+        sizes, value, gain = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
+        # New sizes ask for a new point, as long as either still brings something.
+        brought = gain if round_ == 0 else value - reached
+        if brought < _SAME_SIZES or value < rival - settings.hopeless:
             break
-        likelihood = Likelihood(problem, at)
-        sizes, value = maximise(
-            partial(evidence, likelihood),
-            sizes,
-            settings,
-            channels=channels,
-            noise=number in _NOISE_STEPS,
-            shapes=number == _SHAPE_STEP,
-            sweeps=1,
-        )
-        if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
-            break
-        last = value
-        point, fall = _step(problem, effects, point, sizes, likelihood)
-        if fall < settings.settled:
-            settled = True
-            break
-    return _finished(problem, effects, point, sizes, known, channels, discrepancy, settled, rival)
+        reached = value
+    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 
 def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
@@ -149,7 +172,7 @@ def _step(
         step = likelihood.solve(sizes, effects)
     except np.linalg.LinAlgError:
         return point, 0.0
-    before = objective(problem, point, likelihood.at.errors, sizes, effects, likelihood)
+    before = objective(problem, point, likelihood.errors, sizes, effects, likelihood)
     for part in _PARTS:
         trial = problem.moved(point, step.shared, step.local, part)
         after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
@@ -158,7 +181,7 @@ def _step(
     return point, 0.0
 
 
-def _finished(
+def _final_sizes(
     problem: Problem,
     effects: tuple[str, ...],
     point: Point,
@@ -166,9 +189,12 @@ def _finished(
     known: NoisePrior,
     channels: Sequence[int],
     discrepancy: bool,
-    settled: bool,
     rival: float,
-) -> Fit:
+) -> tuple[Sizes, float, float]:
+    """The most probable sizes at the end of the steps, the objective there, and by how much (nats) it rose.
+
+    Raises LinAlgError where the model diverges.
+    """
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
@@ -177,12 +203,21 @@ def _finished(
     def evidence(candidate: Sizes) -> float:
         return likelihood.log_likelihood(candidate, effects) + log_prior(problem.settings, candidate, known)
 
+    before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
-    near = evidence(sizes) > rival - problem.settings.hopeless
-    sizes, _ = maximise(
-        evidence, sizes, problem.settings, channels=channels, shapes=near, sweeps=_SWEEPS if near else 1
-    )
-    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+    if not before > rival - problem.settings.hopeless:
+        sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
+        return sizes, value, value - before
+    for _ in range(_PROPOSALS):
+        step = likelihood.solve(sizes, effects)
+        residuals = at.errors + at.shared @ step.shared
+        residuals += np.einsum("nl,nl->n", at.local, step.local[problem.trial_of])
+        sizes, _ = maximise(
+            evidence, sizes, problem.settings, channels=channels, sweeps=1,
+            proposals=proposed_shapes(problem, residuals),
+        )  # fmt: skip
+    sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
+    return sizes, value, value - before
 
 
 def fit_at(
@@ -200,7 +235,10 @@ def fit_at(
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     likelihood = Likelihood(problem, at)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
-    return Fit(effects, discrepancy, at, sizes, likelihood, likelihood.solve(sizes, effects), evidence, settled)
+    price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
+    solution = likelihood.solve(sizes, effects)
+    likelihood.close(sizes)
+    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence - price, price, settled)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

@@ -88,6 +88,34 @@ def from_equation_error(problem: Problem) -> Point | None:
     return min(options)[2] if options else None
 
 
+def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Point:
+    """The point with an effect's parameters at these values, and its force taken from each trial's own missing ones.
+
+    Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
+    """
+    model, columns = problem.discrepancy, problem.columns[name]
+    shared = point.shared.copy()
+    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
+    if model is None:
+        return Point(shared, point.initial, point.forces)
+    names = [problem.unknowns[k].name for k in columns]
+    both = np.stack([point.shared[columns], shared[columns]])
+    order, forces = [channel.name for channel in model.states], point.forces.copy()
+    rows = [order.index(state) for state in problem.equations]
+    nominal = {**problem.space.nominal(), **problem.named(point)}
+    for number, (trial, states) in enumerate(zip(problem.trials, problem.states(point))):
+        t = np.asarray(trial.t)
+        inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
+        own = np.full(t.size, model.number_of(trial.name))
+        before, after = evaluate_rhs(model, both, names, nominal, states, inputs, t, trial=own)
+        change = (after - before)[:, rows]
+        finite = np.isfinite(change).all(axis=1)
+        if finite.any():
+            basis = hats(t, model.spacing, problem.settings.knots)
+            forces[number] -= np.linalg.lstsq(basis[finite], change[finite], rcond=1e-8)[0].T
+    return Point(shared, point.initial, forces)
+
+
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:
     """Ridge regression under the priors of coefficients and wide ones of discrepancy; zero for what is not kept."""
     sd = np.concatenate(

@@ -61,12 +61,13 @@ class _Reduced:
 class Likelihood:
     """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
-    `keep` (N,) says which errors count; all where None.
+    Terms and forces take part where it has their derivatives. `keep` (N,) says which errors count; all where None.
     """
 
     def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
-        self.problem, self.at = problem, at
-        self.columns = problem.active(at.effects)
+        self.problem, self.errors = problem, at.errors
+        active = problem.active(at.effects)
+        self.columns = active if at.discrepancy else active[~np.isin(active, problem.terms)]
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
@@ -79,18 +80,25 @@ class Likelihood:
             )
             self._blocks[one.trial, one.channel] = block, one.t[kept]
             self.counts[one.trial, one.channel] = len(rows)
-        self._size = 1 + len(self.columns) + at.local.shape[1]
+        self._locals = at.local.shape[1]
+        self._size = 1 + len(self.columns) + self._locals
         self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
         self._last_reduced: tuple[bytes, _Reduced] | None = None
         # Gram matrices are taken with errors at the prior means of everything.
         self._offset = (problem.mean - at.point.shared)[self.columns]
-        self._local_offset = problem.local_offset(at.point)
+        self._local_offset = problem.local_offset(at.point)[:, : self._locals]
         pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
         self._pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
         knot = np.arange(problem.settings.knots)
         memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
         self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
+
+    def close(self, sizes: Sizes) -> None:
+        """Frees the memory of everything but these sizes' noise: no other shape of noise can be asked for then."""
+        self._blocks.clear()
+        self._grams = {key: grams for key, grams in self._grams.items() if key in set(enumerate(sizes.shape))}
+        self._last_gram = self._last_reduced = None
 
     # Evidence
 
@@ -147,7 +155,9 @@ class Likelihood:
         shared[self.columns] = self._offset + own
         right = -(reduced.halves @ np.concatenate([[1.0], own]))
         scaled = np.linalg.solve(reduced.factors.transpose(0, 2, 1), right[:, :, None])
-        local = (reduced.roots @ scaled)[:, :, 0] + self._local_offset
+        # What is known to be none goes to none.
+        local = self._local_offset.copy()
+        local[:, : reduced.roots.shape[1]] += (reduced.roots @ scaled)[:, :, 0]
         half = np.linalg.solve(factor, root.T)
         return Solution(shared, local, self.columns[at], half.T @ half)
 
@@ -192,11 +202,12 @@ class Likelihood:
         return at, root
 
     def local_root(self, sizes: Sizes) -> Array:
-        """A square root (L, L) of the prior covariance of a trial's own unknowns."""
+        """A square root (L, L) of the prior covariance of a trial's own unknowns, or of its initial states alone."""
         count = len(self.problem.initial_names)
-        root = np.zeros((self.at.local.shape[1],) * 2)
+        lacking = self._locals > count and bool(np.isfinite(sizes.forces).any())
+        root = np.zeros((self._locals if lacking else count,) * 2)
         root[range(count), range(count)] = self.problem.initial_sd
-        if self.problem.equations:
+        if lacking:
             root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
         return root
 
@@ -251,11 +262,12 @@ class Likelihood:
         total, base = self._whole(sizes)
         n = 1 + len(self.columns)
         root = self.local_root(sizes)
-        inner = root.T @ total[:, n:, n:] @ root
+        end = n + len(root)
+        inner = root.T @ total[:, n:end, n:end] @ root
         diagonal = np.arange(inner.shape[1])
         inner[:, diagonal, diagonal] += 1.0
         factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
-        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:, :n]), dtype=np.float64)
+        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:end, :n]), dtype=np.float64)
         grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
         base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)

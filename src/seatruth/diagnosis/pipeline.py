@@ -12,10 +12,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from seatruth.diagnosis.assembly import Assembly
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.preconditions import require_trials, usable_effects, weaknesses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis
+from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.errors import BadInput

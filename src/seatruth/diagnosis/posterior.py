@@ -31,11 +31,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     ]
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]
-    penalties = [settings.discrepancy_penalty if on else 0.0 for _, on, _, _ in rows]
     temperature = temperature_of(search, settings)
-    weight = np.array(
-        [(gain - cost) / temperature + prior for (_, _, gain, _), cost, prior in zip(rows, penalties, priors)]
-    )
+    weight = np.array([gain / temperature + prior for (_, _, gain, _), prior in zip(rows, priors)])
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [
@@ -46,11 +43,15 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
 
 
 def temperature_of(search: Search, settings: Settings) -> float:
-    """What log-evidence is divided by: the more a record holds, the more the inexact form of every effect counts."""
-    plain = search.fits.get(((), False))
-    lowest = plain.evidence if plain is not None else search.null.evidence
-    best = max(fit.evidence for fit in search.fits.values())
-    return settings.temperature + settings.model_form * max(0.0, best - lowest)
+    """What log-evidence is divided by: the more effects explain, the more it counts that their form is inexact.
+
+    What they explain is counted from the model alone, with discrepancy where the leader has it: what discrepancy
+    explains does not depend on the form of any effect.
+    """
+    leader = max(search.fits.values(), key=lambda fit: fit.evidence)
+    alone = search.fits.get(((), leader.discrepancy))
+    lowest = alone.evidence if alone is not None else search.null.evidence
+    return settings.temperature + settings.model_form * max(0.0, leader.evidence - lowest)
 
 
 def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> float:

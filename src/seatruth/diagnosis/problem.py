@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -57,11 +58,13 @@ class Linearization:
     """Errors (N,), measured minus simulated, at a point, and their derivatives.
 
     `shared` (N, S): by the shared unknowns, zero for effects that are not in `effects`. `local` (N, I + E knots): by
-    the unknowns of each error's own trial, initial states first, then knots equation by equation.
+    the unknowns of each error's own trial, initial states first, then knots equation by equation. Without `discrepancy`
+    the derivatives by terms are zero, and `local` (N, I) ends with the initial states.
     """
 
     point: Point
     effects: tuple[str, ...]
+    discrepancy: bool
     errors: Array
     shared: Array
     local: Array
@@ -101,6 +104,7 @@ class Problem:
             hold=self.hold, max_step=self.max_step, threads=threads,
         )  # fmt: skip
         self.usual = np.array([self._usual_rate(state) for state in self.equations])
+        self._kept = threading.local()
         self._set_up_initial_states()
         self._set_up_errors()
         self.start = Point(
@@ -135,8 +139,16 @@ class Problem:
     def linearize(self, point: Point, effects: Sequence[str], *, discrepancy: bool = True) -> Linearization:
         """Errors at a point and their derivatives by everything that a hypothesis with these effects frees.
 
-        Without `discrepancy` the derivatives by terms and knots are left zero: three quarters of the work.
+        Derivatives by terms and knots, which `discrepancy` asks for, are three quarters of the work. A fit asks for its
+        last point twice: each thread keeps its last linearization.
         """
+        last: Linearization | None = getattr(self._kept, "last", None)
+        asked = tuple(effects), discrepancy
+        if last is None or last.point is not point or (last.effects, last.discrepancy) != asked:
+            last = self._kept.last = self._linearized(point, tuple(effects), discrepancy)
+        return last
+
+    def _linearized(self, point: Point, effects: tuple[str, ...], discrepancy: bool) -> Linearization:
         kept = self.active(effects)
         kept = kept if discrepancy else kept[~np.isin(kept, self.terms)]
         free = [self.unknowns[k].name for k in kept]
@@ -145,7 +157,8 @@ class Problem:
         names = (*free, *knots, *tied)
         bound = self._bound(point, names)
         theta = dict(zip(self.space.varying, self._theta(point)))
-        found = bound.jacobian(np.array([theta[n] for n in names]), self._initial_states(point), self.initial_names)
+        free_values, x0 = np.array([theta[n] for n in names]), self._initial_states(point)
+        found = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y)[self._valid]
             slopes = -found.dy[self._valid]
@@ -158,19 +171,21 @@ class Problem:
             rows = [self.space.varying.index(name) for name in tied]
             at = len(free) + len(knots)
             shared += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept]
-        local = np.zeros((len(errors), len(self.initial_names) + len(self._knot_names)))
-        local[:, : len(self.initial_names)] = slopes[:, len(names) :]
-        if knots:
-            local[:, len(self.initial_names) :] = slopes[:, len(free) : len(free) + len(knots)]
-        return Linearization(point, tuple(effects), errors, shared, local)
+        by_initial, by_knots = slopes[:, len(names) :], slopes[:, len(free) : len(free) + len(knots)]
+        local = np.concatenate([by_initial, by_knots], axis=1)
+        return Linearization(point, effects, discrepancy, errors, shared, local)
 
     def moved(self, point: Point, shared: Array, local: Array, part: float = 1.0) -> Point:
-        """The point after a part of a step: `shared` (S,), `local` (T, I + E knots); parameters stay in bounds."""
+        """The point after a part of a step: `shared` (S,), `local` (T, I + E knots); parameters stay in bounds.
+
+        Where `local` (T, I) ends with the initial states, forces stay.
+        """
         count = len(self.initial_names)
+        forces = local[:, count:].reshape(point.forces.shape) if local.shape[1] > count else 0.0
         return Point(
             np.clip(point.shared + part * shared, self.low, self.high),
             point.initial + part * local[:, :count],
-            point.forces + part * local[:, count:].reshape(point.forces.shape),
+            point.forces + part * forces,
         )
 
     def local_offset(self, point: Point) -> Array:
@@ -288,7 +303,7 @@ class Problem:
         values = dict(zip(self.space.varying, self._theta(point)))
         values = {**self.space.nominal(), **values}
         trials = None
-        if self.discrepancy is not None:
+        if self.discrepancy is not None and point.forces.any():
             trials = [with_forces(t, self.discrepancy, f) for t, f in zip(self.trials, point.forces)]
         return self._simulator.rebind(free=tuple(free), values=values, trials=trials)
 

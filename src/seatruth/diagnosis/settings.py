@@ -73,13 +73,9 @@ class Settings:
     prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
     """Prior probability of one, two, three effects, shared equally among the sets of that size. [S]
     `experiments/withheld calibrate` refits it."""
-    prior_discrepancy: float = 0.05
-    """Prior probability that the model's structure lacks something beside named effects. [S]
-    `experiments/withheld calibrate` refits it."""
-    discrepancy_penalty: float = 3.0
-    """nats by which discrepancy must raise the evidence: its sizes are maximised, not integrated out. Half a nat for
-    each of six sizes, after the Bayesian information criterion's prefactor. [S]
-    `experiments/withheld calibrate` refits it."""
+    prior_discrepancy: float = 1.0 / 3.0
+    """Prior probability that the model's structure lacks something beside named effects: the same as without them,
+    `prior_unknown` over itself and `prior_none`."""
     temperature: float = 1.0
     """Divides log-evidence. 1: the statistical model is taken at its word."""
     model_form: float = 0.003

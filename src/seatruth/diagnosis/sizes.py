@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.problem import Problem, Series
 from seatruth.diagnosis.settings import Settings
-from seatruth.statistics.state_space_noise import NoiseShape
+from seatruth.statistics.state_space_noise import NoiseShape, whiten
 
 PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
 """Equations whose missing forces are correlated: a side force that acts off the origin has a moment."""
@@ -23,6 +24,10 @@ _STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coup
 _FINEST = 1e-5
 """Least noise, as a part of a record's spread. [S] Finer data, a simulator's own, leave no correct digit in
 log-likelihoods: initial states have priors 1e6 times as wide."""
+_PROPOSED = 3
+"""Shapes that the residuals alone suggest, of which the likelihood chooses. [S]"""
+_WIDE = 0.7
+"""Difference of a logarithm of a size over which its likelihood is taken as a normal curve. A factor of 2."""
 _OUTSIDE = 50.0
 """Curvature (nats) of the walls beyond which no size goes."""
 
@@ -157,6 +162,33 @@ def _log_shape_prior(settings: Settings) -> tuple[float, ...]:
     return (math.log(0.5), *(math.log(0.5) + np.log(weight / weight.sum())).tolist())
 
 
+def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[int, float]]]:
+    """Noise shapes that a channel's residuals (N,) suggest, best first, each with the log of its white deviation.
+
+    The likelihood of the residuals alone, its size profiled out, over the whole grid: a search by neighbours stops on
+    the ridge where a smaller white part and a larger slow one look alike.
+    """
+    shapes = noise_shapes(problem.settings)
+    grouped: dict[tuple[int, bytes], list[Series]] = {}
+    for one in problem.series:
+        grouped.setdefault((one.trial, one.t.tobytes()), []).append(one)
+    channels = len(problem.outputs)
+    squares, logs = np.zeros((len(shapes), channels)), np.zeros((len(shapes), channels))
+    counts = np.bincount(problem.channel_of, minlength=channels).astype(np.float64)
+    for series in grouped.values():
+        columns = np.stack([residuals[one.rows] for one in series], axis=1)
+        at = [one.channel for one in series]
+        for k, shape in enumerate(shapes):
+            white, log_determinant = whiten(columns, series[0].t, shape)
+            squares[k, at] += (white**2).sum(axis=0)
+            logs[k, at] += log_determinant
+    with np.errstate(divide="ignore"):
+        size = 0.5 * np.log(np.maximum(squares, 1e-300) / np.maximum(counts, 1.0))
+    scores = -counts * size - 0.5 * logs + np.array(_log_shape_prior(problem.settings))[:, None]
+    order = np.argsort(-scores, axis=0, kind="stable")[:_PROPOSED]
+    return {c: [(int(k), float(size[k, c])) for k in order[:, c]] for c in range(channels) if counts[c]}
+
+
 def maximise(
     objective: Callable[[Sizes], float],
     sizes: Sizes,
@@ -166,12 +198,23 @@ def maximise(
     noise: bool = True,
     shapes: bool = True,
     sweeps: int = 2,
+    proposals: Mapping[int, Sequence[tuple[int, float]]] | None = None,
 ) -> tuple[Sizes, float]:
     """Coordinate ascent: parabolic steps in the logarithms of sizes, shapes of noise to neighbours of the grid.
 
-    Returns the best sizes and the objective there. `channels` are those that were recorded.
+    Returns the best sizes and the objective there. `channels` are those that were recorded; `proposals` are shapes
+    with the logarithm of their white deviation that are tried first (`proposed_shapes`).
     """
     best, value = sizes, objective(sizes)
+    for c, options in (proposals or {}).items():
+        found = [_with_shape(best, c, shape, white) for shape, white in options if shape != best.shape[c]]
+        if found:
+            values = [objective(one) for one in found]
+            top = int(np.argmax(values))
+            # What is near may be better once its white deviation has been set.
+            if values[top] > value - 3.0:
+                tried, reached = _climb(objective, found[top], values[top], "white", c)
+                best, value = (tried, reached) if reached > value else (best, value)
     for _ in range(sweeps):
         before = value
         if noise:
@@ -188,6 +231,43 @@ def maximise(
         if value < before + 0.1:
             break
     return best, value
+
+
+def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, settings: Settings) -> float:
+    """What it costs (nats) that the sizes of discrepancy are not known: their best against the mean over their prior.
+
+    The prior is uniform in the logarithm from `smallest_discrepancy` to 1. One size at a time, the likelihood is taken
+    as a normal curve about its best, with a flat foot where the size is too small to matter: Laplace's approximation,
+    and what a size that does nothing costs is nothing.
+    """
+    if not sizes.discrepancy:
+        return 0.0
+    low = math.log(settings.smallest_discrepancy)
+    best, total = log_likelihood(sizes), 0.0
+    for part in ("terms", "forces"):
+        values = getattr(sizes, part)
+        for k in np.flatnonzero(np.isfinite(values)):
+            here = min(max(float(values[k]), low), 0.0)
+
+            def at(x: float, part: str = part, values: Array = values, k: int = int(k)) -> float:
+                moved = values.copy()
+                moved[k] = x
+                changed: dict[str, Any] = {part: moved}
+                return log_likelihood(replace(sizes, **changed)) - best
+
+            foot = math.exp(min(at(low), 0.0))
+            drop = min(at(here - _WIDE), 0.0) + min(at(here + _WIDE), 0.0)
+            width = min(math.sqrt(-2.0 * math.pi * _WIDE**2 / drop) if drop < -1e-9 else math.inf, -low)
+            # Up to one deviation below the best the curve counts, further down the foot.
+            below = max(here - low - 0.5 * width, 0.0)
+            total -= math.log(min((width + foot * below) / -low, 1.0))
+    return total
+
+
+def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
+    white = sizes.white.copy()
+    white[c] = log_white
+    return replace(sizes, white=white, shape=(*sizes.shape[:c], shape, *sizes.shape[c + 1 :]))
 
 
 def _climb(objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int) -> tuple[Sizes, float]:

@@ -108,11 +108,14 @@ class Simulator(Protocol):
     def states(self, theta: Array, x0: Array) -> Array:
         """States (N, S) of one candidate at every sample: theta (K,), x0 (T, S)."""
 
-    def jacobian(self, theta: Array, x0: Array, free_states: Sequence[str] = ()) -> Jacobian:
+    def jacobian(
+        self, theta: Array, x0: Array, free_states: Sequence[str] = (), *, last_states: bool = True
+    ) -> Jacobian:
         """Derivatives of one candidate by the free parameters and the named initial states: theta (K,), x0 (T, S).
 
-        A hidden state that the model declares to follow a free one (`Model.follows`) moves with it. Raises BadInput
-        for a state that the model does not have.
+        A hidden state that the model declares to follow a free one (`Model.follows`) moves with it. Without
+        `last_states` the derivatives of the outputs alone are wanted: `dx_end` is then empty, (T, 0, K + F), and many
+        parameters, most of them at zero, take much less time. Raises BadInput for a state that the model does not have.
         """
 
     def rebind(

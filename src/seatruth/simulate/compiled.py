@@ -11,8 +11,9 @@ from seatruth.arrays import Array, Flags
 from seatruth.models.base import Model
 from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
+from seatruth.simulate.compiler.sensitivities import sensitivities
 from seatruth.simulate.setup import Setup
-from seatruth.simulate.time_grid import Hold, time_grid
+from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
 from seatruth.trials.trial import Trial
 
 _MOST_RECORDED = 256 * 1024 * 1024
@@ -22,14 +23,16 @@ _MOST_RECORDED = 256 * 1024 * 1024
 class CompiledSimulator:
     """Simulates a model of equations by kernels compiled from them; see `Simulator`. Derivatives are exact."""
 
-    def __init__(self, setup: Setup, hold: Hold, max_step: float | None, threads: int) -> None:
+    def __init__(
+        self, setup: Setup, hold: Hold, max_step: float | None, threads: int, grid: TimeGrid | None = None
+    ) -> None:
         self._setup = setup
         self.model: Model = setup.model
         self.free = setup.parameters.free
         self.rows = setup.rows
         self.measured = setup.measured
         self._hold, self._max_step, self._threads = hold, max_step, threads
-        self._grid = time_grid(setup.model, setup.trials, hold, max_step)
+        self._grid = time_grid(setup.model, setup.trials, hold, max_step) if grid is None else grid
         self.steps = self._grid.steps
         self._weighted: tuple[Array, Array, Array] | None = None
 
@@ -79,18 +82,22 @@ class CompiledSimulator:
         states, _ = self._program.record(self._grid, values, starts, self._threads, what="states")
         return np.asarray(states[0])
 
-    def jacobian(self, theta: Array, x0: Array, free_states: Sequence[str] = ()) -> Jacobian:
+    def jacobian(
+        self, theta: Array, x0: Array, free_states: Sequence[str] = (), *, last_states: bool = True
+    ) -> Jacobian:
         """See `Simulator.jacobian`. The derivatives are exact to rounding."""
         values, starts = self._one(theta, x0)
-        answer = self._program.jacobian(
-            self._grid,
-            values[0],
-            starts[0],
+        places = (
             self._setup.parameters.columns,
             self._setup.state_columns(free_states),
             self._setup.following(free_states),
-            self._threads,
         )
+        program, grid, threads = self._program, self._grid, self._threads
+        # What a servo does within a step has derivatives of its own, which only the long way carries.
+        if last_states or program.equations.driven:
+            answer = program.jacobian(grid, values[0], starts[0], *places, threads)
+        else:
+            answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], *places, threads)
         finite = _finite(answer.x_end)
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())
@@ -104,8 +111,9 @@ class CompiledSimulator:
         trials: Sequence[Trial] | None = None,
     ) -> CompiledSimulator:
         """See `Simulator.rebind`."""
+        grid = self._grid if trials is None else None
         changed = CompiledSimulator(
-            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads
+            self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads, grid
         )
         changed.__dict__["_program"] = self._program
         return changed

@@ -73,7 +73,9 @@ class SerialSimulator(ABC):
         starts = self._setup.starts(x0, 1)[0]
         return np.concatenate([self._run(values, trial, starts[trial])[1] for trial in range(len(self.rows))])
 
-    def jacobian(self, theta: Array, x0: Array, free_states: Sequence[str] = ()) -> Jacobian:
+    def jacobian(
+        self, theta: Array, x0: Array, free_states: Sequence[str] = (), *, last_states: bool = True
+    ) -> Jacobian:
         """See `Simulator.jacobian`. Central differences: two runs of all trials for each free variable."""
         theta = self._setup.candidate(theta)[0]
         x0 = self._setup.starts(x0, 1)[0]
@@ -104,7 +106,8 @@ class SerialSimulator(ABC):
                 with np.errstate(all="ignore"):
                     dy[rows, :, variable] = (ahead.y[0, rows] - behind.y[0, rows]) / width
                     dx_end[trial, :, variable] = (ahead.x_end[0, trial] - behind.x_end[0, trial]) / width
-        return Jacobian(centre.y[0], dy, centre.x_end[0], dx_end, centre.diverged[0])
+        ends = dx_end if last_states else dx_end[:, :0]
+        return Jacobian(centre.y[0], dy, centre.x_end[0], ends, centre.diverged[0])
 
     def _step(self, theta: Array, x0: Array, columns: Sequence[int], variable: int) -> Array:
         """Step (T,) of the central difference of a free parameter or initial state."""

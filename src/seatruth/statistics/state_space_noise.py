@@ -16,14 +16,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg.lapack import dtbtrs
 
 from seatruth.arrays import Array
-
-_STEADY = 1e-13
-"""Relative change of the filter's gain from one sample to the next below which it counts as constant: rounding."""
-_SAME = 1e-6
-"""Relative difference up to which sampling steps count as equal: logs hold decimals of times."""
 
 
 @dataclass(frozen=True)
@@ -87,18 +82,13 @@ def _filter(times: bytes, shape: NoiseShape) -> tuple[Array, Array, Array]:
 
 
 def _predictions(values: Array, gain: Array, fade: Array) -> Array:
-    """What each sample's past predicts of it: (n, k). Sample by sample until the gain is constant, then one filter."""
-    n = len(values)
-    found = np.zeros_like(values)
-    changing = np.abs(np.diff(gain)) > _STEADY * gain[:-1]
-    changing[:-1] |= np.abs(np.diff(fade[:-1])) > _SAME * fade[:-2]
-    last = int(np.flatnonzero(changing)[-1]) + 2 if changing.any() else 1
-    state = np.zeros(values.shape[1])
-    for k in range(min(last, n - 1)):
-        state = fade[k] * (state + gain[k] * (values[k] - state))
-        found[k + 1] = state
-    if last < n - 1:
-        pole, weight = fade[last] * (1.0 - gain[last]), fade[last] * gain[last]
-        rest, _ = lfilter([weight], [1.0, -pole], values[last : n - 1], axis=0, zi=pole * state[None])
-        found[last + 1 :] = rest
-    return found
+    """What each sample's past predicts of it: (n, k).
+
+    x_{j+1} = fade_j (1 - gain_j) x_j + fade_j gain_j y_j from x_0 = 0: a triangular system with one band.
+    """
+    bands = np.ones((2, len(values)))
+    bands[1, :-1] = fade[:-1] * (gain[:-1] - 1.0)
+    right = np.zeros(values.shape, order="F")
+    right[1:] = (fade * gain)[:-1, None] * values[:-1]
+    found, _ = dtbtrs(bands, right, uplo="L", diag="U", overwrite_b=1)
+    return np.asarray(found)

@@ -1,4 +1,4 @@
-"""Forward-mode automatic differentiation of a graph of operations, along a direction."""
+"""Automatic differentiation of a graph of operations: along a direction, and by every variable at once."""
 
 from __future__ import annotations
 
@@ -29,6 +29,34 @@ def directional_derivatives(roots: Iterable[Node], directions: Mapping[int, Node
         else:
             derivatives[id(node)] = _derivative(node, [derivatives[id(a)] for a in node.args])
     return [derivatives[id(root)] for root in roots]
+
+
+def partial_derivatives(root: Node, leaves: Iterable[Node]) -> dict[int, Node]:
+    """Derivatives of one root by each of these leaves, by id(leaf); those that are zero are left out.
+
+    Backwards through the graph (the adjoint method), with the same conventions as `directional_derivatives`.
+    """
+    wanted = {id(leaf) for leaf in leaves}
+    nodes = ordered([root])
+    moving: set[int] = set()
+    for node in nodes:
+        if id(node) in wanted or (node.op not in COMPARISONS and any(id(a) in moving for a in node.args)):
+            moving.add(id(node))
+    zero, one = root.graph.node(0.0), root.graph.node(1.0)
+    adjoints = {id(root): one} if id(root) in moving else {}
+    found: dict[int, Node] = {}
+    for node in reversed(nodes):
+        adjoint = adjoints.pop(id(node), zero)
+        if is_constant(adjoint, 0.0):
+            continue
+        if id(node) in wanted:
+            found[id(node)] = adjoint
+            continue
+        for place, a in enumerate(node.args):
+            if id(a) in moving:
+                along = [one if k == place else zero for k in range(len(node.args))]
+                adjoints[id(a)] = adjoints.get(id(a), zero) + adjoint * _derivative(node, along)
+    return found
 
 
 def _derivative(node: Node, d: list[Node]) -> Node:

@@ -19,16 +19,17 @@ from seatruth.simulate.compiler.lowering import frontier, lower
 from seatruth.simulate.compiler.trace import Driven
 from seatruth.simulate.compiler.vector_math import declarations, definitions
 
-Mode = Literal["squared errors", "record"]
-"""Whether a kernel sums the squared errors of the outputs, or records the outputs."""
+Mode = Literal["squared errors", "record", "stages"]
+"""Whether a kernel sums the squared errors of the outputs, records them, or records the states at every stage too."""
 
 SIMULATION_CONTEXT: Final = (
     *("counter", "tasks", "trials", "samples", "parameters", "x0", "start", "substeps", "length", "stage_start"),
     *("stage_features", "step_features", "sample_features", "weighted_measured", "weights", "sums", "x_end", "record"),
+    *("stage_states", "stages"),
 )
 EVALUATION_CONTEXT: Final = ("counter", "tasks", "chunks", "chunk", "rows", "leaves", "parameters", "values")
 
-_STAGES = ((0.5, 1.0 / 6.0, 0), (0.5, 1.0 / 3.0, 1), (1.0, 1.0 / 3.0, 1), (0.0, 1.0 / 6.0, 2))
+STAGES = ((0.5, 1.0 / 6.0, 0), (0.5, 1.0 / 3.0, 1), (1.0, 1.0 / 3.0, 1), (0.0, 1.0 / 6.0, 2))
 """The classical Runge-Kutta step, by stage: reach of the next stage over h, weight over h, and which of the step's
 three rows of inputs (start, middle, end)."""
 
@@ -81,10 +82,10 @@ def simulation_kernel(
         w.do(f"store {v} {_lane(w, at['x0'], task, len(states), n)}, ptr {slot}")
     for q in sums:
         w.do(f"store {v} {w.constant(0.0)}, ptr {q}")
-    begin = _load_integer(w, at["start"], trial)
-    after = _load_integer(w, at["start"], w.put(f"add i64 {trial}, 1"))
+    begin = load_integer(w, at["start"], trial)
+    after = load_integer(w, at["start"], w.put(f"add i64 {trial}, 1"))
     last = w.put(f"sub i64 {after}, 1")
-    w.do(f"store i64 {_load_integer(w, at['stage_start'], trial)}, ptr {stage_row}")
+    w.do(f"store i64 {load_integer(w, at['stage_start'], trial)}, ptr {stage_row}")
     w.do("br label %sample")
 
     w.label("sample")
@@ -101,8 +102,8 @@ def simulation_kernel(
         y = found[id(output)]
         if mode == "squared errors":
             place = w.put(f"add i64 {w.put(f'mul i64 {k}, {len(outputs)}')}, {d}")
-            weight = w.splat(_load_double(w, at["weights"], place))
-            aim = w.splat(_load_double(w, at["weighted_measured"], place))
+            weight = w.splat(load_double(w, at["weights"], place))
+            aim = w.splat(load_double(w, at["weighted_measured"], place))
             error = w.put(f"fsub {FLAGS} {v} {aim}, {w.binary('fmul', weight, y, FLAGS)}")
             old = w.put(f"load {v}, ptr {sums[d]}")
             squared = w.binary("fmul", error, error, FLAGS)
@@ -116,8 +117,8 @@ def simulation_kernel(
     w.do(f"br i1 {stop}, label %done, label %interval")
 
     w.label("interval")
-    steps = _load_integer(w, at["substeps"], k)
-    h = w.splat(_load_double(w, at["length"], k))
+    steps = load_integer(w, at["substeps"], k)
+    h = w.splat(load_double(w, at["length"], k))
     w.do("br label %step")
 
     w.label("step")
@@ -141,10 +142,12 @@ def simulation_kernel(
     w.label("stage")
     m, m_next = w.name(), w.name()
     w.lines.append(f"  {m} = phi i64 [ 0, %step ], [ {m_next}, %stage ]")
-    stage = _load_integer(w, "@stage.row", m)
+    stage = load_integer(w, "@stage.row", m)
     row = w.put(f"add i64 {row0}, {stage}")
     there = {id(servo.acting): w.put(f"load {v}, ptr {_slot(w, slots, stage)}") for servo, slots in zip(driven, acting)}
-    shares = w.splat(_load_double(w, "@stage.share", m)), w.splat(_load_double(w, "@stage.ahead", m))
+    if mode == "stages":
+        _record_stage(w, reach, at["stage_states"], context["stages"], row0, m)
+    shares = w.splat(load_double(w, "@stage.share", m)), w.splat(load_double(w, "@stage.ahead", m))
     scale = w.binary("fmul", h, shares[0], FLAGS), w.binary("fmul", h, shares[1], FLAGS)
     _stage(w, states, rates, known | there, x, reach, total, at["stage_features"], row, scale)
     w.do(f"{m_next} = add i64 {m}, 1")
@@ -171,7 +174,7 @@ def simulation_kernel(
     for d, q in enumerate(sums):
         _store_lane(w, at["sums"], task, len(outputs), d, w.put(f"load {v}, ptr {q}"))
     w.do("br label %next")
-    return _module(w)
+    return module(w)
 
 
 def _stage(
@@ -202,6 +205,16 @@ def _stage(
         w.do(f"store {v} {ahead}, ptr {reach[n]}")
 
 
+def _record_stage(w: IRBuilder, reach: Sequence[str], base: str, stages: str, row0: str, m: str) -> None:
+    """Stores the states of the first lane at a stage: base[state][4 step + stage]."""
+    first = w.put(f"mul i64 {w.put(f'sdiv i64 {row0}, 3')}, 4")
+    place = w.put(f"add i64 {first}, {m}")
+    for n, slot in enumerate(reach):
+        value = w.put(f"extractelement {w.vector} {w.put(f'load {w.vector}, ptr {slot}')}, i32 0")
+        entry = w.put(f"add i64 {w.put(f'mul i64 {stages}, {n}')}, {place}")
+        w.do(f"store double {value}, ptr {address(w, base, entry)}")
+
+
 def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[Node], roots: Sequence[Node]) -> str:
     """The kernel that evaluates nodes on rows; `leaves` change by row, `parameters` by candidate."""
     w = IRBuilder(width)
@@ -223,7 +236,7 @@ def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[N
     known = {}
     for n, node in enumerate(parameters):
         place = w.put(f"add i64 {first}, {n}")
-        known[id(node)] = w.splat(_load_double(w, at["parameters"], place))
+        known[id(node)] = w.splat(load_double(w, at["parameters"], place))
     known = lower(w, frontier(roots, LANE, BOTH), known)
     begin = w.put(f"mul i64 {number}, {context['chunk']}")
     wanted = w.put(f"add i64 {begin}, {context['chunk']}")
@@ -237,27 +250,27 @@ def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[N
     here = dict(known)
     for n, node in enumerate(leaves):
         place = w.put(f"add i64 {w.put(f'mul i64 {rows}, {n}')}, {k}")
-        here[id(node)] = w.put(f"load {v}, ptr {_element(w, at['leaves'], place)}, align 8")
+        here[id(node)] = w.put(f"load {v}, ptr {address(w, at['leaves'], place)}, align 8")
     found = lower(w, roots, here)
     base = w.put(f"mul i64 {candidate}, {len(roots)}")
     for n, root in enumerate(roots):
         line = w.put(f"add i64 {base}, {n}")
         place = w.put(f"add i64 {w.put(f'mul i64 {rows}, {line}')}, {k}")
-        w.do(f"store {v} {found[id(root)]}, ptr {_element(w, at['values'], place)}, align 8")
+        w.do(f"store {v} {found[id(root)]}, ptr {address(w, at['values'], place)}, align 8")
     w.do(f"{k_next} = add i64 {k}, {width}")
     w.do(f"br i1 {w.put(f'icmp slt i64 {k_next}, {end}')}, label %row, label %next")
-    return _module(w)
+    return module(w)
 
 
-def _module(w: IRBuilder) -> str:
+def module(w: IRBuilder) -> str:
     def table(name: str, kind: str, values: Sequence[str]) -> str:
         items = ", ".join(f"{kind} {value}" for value in values)
         return f"@{name} = private unnamed_addr constant [{len(values)} x {kind}] [{items}]\n"
 
     return (
-        table("stage.ahead", "double", [double(stage[0]) for stage in _STAGES])
-        + table("stage.share", "double", [double(stage[1]) for stage in _STAGES])
-        + table("stage.row", "i64", [str(stage[2]) for stage in _STAGES])
+        table("stage.ahead", "double", [double(stage[0]) for stage in STAGES])
+        + table("stage.share", "double", [double(stage[1]) for stage in STAGES])
+        + table("stage.row", "i64", [str(stage[2]) for stage in STAGES])
         + declarations(w.width)
         + '!1 = distinct !{!1, !2}\n!2 = !{!"llvm.loop.unroll.disable"}\n'
         + definitions(w.width)
@@ -266,10 +279,10 @@ def _module(w: IRBuilder) -> str:
 
 
 def _word(w: IRBuilder, index: int) -> str:
-    return _load_integer(w, "%context", str(index))
+    return load_integer(w, "%context", str(index))
 
 
-def _element(w: IRBuilder, base: str, index: str) -> str:
+def address(w: IRBuilder, base: str, index: str) -> str:
     return w.put(f"getelementptr inbounds double, ptr {base}, i64 {index}")
 
 
@@ -277,18 +290,18 @@ def _slot(w: IRBuilder, base: str, index: str) -> str:
     return w.put(f"getelementptr inbounds {w.vector}, ptr {base}, i64 {index}")
 
 
-def _load_integer(w: IRBuilder, base: str, index: str) -> str:
+def load_integer(w: IRBuilder, base: str, index: str) -> str:
     place = w.put(f"getelementptr inbounds i64, ptr {base}, i64 {index}")
     return w.put(f"load i64, ptr {place}")
 
 
-def _load_double(w: IRBuilder, base: str, index: str) -> str:
-    return w.put(f"load double, ptr {_element(w, base, index)}")
+def load_double(w: IRBuilder, base: str, index: str) -> str:
+    return w.put(f"load double, ptr {address(w, base, index)}")
 
 
 def _lane_place(w: IRBuilder, base: str, row: str, size: int, item: int) -> str:
     line = w.put(f"add i64 {w.put(f'mul i64 {row}, {size}')}, {item}")
-    return _element(w, base, w.put(f"mul i64 {line}, {w.width}"))
+    return address(w, base, w.put(f"mul i64 {line}, {w.width}"))
 
 
 def _lane(w: IRBuilder, base: str, row: str, size: int, item: int) -> str:
@@ -304,7 +317,7 @@ def _features(w: IRBuilder, nodes: Sequence[Node], base: str, row: str) -> dict[
     values = {}
     for k, node in enumerate(nodes):
         place = w.put(f"add i64 {w.put(f'mul i64 {row}, {len(nodes)}')}, {k}")
-        value = w.splat(_load_double(w, base, place))
+        value = w.splat(load_double(w, base, place))
         values[id(node)] = w.compare("une", value, w.constant(0.0)) if node.is_condition else value
     return values
 

@@ -125,6 +125,21 @@ class Program:
         self._simulate(chosen, grid, lanes, starts, threads, {"record": record, "x_end": x_end})
         return from_lanes(record, len(values)), from_lanes(x_end, len(values))
 
+    def stages(self, grid: TimeGrid, values: Array, x0: Array, threads: int) -> tuple[Array, Array, Array]:
+        """States of one candidate: values (n_parameters,), x0 (T, S).
+
+        Returns them at the four stages of every step (S, 4 M), at the samples (N, S), and the last ones (T, S).
+        """
+        e = self.equations
+        lanes, starts = to_lanes(values[None], NARROW), to_lanes(x0[None], NARROW)
+        record = np.full((1, len(grid.t), len(e.states), NARROW), math.nan)
+        x_end = np.empty((1, len(grid.rows), len(e.states), NARROW))
+        stage_states = np.full((len(e.states), 4 * grid.steps), math.nan)
+        chosen = self._simulation_kernel("stages", NARROW, _System(e.states, e.rates, e.states, e.parameters, ()))
+        arrays = {"record": record, "x_end": x_end, "stage_states": stage_states}
+        self._simulate(chosen, grid, lanes, starts, threads, arrays)
+        return stage_states, record[0, :, :, 0], x_end[0, :, :, 0]
+
     def jacobian(
         self,
         grid: TimeGrid,
@@ -174,14 +189,14 @@ class Program:
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
         """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 2, N): states, inputs, time, trial."""
         e = self.equations
-        return self._evaluate("rates", self._by_row, e.parameters, e.rates, values, self._acting(leaves), threads)
+        return self.evaluate("rates", self._by_row, e.parameters, e.rates, values, self._acting(leaves), threads)
 
     def rate_derivatives(self, directions: Array, leaves: Array, threads: int) -> Array:
         """Derivatives (P, S, N) of the rates, each along one direction: `directions` (P, 2 n_parameters) holds the
         values, then the direction; `leaves` as in `rates`.
         """
         d, rows = self._differentiated_rates, self._acting(leaves)
-        return self._evaluate("rate derivatives", self._by_row, d.parameters, d.rates, directions, rows, threads)
+        return self.evaluate("rate derivatives", self._by_row, d.parameters, d.rates, directions, rows, threads)
 
     @property
     def _by_row(self) -> tuple[Node, ...]:
@@ -228,7 +243,7 @@ class Program:
     def _simulation_kernel(self, what: str, width: int, system: _System) -> _SimulationKernel:
         key = (what, width)
         if key not in self._simulation_kernels:
-            mode: Mode = "squared errors" if what == "squared errors" else "record"
+            mode: Mode = "squared errors" if what == "squared errors" else "stages" if what == "stages" else "record"
             self._simulation_kernels[key] = _SimulationKernel(
                 kernel(simulation_kernel(width, mode, *system)),
                 tuple(row_features(system.rates)),
@@ -263,8 +278,8 @@ class Program:
             "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.trial, grid.inputs),
             **arrays,
         }
-        sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t)}
-        _run(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
+        sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t), "stages": 4 * grid.steps}
+        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
 
     def _grid_features(
         self, grid: TimeGrid, features: tuple[Node, ...], t: Array, trial: Array, inputs: Array
@@ -295,10 +310,10 @@ class Program:
             return np.ascontiguousarray(np.stack([columns[id(node)] for node in features], axis=1))
         roots = [self.equations.graph.number(node) for node in features]
         key = ("features", *(id(node) for node in roots))
-        values = self._evaluate(key, leaves, (), roots, np.zeros((1, 0)), rows, 1)
+        values = self.evaluate(key, leaves, (), roots, np.zeros((1, 0)), rows, 1)
         return np.ascontiguousarray(values[0].T)
 
-    def _evaluate(
+    def evaluate(
         self,
         key: object,
         leaves: Sequence[Node],
@@ -325,7 +340,7 @@ class Program:
             "values": answer,
         }
         sizes = {"tasks": tasks, "chunks": chunks, "chunk": _CHUNK, "rows": padded}
-        _run(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
+        run_kernel(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
         return answer[:, :, :size]
 
 
@@ -355,7 +370,7 @@ def program(model: Model) -> Program:
     return _programs[model]
 
 
-def _run(
+def run_kernel(
     chosen: Kernel,
     words: Sequence[str],
     buffers: dict[str, Buffer],

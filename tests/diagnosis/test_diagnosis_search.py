@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis.hypotheses import Search, search
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial

@@ -1,0 +1,145 @@
+"""What does a diagnosis cost? Processor seconds, time and peak memory, each in a process of its own.
+
+    python experiments/diagnosis_speed.py [--quick] [--workers N]
+
+* The demo: everything that `seatruth demo` does (imports, identification, diagnosis, reports), on the embedded
+  synthetic trials; once with no compiled kernels on disk, then as every later time.
+* Eight trials of 600 samples each, synthetic: zigzags, turning circles and speed steps of the embedded sample's ship,
+  whose rudder has an offset of half a degree. 12 coefficients are free, and the whole library of effects takes part.
+  `--quick` takes two trials of 120 samples and three effects.
+
+Processor time counts all threads; the time on the clock is judged only where the machine had two free cores.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from common import ROOT, Options, Results, cores, machine, main
+
+from seatruth import Study, diagnose
+from seatruth.effects import load_effects, with_effects
+from seatruth.errors import SeatruthError
+from seatruth.manoeuvres import SpeedSteps, TurningCircle, Zigzag, add_noise, run_manoeuvre, self_propulsion
+from seatruth.models import load_model
+from seatruth.sample.make import MOVED, NOISE, RUDDER_RATE, SPEED, STEP, true_values
+from seatruth.trials.trial import Trial, Trials
+
+SEED = 20261122
+OFFSET = math.radians(0.5)
+CORES, GOAL_DEMO, GOAL_EIGHT, GOAL_MEMORY = 2, 10.0, 60.0, 600.0
+TRIALS, SAMPLES = 8, 600
+FEW = ("current", "rudder_offset", "rudder_gain")
+
+
+def body(options: Options, results: Results) -> None:
+    """The demo cold and warm, then the larger study; each figure with its goal."""
+    results.expect(3)
+    results.add_text(__doc__ or "")
+    setting = {"machine": {k: v for k, v in machine().items() if k in ("cpu", "cores")}, "workers": options.workers}
+    with tempfile.TemporaryDirectory() as cache:
+        rows = {
+            f"demo, {kind}": results.stage(f"demo, {kind}", setting, lambda: _measured("demo", {}, cache))
+            for kind in ("no kernels on disk", "kernels on disk")
+        }
+        eight = {"trials": 2, "samples": 120, "effects": FEW} if options.quick else {"trials": TRIALS}
+        order = {"samples": SAMPLES, "effects": None, "workers": options.workers} | eight
+        label = f"{order['trials']} trials of {order['samples']} samples"
+        rows[label] = results.stage(label, setting | order, lambda: _measured("study", order, cache))
+    for name, row in rows.items():
+        goal = GOAL_DEMO if name.startswith("demo") else GOAL_EIGHT
+        judged = goal == GOAL_DEMO or not options.quick
+        free = cores() - row["load"] >= CORES
+        note = row["said"] if free else f"the machine was busy (load {row['load']:.1f}), so the clock is not judged"
+        results.add_figure(f"{name}: processor time", row["processor_s"], "s", row["said"])
+        met = bool(row["wall_s"] <= goal) if free and judged else None
+        results.add_figure(
+            f"{name}: time", row["wall_s"], "s", note, goal=f"at most {goal:g} on {CORES} free cores", met=met
+        )  # fmt: skip
+        results.add_figure(
+            f"{name}: peak memory", row["peak_MB"], "MB", "",
+            goal=f"at most {GOAL_MEMORY:g}", met=bool(row["peak_MB"] <= GOAL_MEMORY) if row["peak_MB"] else None,
+        )  # fmt: skip
+    results.add_table("diagnosis_speed", pd.DataFrame(rows).T.rename_axis("what"))
+
+
+def _measured(what: str, order: Mapping[str, Any], cache: str) -> dict[str, Any]:
+    """One task in a fresh process: its processor time, its time, its peak memory, and what was said."""
+    load, began = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0, time.perf_counter()
+    command = [sys.executable, "-c", f"import diagnosis_speed as it; it.work({what!r}, {json.dumps(order)!r})"]
+    setting = {**os.environ, "SEATRUTH_CACHE": cache, "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=ROOT / "experiments", env=setting, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SeatruthError(f"{what} failed: {done.stderr.strip().splitlines()[-1:]}")
+    wall = time.perf_counter() - began
+    return {"wall_s": wall, "load": load, **json.loads(done.stdout.splitlines()[-1])}
+
+
+def work(what: str, order: str) -> None:
+    """In a process of its own: does the task and prints what it took."""
+    if what == "demo":
+        from seatruth.commands.demo import demo
+
+        with tempfile.TemporaryDirectory() as out:
+            said = str(demo(out=Path(out), threads=CORES, quiet=True).data["diagnosis"]["verdict"]["sentence"])
+    else:
+        given = json.loads(order)
+        found = diagnose(
+            study(given["trials"], given["samples"]), given["effects"], threads=CORES, workers=given["workers"],
+            suggest=False,
+        )  # fmt: skip
+        said = found.verdict.sentence
+    print(json.dumps({"processor_s": time.process_time(), "peak_MB": _peak(), "said": said}))
+
+
+def study(trials: int, samples: int) -> Study:
+    """Synthetic trials of the embedded sample's ship with a rudder offset; the model does not know of it."""
+    rng = np.random.default_rng(SEED)
+    plain = load_model("mmg")
+    ship = with_effects(plain, load_effects(["rudder_offset"]))
+    values = true_values(rng)
+    n = round(self_propulsion(plain, SPEED, values), 2)
+    values["rudder_offset_angle"] = OFFSET
+    angles = [math.radians(angle) for angle in (10, 20, 15, 35)]
+    plans = [
+        (
+            Zigzag(a, a, side, approach=5),
+            TurningCircle(a, math.radians(540), approach=5),
+            SpeedSteps((n, 0.7 * n), 40.0),
+        )
+        for a, side in zip(angles, ("starboard", "port", "starboard", "port"))
+    ]
+    made: list[Trial] = []
+    for k in range(trials):
+        run = run_manoeuvre(
+            ship, plans[k % len(plans)][k // len(plans) % 3], values, dt=STEP, inputs={"n": n}, rudder_rate=RUDDER_RATE,
+            first_state={"u": SPEED, "psi": float(k)}, limit=(samples - 1) * STEP, name=f"run {k + 1}",
+        )  # fmt: skip
+        made.append(add_noise(run, NOISE, rng))
+    parameters = [p.replace(vary=p.name in MOVED) for p in plain.parameters]
+    return Study("eight trials", plain, Trials(made), parameters=parameters, seed=SEED)
+
+
+def _peak() -> float | None:
+    """Peak memory of this process, MB; None where the system does not say."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(peak) / (1024.0**2 if sys.platform == "darwin" else 1024.0)
+
+
+if __name__ == "__main__":
+    sys.exit(main("diagnosis_speed", str(__doc__).splitlines()[0], body, seeds={"trials": SEED}))

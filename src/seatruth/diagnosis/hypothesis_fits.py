@@ -1,0 +1,255 @@
+"""Fits of one hypothesis: from where it begins, with discrepancy and without, and how a fit is kept on disk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
+from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
+
+PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
+_TO_THE_END = 3
+"""Number of the attempt from which a fit is not broken off, however far behind its rival it begins."""
+_FROM_AFAR = 9
+"""Number of the attempt that begins where a fit without discrepancy ended."""
+_OTHER, _OTHER_STARTS = 30, 3
+"""Number of the attempt from the first other start, and how many of them are tried. [S]"""
+_FALLEN = 1e-3
+"""Distance from its null, over that of a start, below which an effect has fallen back to it. [S]"""
+_AGAIN = 3
+"""Times that the model alone is fitted again from its own end. [S]"""
+_NESTED = 8.0
+"""nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
+_LARGE = math.log(0.3)
+"""Log size of discrepancy from which runs that stray are fitted."""
+_SMALL = math.log(0.003)
+"""Log size of discrepancy beside a set that explains the trials without it."""
+
+
+def fit_null(found: Search) -> None:
+    """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done."""
+    problem = found.problem
+    sizes = first_sizes(problem, found.known)
+    start = problem.start
+    if problem.discrepancy is not None:
+        loose = fit_once(found, (), True, start, sizes)
+        if loose is None or not loose.settled:
+            guess = from_equation_error(problem)
+            if guess is not None:
+                again = fit_once(found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt=2)
+                loose = again or loose
+        if loose is not None:
+            start, sizes = loose.point, loose.sizes
+    # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
+    plain = fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
+    if start is not problem.start and (plain is None or not plain.settled):
+        fit_once(found, (), False, start, sizes, attempt=2)
+    if not any(not key for key, _ in found.fits):
+        raise np.linalg.LinAlgError("the model alone could not be fitted")
+    # Everything is measured by these fits, and a fit that begins at its own end may still find better noise.
+    for on in (False, True):
+        for attempt in range(3, 3 + _AGAIN):
+            known = found.fits.get(((), on))
+            again = known and fit_once(found, (), on, known.point, known.sizes, attempt=attempt)
+            if known is None or again is None or again.evidence < known.evidence + 1.0:
+                break
+
+
+def fit_both(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
+    _fit_forward(found, key, near)
+    for on in (False, True):
+        parts = [found.fits.get((tuple(n for n in key if n != name), on)) for name in key]
+        parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)
+        own = found.fits.get((key, on))
+        # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
+        if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
+            fit_once(found, key, on, parent.point, parent.sizes, attempt=3)
+
+
+def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
+    """The fit of a set with discrepancy as beside `near`, which holds its effects: fitted if it was not yet."""
+    known = found.fits.get((key, near.discrepancy))
+    if known is not None:
+        return known
+    point = near.point
+    for name in near.effects:
+        if name not in key:
+            point = moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+    return fit_once(found, key, near.discrepancy, point, near.sizes)
+
+
+def fit_once(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: int = 1) -> Fit | None:
+    """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason."""
+    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
+    stored = found.store.get(name)
+    if stored is not None:
+        return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
+    rival = found.rival if key and attempt < _TO_THE_END else -math.inf
+    try:
+        got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
+    except np.linalg.LinAlgError as trouble:
+        found.failed.setdefault(key, str(trouble))
+        return None
+    if not math.isfinite(got.evidence):
+        found.failed.setdefault(key, "its likelihood is not finite")
+        return None
+    found.store.put(name, _stored(got))
+    return _kept(found, got)
+
+
+def _fit_forward(found: Search, key: Key, near: Fit) -> None:
+    """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
+    problem = found.problem
+    start = _start(found, key, near)
+    best = found.rival
+    at = problem.linearize(start, key)
+    if not np.isfinite(at.errors).all():
+        start = near.point
+        at = problem.linearize(start, key)
+    likelihood = Likelihood(problem, at)
+    bare = near.sizes.without_discrepancy()
+    expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
+    plain = found.fits.get(((), False))
+    gap = best - plain.evidence if plain is not None else 0.0
+    got = None
+    # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
+    strays = plain is not None and plain.evidence < found.null.evidence - HOPE
+    if near.discrepancy and strays and not near.effects:
+        assert plain is not None
+        got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_TO_THE_END)
+    elif not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
+        got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    if got is not None:
+        got = _from_other_starts(found, key, near, got)
+    if problem.discrepancy is None:
+        return
+    if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
+        fit_once(found, key, True, got.point, _beside(found, got, near))
+        return
+    sizes = near.sizes.with_discrepancy()
+    loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
+    if got is not None:
+        # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
+        loose = fit_once(found, key, True, got.point, sizes, attempt=_FROM_AFAR) or loose
+    if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
+        # It may explain the trials without discrepancy, though one step did not show it.
+        fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
+
+
+def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> Fit | None:
+    """The best fit without discrepancy, from an effect's other starts where the first one fell back to its null."""
+    problem = found.problem
+    for name in (n for n in key if n not in near.effects and problem.effects[n].starts and n in found.starts):
+        columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
+        plain = found.fits.get((near.effects, False), near)
+        for number, values in enumerate(found.starts[name][:_OTHER_STARTS]):
+            moved = 0.0 if got is None else float(np.abs(got.point.shared[columns] - mean).max())
+            if moved > _FALLEN * float(np.abs(values - mean).max()):
+                break
+            point = moved_to(problem, plain.point, name, values)
+            got = fit_once(found, key, False, point, plain.sizes, attempt=_OTHER + number) or got
+    return got
+
+
+def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
+    """Sizes from which discrepancy is sought beside a set that was fitted without it: little, or as in the near fit."""
+    little = got.sizes.with_discrepancy(_SMALL)
+    if not near.discrepancy:
+        return little
+    as_near = [near.sizes.shrunk(part) for part in PARTS]
+    options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
+    likelihood = Likelihood(found.problem, found.problem.linearize(got.point, got.effects))
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.log_likelihood(sizes, got.effects) + log_prior(found.problem.settings, sizes, found.known)
+
+    return max(options, key=value)
+
+
+def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
+    """Where one full step from a point leads; the point itself where the model diverges there."""
+    try:
+        step = likelihood.solve(sizes, key)
+    except np.linalg.LinAlgError:
+        return start
+    point = problem.moved(start, step.shared, step.local)
+    return point if np.isfinite(problem.errors(point)).all() else start
+
+
+def _start(found: Search, key: Key, near: Fit) -> Point:
+    """The point of a near fit, with each further effect where it is best begun."""
+    point = near.point
+    for name in key:
+        if name not in near.effects and name in found.starts:
+            point = started(found.problem, replace(near, point=point), name, found.starts[name][0])
+    return point
+
+
+def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
+    """The point of a near fit with one more effect at these values, in the place of forces where it has them."""
+    if near.discrepancy:
+        return with_effect(problem, near.point, name, values)
+    return moved_to(problem, near.point, name, values)
+
+
+def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
+    """The point with an effect's parameters at other values, as far as their bounds allow."""
+    shared = point.shared.copy()
+    columns = problem.columns[name]
+    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
+    return Point(shared, point.initial, point.forces)
+
+
+def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
+    """The point with an effect's values in each trial's own ones, and the effect itself at its null."""
+    like = problem.effects[name]
+    values = dict(zip((q.name for q in like.parameters), point.shared[problem.columns[name]]))
+    repeated = []
+    for q in problem.effects[own].parameters:
+        same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
+        repeated.append(values[same])
+    moved = moved_to(problem, point, name, problem.mean[problem.columns[name]])
+    return moved_to(problem, moved, own, np.array(repeated))
+
+
+def _kept(found: Search, got: Fit) -> Fit:
+    """Keeps the better of a hypothesis' fits."""
+    place = got.effects, got.discrepancy
+    known = found.fits.get(place)
+    if known is None or got.evidence > known.evidence:
+        found.fits[place] = got
+    return found.fits[place]
+
+
+def _stored(got: Fit) -> dict[str, Any]:
+    """What a fit can be made from again."""
+    point, sizes = got.point, got.sizes
+    return {
+        "shared": point.shared,
+        "initial": point.initial,
+        "forces": point.forces,
+        "white": sizes.white,
+        "shape": list(sizes.shape),
+        "terms": sizes.terms,
+        "force_sizes": sizes.forces,
+        "coupling": sizes.coupling,
+        "settled": got.settled,
+    }
+
+
+def _restored(problem: Problem, key: Key, discrepancy: bool, stored: Mapping[str, Any], known: NoisePrior) -> Fit:
+    point = Point(stored["shared"], stored["initial"], stored["forces"])
+    sizes = Sizes(stored["white"], tuple(stored["shape"]), stored["terms"], stored["force_sizes"], stored["coupling"])
+    return fit_at(problem, key, point, sizes, known, discrepancy=discrepancy, settled=bool(stored["settled"]))

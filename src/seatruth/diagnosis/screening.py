@@ -1,0 +1,125 @@
+"""Effects that a fit lacks, compared by one linearization: which of them are worth a fit, and where each begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit, objective
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
+from seatruth.diagnosis.hypothesis_fits import PARTS, started
+from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.sizes import Sizes, log_prior
+
+_MAGNITUDES = (1.0, 2.5)
+"""Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
+
+
+def screen(found: Search, at: Fit) -> list[str]:
+    """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
+    problem, settings = found.problem, found.problem.settings
+    others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
+    name = f"screen {'+'.join(at.effects)}"
+    stored = found.store.get(name)
+    if stored is not None:
+        for other, (plain, loose, start) in stored.items():
+            if start:
+                found.starts[other] = np.array(start)
+            found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
+            found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
+        return _ranked(found, at, others)
+    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
+    bare = at.sizes.without_discrepancy()
+    shrunk = [at.sizes.shrunk(part) for part in PARTS] if at.discrepancy else []
+    # Size by size, since what takes time does not depend on the effect.
+    loose_scores = dict.fromkeys(others, -math.inf)
+    for sizes in shrunk:
+        prior = log_prior(settings, sizes, found.known) - at.price
+        for other in others:
+            value = likelihood.evidence(sizes, (*at.effects, other)) + prior
+            loose_scores[other] = max(loose_scores[other], value)
+    plain_prior = log_prior(settings, bare, found.known)
+    scores: dict[str, tuple[float, float, list[list[float]]]] = {}
+    for other in others:
+        key, loose = (*at.effects, other), loose_scores[other]
+        plain = likelihood.evidence(bare, key) + plain_prior
+        chosen = found.starts[other] if other in found.starts else _ordered_starts(found, at, other)
+        if len(chosen):
+            from_there = _score_from(found, at, key, other, chosen[0], bare)
+            # Where it has no slope at its null, what is linearized there says nothing of it.
+            if problem.effects[other].starts or max(from_there) > max(plain, loose):
+                found.starts[other] = chosen
+            plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
+        scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
+        found.screened[tuple(sorted(key)), False] = plain
+        found.screened[tuple(sorted(key)), True] = loose
+    found.store.put(name, scores)
+    return _ranked(found, at, others)
+
+
+def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
+    return sorted(others, key=lambda name: (-found.expected(tuple(sorted((*at.effects, name)))), name))
+
+
+def _finite_starts(problem: Problem, name: str) -> list[Array]:
+    """Finite values from which an effect is tried: one without a slope at its null, or with a direction."""
+    effect = problem.effects[name]
+    if not (effect.starts or effect.direction):
+        return []
+    mean = problem.mean[problem.columns[name]]
+    directions = [
+        np.array([float(start[q.name]) for q in effect.parameters])
+        for start in effect.starting_points(problem.study.model)
+    ]
+    parts = (1.0,) if effect.starts else _MAGNITUDES
+    return [mean + part * (values - mean) for part in parts for values in directions]
+
+
+def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
+    """The finite starts (k, n) of an effect, the one first that leaves least once everything else is refitted.
+
+    The derivatives by everything else are those of the fit: each start costs one simulation. Directions are tried
+    beside discrepancy only: without it, the slope at the null leads there. Others are tried without it, where the runs
+    do not stray: beside it, forces have taken their part.
+    """
+    problem = found.problem
+    options: list[tuple[float, Array]] = []
+    starts, directed = _finite_starts(problem, name), not problem.effects[name].starts
+    none = np.zeros((0, len(problem.columns[name])))
+    if not starts or (directed and not at.discrepancy):
+        return none
+    plain = found.fits.get((at.effects, False))
+    if not directed and plain is not None and plain.evidence > at.evidence - HOPE:
+        at = plain
+    near = at.linearized(problem)
+    for values in starts:
+        point = started(problem, at, name, values)
+        errors = problem.errors(point)
+        if directed:
+            # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
+            options.append((-objective(problem, point, errors, at.sizes, at.effects, at.likelihood), values))
+        elif np.isfinite(errors).all():
+            # With what is left of the missing forces once the effect has taken its part.
+            likelihood = Likelihood(problem, replace(near, point=point, errors=errors))
+            options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
+    ordered = sorted(options, key=lambda option: -option[0])
+    return np.array([values for _, values in ordered]) if ordered else none
+
+
+def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
+    """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
+    problem = found.problem
+    there = problem.linearize(started(problem, at, name, values), key)
+    if not np.isfinite(there.errors).all():
+        return -math.inf, -math.inf
+    likelihood = Likelihood(problem, there)
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
+
+    return value(bare), value(at.sizes) - at.price if at.discrepancy else -math.inf

@@ -1,0 +1,149 @@
+"""Which hypotheses are fitted: every effect by its linearized likelihood, the leaders in full, then sets of them.
+
+The search begins with the model alone, with and without discrepancy. At the fit with discrepancy every run is near its
+record, so that effects can be compared there by one linearization. Each hypothesis is then fitted with discrepancy, and
+from there without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial, moved_to
+from seatruth.diagnosis.noise_sharing import share_noise
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.screening import screen
+from seatruth.diagnosis.sizes import noise_prior
+from seatruth.effects.each_trial import EachTrial
+from seatruth.storage.checkpoint import Checkpoint
+
+_FAR = 100.0
+"""nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
+_ROUNDS = 3
+"""Times that a leading set is compared with its parts. [S]"""
+Say = Callable[[str, int, int], None]
+
+
+def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1) -> Search:
+    """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
+
+    Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
+    with what there is. Raises LinAlgError where the model alone cannot be fitted, or where no hypothesis can be
+    simulated without discrepancy.
+    """
+    settings = problem.settings
+    found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
+    expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
+    say("the model alone", 0, expected)
+    fit_null(found)
+    # With discrepancy the runs are near their records, where one linearization serves all effects.
+    near = found.fits.get(((), True)) or found.null
+    try:
+        singles = screen(found, near)[: settings.singles]
+        # The leader first: what it reaches tells which of the others are hopeless.
+        for batch in (singles[:1], singles[1:]):
+            _fit_at_once(found, batch, near, say, expected, workers)
+        share_noise(found, 1)
+        count = len(singles)
+        for size in range(2, settings.most_effects + 1):
+            leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
+            for leader in leaders:
+                at = found.best(leader)
+                assert at is not None
+                for name in screen(found, at)[: settings.additions]:
+                    count += 1
+                    key = tuple(sorted((*leader, name)))
+                    found.rival = max(f.evidence for f in found.fits.values())
+                    if found.expected(key) < found.rival + settings.worth_fitting or found.best(key) is not None:
+                        continue
+                    say(f"effects {' and '.join(key)}", count, expected)
+                    fit_both(found, key, at)
+        _fit_each_trial(found)
+        say("parts of the leading sets", expected, expected)
+        _refit_parts(found)
+        share_noise(found, 2)
+    except KeyboardInterrupt:
+        found.interrupted = True
+    if all(on for _, on in found.fits):
+        # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
+        raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
+    return found
+
+
+def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
+    """Fits effects alone, several at once; each sees the same rival, whatever is finished first."""
+    found.rival = max(f.evidence for f in found.fits.values())
+    done = len({key for key, _ in found.fits if key})
+
+    def run(number: int, name: str) -> None:
+        say(f"effect {name}", done + number + 1, expected)
+        if found.hopeful((name,)):
+            fit_both(found, (name,), near)
+
+    if workers == 1 or len(names) < 2:
+        for number, name in enumerate(names):
+            run(number, name)
+        return
+    with ThreadPoolExecutor(workers, thread_name_prefix="diagnosis") as pool:
+        jobs = [pool.submit(run, number, name) for number, name in enumerate(names)]
+        try:
+            for job in jobs:
+                job.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _fit_each_trial(found: Search) -> None:
+    """Fits the leading sets with values for each trial in the place of effects that are the same in all.
+
+    Only there: values of their own let an effect follow whatever differs between trials, and an environment is believed
+    to differ from trial to trial only where it is seen in all of them.
+    """
+    effects = found.problem.effects.items()
+    alike = {effect.like.name: name for name, effect in effects if isinstance(effect, EachTrial)}
+    for leader in [key for key in found.sets() if key and _leads(found, key)][: found.problem.settings.leaders]:
+        at = found.best(leader)
+        assert at is not None
+        for name in leader:
+            if name not in alike:
+                continue
+            key = tuple(sorted((*(n for n in leader if n != name), alike[name])))
+            for on in (False, True):
+                same = found.fits.get((leader, on))
+                if same is not None:
+                    fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
+
+
+def _refit_parts(found: Search) -> None:
+    """Fits the parts of the leading sets again from where the sets ended, until no part takes the lead.
+
+    A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
+    """
+    nothing: Key = ()
+    for round_ in range(_ROUNDS):
+        leader = found.sets()[0]
+        at = found.best(leader)
+        assert at is not None
+        rests = [tuple(n for n in leader if n != name) for name in leader]
+        for key in dict.fromkeys([*rests, nothing]):
+            point = at.point
+            for name in (n for n in leader if n not in key):
+                point = moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+            for on in sorted({False, at.discrepancy}):
+                known = found.fits.get((key, on))
+                if known is None or known.evidence > at.evidence - _FAR:
+                    fit_once(found, key, on, point, at.sizes, attempt=4 + round_)
+        if found.sets()[0] == leader:
+            break
+
+
+def _leads(found: Search, key: Key) -> bool:
+    """Whether a set explains at least half of what the best one does: only such sets are worth extending."""
+    null, best = found.null.evidence, max(f.evidence for f in found.fits.values())
+    return found.evidence(key) >= null + 0.5 * (best - null)

@@ -1,0 +1,88 @@
+"""Derivatives by the linearized equations are those of the simulation with derivatives in its lanes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from known_models import Blowing, plain_model, record_of
+
+from seatruth.effects import available, effects_by_name, with_effects
+from seatruth.models import load_model
+from seatruth.simulate import simulator
+from seatruth.simulate.compiler import sensitivities as module
+from seatruth.simulate.compiler.graph import LANE, Graph
+from seatruth.simulate.compiler.sensitivities import vanishing
+from seatruth.trials.trial import Trial
+
+NAMES = ["current", "rudder_lag", "heading_bias", "rudder_rate_limit"]
+
+
+@pytest.mark.parametrize("acting", [(), ("current_north", "rudder_lag_tau")])
+def test_both_ways_agree(acting: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ship whose effects are at their null, or partly on: hidden states follow, steps are halved, threads share."""
+    model = with_effects(load_model("mmg"), effects_by_name(NAMES, available()))
+    rng = np.random.default_rng(1)
+    trials = []
+    for number, n in enumerate((40, 25)):
+        inputs = {channel.name: np.full(n, 10.0) for channel in model.inputs}
+        inputs["delta"] = 0.3 * np.sin(0.2 * np.arange(n) + number) + 0.02 * rng.normal(size=n)
+        outputs = {channel.name: np.full(n, 1.0) for channel in model.outputs}
+        trials.append(Trial(f"run {number}", 0.5 * np.arange(n), inputs, outputs, synthetic=True))
+    free = tuple(p.name for p in model.parameters)
+    values = {**model.nominal(), **dict.fromkeys(acting, 0.2)}
+    theta, states = np.array([values[name] for name in free]), ("u", "v", "r", "psi")
+    monkeypatch.setattr(module, "_STRETCH", 17)
+    found = []
+    for threads in (1, 3):
+        sim = simulator(model, trials, free=free, max_step=0.25, threads=threads)
+        found.append(sim.jacobian(theta, sim.initial_states, states, last_states=False))
+    exact = sim.jacobian(theta, sim.initial_states, states)
+    size = np.abs(exact.dy).max(axis=0)
+    assert found[0].dy.tobytes() == found[1].dy.tobytes()
+    assert np.abs(found[0].dy - exact.dy).max(axis=0) == pytest.approx(np.zeros_like(size), abs=1e-11 * size.max())
+    assert (np.abs(found[0].dy - exact.dy).max(axis=0) <= 1e-11 * size + 1e-14).all()
+    assert found[0].y == pytest.approx(exact.y, rel=1e-13, abs=1e-13)
+    assert found[0].dx_end.shape == (2, 0, len(free) + 4)
+
+
+def test_a_run_that_diverges_has_no_finite_derivatives_from_there_on() -> None:
+    trial = record_of(np.arange(60) * 0.1)
+    sim = simulator(Blowing(), [trial, trial], free=("a",))
+    found = sim.jacobian(np.array([1.0]), np.array([[1.0], [0.01]]), ["x"], last_states=False)
+    exact = sim.jacobian(np.array([1.0]), np.array([[1.0], [0.01]]), ["x"])
+    assert found.diverged.tolist() == exact.diverged.tolist() == [True, False]
+    assert found.dy[sim.rows[1]] == pytest.approx(exact.dy[sim.rows[1]], rel=1e-12)
+    assert np.isfinite(found.dy[:5]).all()
+    assert not np.isfinite(found.dy[59]).any()
+
+
+def test_derivatives_of_every_operation() -> None:
+    """Functions, branches, and an output that no state reaches."""
+
+    def rates(s: Any, i: Any, p: Any) -> Any:
+        bent = math.sqrt(abs(s.x)) if s.x > 0.3 else math.exp(p.a * s.x)
+        return (
+            -p.a * bent + math.atan2(i.push, s.y) + math.hypot(s.y, p.b) * math.copysign(1.0, s.x),
+            max(s.y, p.b) ** 1.7 - math.sin(p.a * s.y) + min(i.push, s.x) / p.b,
+            p.c * s.x,
+        )
+
+    model = plain_model(rates, ("x", "y", "z"), ("a", "b", "c"), ("push",))
+    trial = record_of(np.arange(30) * 0.05, np.cos)
+    sim = simulator(model, [trial], free=("a", "b", "c"))
+    x0, theta = np.array([[0.2, 0.4, 0.0]]), np.array([1.1, 0.7, 0.0])
+    found = sim.jacobian(theta, x0, ["x", "y", "z"], last_states=False)
+    assert found.dy == pytest.approx(sim.jacobian(theta, x0, ["x", "y", "z"]).dy, rel=1e-11, abs=1e-13)
+    assert np.abs(found.dy[-1, :2, [0, 1, 3, 4]]).min() > 0.1
+
+
+def test_what_vanishes_with_a_parameter() -> None:
+    graph = Graph()
+    a, b = (graph.leaf("parameter", k, LANE) for k in range(2))
+    gone, left = (a * b, a / b, graph.select(a > 0.0, b, a * b)), (a + b, b - a, b / a)
+    found = vanishing([*gone, *left], [a])
+    assert all(id(node) in found for node in gone)
+    assert not any(id(node) in found for node in left)
