@@ -204,7 +204,7 @@ class Effect:
 
     def places(self, model: Model) -> tuple[str, ...]:
         """`acts_on` with the model's own names of inputs and outputs."""
-        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
+        aliases = ChannelAliases(self.aliases, self.needs_inputs, model, self.needs_outputs)
         pairs = (place.partition(":") for place in self.acts_on)
         return tuple(f"{word}:{aliases.in_model(channel)}" if channel else word for word, _, channel in pairs)
 
@@ -218,7 +218,7 @@ class Effect:
             return "the model is a black box, and the effect acts on its equations"
         if (self.current is not None or self.force is not None) and not model.takes_environment:
             return "the model's rhs takes no environment e"
-        aliases = ChannelAliases(self.aliases, self.needs_inputs, model)
+        aliases = ChannelAliases(self.aliases, self.needs_inputs, model, self.needs_outputs)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):
             have = [aliases.in_effect(channel.name) for channel in getattr(model, f"{kind}s")]
             lacking = [name for name in getattr(self, needed) if name not in have]

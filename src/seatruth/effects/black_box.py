@@ -31,7 +31,9 @@ class ExtendedBlackBox(BlackBox):
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, tuple(effects)
         copy_attributes(base, self)
-        self._aliases = [ChannelAliases(effect.aliases, effect.needs_inputs, base) for effect in effects]
+        self._aliases = [
+            ChannelAliases(effect.aliases, effect.needs_inputs, base, effect.needs_outputs) for effect in effects
+        ]
         super().__init__(
             base.name,
             self._around,
@@ -43,6 +45,10 @@ class ExtendedBlackBox(BlackBox):
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
             source=base.source,
         )
+
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        """See `Model.complete`; what the black box itself says."""
+        return self.base.complete(outputs, inputs)
 
     def _around(
         self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None

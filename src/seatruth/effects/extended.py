@@ -79,10 +79,11 @@ def _follows(base: Model, effects: Sequence[Effect]) -> dict[str, tuple[str, flo
     states = {channel.name for channel in base.states}
     follows = {}
     for effect in effects:
-        aliases = ChannelAliases(effect.aliases, effect.needs_inputs, base)
+        aliases = ChannelAliases(effect.aliases, effect.needs_inputs, base, effect.needs_outputs)
         for name, standard in effect.follows.items():
-            state = aliases.in_model(standard)
-            if state in states:
+            # A sensor that shows no state (a log's speed through the water) moves with the state that it stands for.
+            state = next((name for name in (aliases.in_model(standard), standard) if name in states), "")
+            if state:
                 follows[effect.named(name)] = (state, float(aliases.sign(state)))
     return follows
 
@@ -99,7 +100,9 @@ class _Equations:
         self.state_edges = list(accumulate((len(effect.states) for effect in effects), initial=len(base.states)))
         self.edges = list(accumulate((len(effect.parameters) for effect in effects), initial=len(base.parameters)))
         self.records = [namedtuple("Effect", [q.name for q in effect.parameters]) for effect in effects]
-        aliases = [ChannelAliases(effect.aliases, effect.needs_inputs, base) for effect in effects]
+        aliases = [
+            ChannelAliases(effect.aliases, effect.needs_inputs, base, effect.needs_outputs) for effect in effects
+        ]
         self.view_s = [View(alias, base.states, effect.states) for alias, effect in zip(aliases, effects)]
         self.view_i = [View(alias, base.inputs) for alias in aliases]
         self.view_y = [View(alias, base.outputs) for alias in aliases]

@@ -3,21 +3,26 @@
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
+from seatruth.models.measures import MEASURES
+from seatruth.models.observed import Observation, observed
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.registry import available, broken, load_model
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 
 __all__ = [
+    "MEASURES",
     "BlackBox",
     "Channel",
     "Dimensions",
     "Environment",
     "Model",
     "ModelWrapper",
+    "Observation",
     "Parameter",
     "Prior",
     "available",
     "broken",
     "load_model",
+    "observed",
 ]

@@ -140,7 +140,8 @@ class Model:
     def first_state(
         self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]
     ) -> tuple[float, ...]:
-        """Initial state from the outputs and inputs at the start of a trial; shape (n_states,)."""
+        """Initial state (n_states,) from outputs and inputs at the start of a trial; `complete` adds missing ones."""
+        outputs = self.complete(outputs, inputs)
         if self.initial_state is None:
             return tuple(float(outputs[state.name]) for state in self.states)
         y = record("Outputs", self.outputs)(**{c.name: outputs[c.name] for c in self.outputs})
@@ -148,6 +149,10 @@ class Model:
         p = record("Parameters", self.parameters)(**{q.name: parameters[q.name] for q in self.parameters})
         state = call(type(self).__name__, "initial_state", self.initial_state, y, i, p)
         return tuple(float(x) for x in state)
+
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        """Every output at the start of a trial: those recorded as they are, the others zero."""
+        return {channel.name: float(outputs.get(channel.name, 0.0)) for channel in self.outputs}
 
     def _repr_html_(self) -> str:
         rows = "".join(

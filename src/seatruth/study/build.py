@@ -11,7 +11,7 @@ from seatruth.costs.options import OPTIONS, CostOptions, FormulaOptions, Kind, o
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
-from seatruth.study import expressions, formula, noise, parameters, trial_files
+from seatruth.study import expressions, formula, noise, observations, parameters, trial_files
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import Study
 from seatruth.study.validation import Problems
@@ -27,10 +27,14 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     model = None
     with problems.at("model", "use"):
         model = load_model(file.model.use, source.parent, file.model.set)
+    if model is not None:
+        model = observations.observed_as_stated(model, file, problems)
     if model is not None and file.model.effects:
         plain, model = model, None
         with problems.at("model", "effects"):
             model = with_effects(plain, load_effects(file.model.effects, source.parent))
+    if model is not None:
+        observations.check_initial_state(model, file, problems)
     recordings = trial_files.recordings(file, source.parent, problems)
     if model is None:
         return None

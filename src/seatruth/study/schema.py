@@ -139,6 +139,15 @@ class ChannelTable(Table):
     invalid_where: str | None = Field(
         default=None, description='Samples that are not valid, as a condition on the file\'s columns: "pos_hold == 1".'
     )
+    measures: str | None = Field(
+        default=None,
+        description='What the instrument measures, as "sog" (docs/channels.md lists the names); default: what the '
+        "channel's name says. The model gets it as an output.",
+    )
+    at: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = Field(
+        default=None,
+        description="Place [x, y, z] of the sensor, m forward, starboard and down of the model's origin (default).",
+    )
     extra: bool = Field(
         default=False,
         description="True for a channel that is neither in the model nor in the standard list; only preparation steps "

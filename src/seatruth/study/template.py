@@ -12,8 +12,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.models.base import Model
-from seatruth.study.infer_columns import InferredColumn, infer_columns
+from seatruth.models import MEASURES, Model
+from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
+from seatruth.study.observations import as_logged, observable
 from seatruth.trials import STANDARD_CHANNELS, Channel
 
 Numbers = NDArray[np.float64]
@@ -29,13 +30,15 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     `log` is the log's path as the study file will name it; `frame` its columns, with the units of its header in
     `frame.attrs["units"]`.
     """
-    needed = [*model.inputs, *model.outputs]
-    names = {channel.name for channel in needed}
+    names = {channel.name for channel in (*model.inputs, *model.outputs)}
     extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
     units = frame.attrs.get("units", {})
     columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
     back = {_titled(str(name), units): str(name) for name in frame.columns}
-    guesses = infer_columns(columns, [Channel("t", "s"), *needed, *extra])
+    wanted = [*model.inputs, *model.outputs, *observable(model), *extra]
+    guesses = infer_columns(columns, [Channel("t", "s"), *wanted])
+    model = as_logged(model, guesses)
+    needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
     missing_outputs = [c for c in model.outputs if c.name not in guesses]
     notes = []
@@ -46,6 +49,7 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     if len(missing_outputs) == len(model.outputs):
         notes.append("No column was recognised for any output of the model: name them in [channels].")
         missing_outputs = []
+    notes += _vague(guesses)
     text = "\n".join(
         [
             *_head(log, model, use),
@@ -58,6 +62,16 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
         ]
     )
     return text, notes
+
+
+def _vague(guesses: Mapping[str, InferredColumn]) -> list[str]:
+    """What was taken for speeds whose columns do not say what they measure."""
+    return [
+        f"The column {hit.column!r} was taken for {name!r}, the speed over ground along the bow. If a log measured it "
+        "through the water, call the channel u_w; if satellites did, call it sog (docs/channels.md)."
+        for name, hit in guesses.items()
+        if name == "u" and split_header(hit.column)[0] in VAGUE
+    ]
 
 
 def _head(log: str, model: Model, use: str) -> list[str]:
@@ -123,7 +137,9 @@ def _channels(
         hit = guesses.get(channel.name)
         if hit is not None:
             entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
-            used = hit.why if channel in needed else f"{hit.why}; for the checks only"
+            measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
+            used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
+            used = used if channel in needed else f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
             lines.append(

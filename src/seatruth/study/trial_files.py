@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from seatruth.errors import nearest
 from seatruth.models.base import Model
+from seatruth.study.observations import turned_with_heading
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
@@ -70,7 +71,7 @@ def read(
     held: list[Trial] = []
     for recording in recordings:
         with problems.at("trials", recording.entry):
-            trial = _read_one(file, model, recording, synthetic)
+            trial = turned_with_heading(_read_one(file, model, recording, synthetic), model)
             (fitted if recording.table.role == "fit" else held).append(trial)
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
