@@ -36,6 +36,16 @@ def deviations(
     return result
 
 
+def quantity(value: float | str, unit: str) -> float:
+    """A number in `unit`, or text with a unit of its own ("3.5 deg"), in `unit`. BadInput for other text."""
+    if not isinstance(value, str):
+        return float(value)
+    match = _QUANTITY.fullmatch(value)
+    if match is None:
+        raise BadInput(f'"{value}" is no number with a unit', do=f'Write it as "0.1 {unit}".')
+    return float(match.group(1)) * (to_si(match.group(2), unit).factor if match.group(2) else 1.0)
+
+
 def deviation(value: float | str, unit: str, *, estimate: bool = True) -> float | Literal["estimate"]:
     """One standard deviation in `unit`, from 0.01, "0.1 deg" or (where allowed) "estimate"."""
     number, factor = value, 1.0

@@ -21,6 +21,7 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("prior = { ... } of a parameter", schema.PriorTable),
     ("[time]", schema.TimeTable),
     ("[channels.NAME]", schema.ChannelTable),
+    ("[frames]", schema.FramesTable),
     ("[files]", schema.FilesTable),
     ("[[trials]]", schema.TrialTable),
     ("[[prepare]]", schema.PrepareTable),

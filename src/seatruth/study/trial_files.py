@@ -13,10 +13,12 @@ from pydantic import ValidationError
 
 from seatruth.errors import nearest
 from seatruth.models.base import Model
+from seatruth.study import noise
 from seatruth.study.observations import turned_with_heading
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
-from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
+from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
+from seatruth.trials.frames import POSITIONS, with_origin
 
 _PATTERN = "*?["
 
@@ -69,16 +71,26 @@ def read(
         return Trials([]), Trials([])
     fitted: list[Trial] = []
     held: list[Trial] = []
+    frames = Frames()
+    with problems.at("frames"):
+        frames = _frames(file)
     for recording in recordings:
         with problems.at("trials", recording.entry):
-            trial = turned_with_heading(_read_one(file, model, recording, synthetic), model)
+            trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic), model)
+            frames = with_origin(frames, trial)
             (fitted if recording.table.role == "fit" else held).append(trial)
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)
 
 
-def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bool) -> Trial:
+def _frames(file: StudyFile) -> Frames:
+    stated = file.frames
+    origin = None if stated.origin is None else (stated.origin[0], stated.origin[1])
+    return Frames(stated.earth, stated.body, origin, stated.utm)
+
+
+def _read_one(file: StudyFile, model: Model, recording: Recording, frames: Frames, synthetic: bool) -> Trial:
     table = recording.table
     maps = {**file.channels}
     for name, changes in table.channels.items():
@@ -87,10 +99,12 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
     time = file.time if table.time is None else _merged_time(file.time, table.time)
     inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
     wanted = [c.name for c in model.outputs if c.name not in table.without]
+    if any({first, other} <= maps.keys() for first, other in POSITIONS):
+        wanted = [name for name in wanted if name in maps or name not in ("x", "y")]
     wanted += [name for name in maps if name not in inputs and name not in wanted and name not in table.without]
     return read_trial(
         recording.path,
-        time=ColumnSpec(time.column, time.unit),
+        time=Clock(time.column, time.unit, time.dates, time.date, time.jumps),
         inputs=inputs,
         outputs={name: column_spec(name, maps) for name in wanted},
         channels={c.name: c for c in (*model.inputs, *model.outputs)},
@@ -103,12 +117,15 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
         encoding=file.files.encoding,
         repeated_time=time.repeated,
         prepare=_steps(file, table, recording.name),
+        frames=frames,
+        hold=file.cost.hold,
     )
 
 
 def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
     """The column of a channel; a channel that the study does not mention is a column of the same name."""
     table = maps.get(name, ChannelTable())
+    q = table.quaternion
     return ColumnSpec(
         column=table.column or name,
         unit=table.unit,
@@ -116,6 +133,10 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
         scale=table.scale,
         offset=table.offset,
         invalid_where=table.invalid_where,
+        vector=None if table.vector is None else (table.vector[0], table.vector[1]),
+        quaternion=None if q is None else (q[0], q[1], q[2], q[3]),
+        declination=noise.quantity(table.declination, "rad"),
+        time=table.time,
     )
 
 
