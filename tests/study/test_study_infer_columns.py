@@ -44,6 +44,8 @@ def test_headers_split_into_name_and_unit(header: str, name: str, unit: str) -> 
         ("STW", 22 + WAVE, "u_w", "kn"),
         ("COG", 180 + 100 * WAVE, "cog", "deg"),
         ("velocity_north", WAVE, "v_n", "m/s"),
+        ("Lat", 52.0 + WAVE, "latitude", "deg"),
+        ("lon", 412.0 + WAVE, "longitude", "ddmm"),
         ("RPM", 90 + WAVE, "n", "rpm"),
         ("n", 12 + WAVE, "n", "rev/s"),
         ("propeller", 95 + WAVE, "n", "rpm"),

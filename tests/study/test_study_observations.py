@@ -12,8 +12,10 @@ import pytest
 
 from seatruth import diagnose, identify
 from seatruth.errors import BadInput
+from seatruth.models import load_model
 from seatruth.sample import FOLDER
 from seatruth.study import Study, load_study
+from seatruth.study.template import template
 
 SPEED, TOWARDS = 0.08, math.radians(70.0)
 """The current of the embedded sample (truth.json)."""
@@ -161,3 +163,86 @@ def test_a_course_beside_a_heading_that_jumps_is_refused(tmp_path: Path) -> None
     (tmp_path / "s.toml").write_text((tmp_path / "s.toml").read_text().replace("[channels]", '[channels]\ncog = "COG"'))
     with pytest.raises(BadInput, match="Run the step 'unwrap' on 'psi'"):
         load_study(tmp_path / "s.toml")
+
+
+def test_positions_headings_and_clocks_of_a_study(tmp_path: Path) -> None:
+    """Two trials share the origin of the first; the frames and clocks of the study hold for both."""
+    t = np.arange(6.0)
+    text = """[model]
+use = "mmg"
+vary = ["Y_v"]
+[time]
+column = "when"
+dates = "day-first"
+[frames]
+body = "FLU"
+[channels]
+latitude = "Lat"
+longitude = "Lon"
+psi = { column = "HDG", unit = "deg", declination = "3.5 deg" }
+r = { column = "gyro", time = "clock" }
+"""
+    for k, name in enumerate("ab"):
+        frame = pd.DataFrame(
+            {"when": [f"03.07.2025 12:0{k}:0{i}" for i in range(6)], "delta": 0.1, "n": 10.0, "HDG": 90.0}
+        )
+        frame = frame.assign(Lat=54.0 + 0.001 * k, Lon=7.0 + 1e-5 * t, u=1.0, v=0.0, gyro=0.01)
+        frame["clock"] = [f"03.07.2025 12:0{k}:0{i}.25" for i in range(6)]
+        frame.to_csv(tmp_path / f"{name}.csv", index=False)
+        text += f'[[trials]]\nfile = "{name}.csv"\n'
+    (tmp_path / "s.toml").write_text(text)
+    first, second = load_study(tmp_path / "s.toml").trials
+    assert first.conditions["origin"] == second.conditions["origin"] == [54.0, 7.0]
+    assert np.nanmin(second.outputs["x"]) == pytest.approx(111.3, abs=0.1)
+    assert first.outputs["psi"][0] == pytest.approx(math.radians(93.5))
+    assert first.outputs["r"][first.t == 0.25] == -0.01
+    assert len(first) == 11  # the last gyro's sample comes after the last of the rudder
+    (tmp_path / "s.toml").write_text(text.replace('"3.5 deg"', '"east"'))
+    with pytest.raises(BadInput, match="is no number with a unit"):
+        load_study(tmp_path / "s.toml")
+    (tmp_path / "s.toml").write_text(text.replace('body = "FLU"', 'utm = "32S"'))
+    with pytest.raises(BadInput, match=r"\[frames\].*is no UTM zone"):
+        load_study(tmp_path / "s.toml")
+
+
+def proposed(frame: pd.DataFrame, units: dict[str, str] | None = None) -> tuple[str, list[str]]:
+    frame.attrs["units"] = units or {}
+    return template("log.csv", frame, load_model("mmg"), "mmg")
+
+
+def test_init_says_what_it_took_each_column_for(tmp_path: Path) -> None:
+    t = np.arange(30.0)
+    frame = pd.DataFrame(
+        {
+            "Timestamp": 1753967661000000.0 + 1e6 * t,
+            **{"Lat": 54.0 + 1e-5 * t, "Lon": 7.9 + 0.0 * t, "HDG": 80.0 + t, "ROT": 1.0 + 0.1 * t},
+            **{"SOG": 12.0 + 0.1 * t, "COG": 82.0 + t, "STW": 11.0 + 0.1 * t, "rudder": t - 15.0, "rpm": 90.0 + t},
+        }
+    )
+    text, notes = proposed(frame)
+    assert notes == []
+    for line in (
+        'unit = "us"   # time read as us since 1970, from 2025-07-31T13:14:21+00:00 on\n',
+        'latitude = { column = "Lat", unit = "deg" }   # x and y, from the first fix on',
+        "assumed; the header has no unit; velocity through the water, forward",
+        "speed over ground",
+        "course over ground",
+    ):
+        assert line in text
+    assert "u = {" not in text
+    assert "without" not in text
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    (tmp_path / "s.toml").write_text(text)
+    study = load_study(tmp_path / "s.toml")
+    assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "r", "u_w", "sog", "cog"]
+
+
+def test_init_asks_where_a_column_can_mean_two_things() -> None:
+    t = np.arange(30.0)
+    frame = pd.DataFrame(
+        {"time": [f"03.07.2025 12:00:{k:02d}" for k in range(30)], "speed": 5.0 + t, "rudder": t, "rpm": t}
+    )
+    text, notes = proposed(frame)
+    assert any(note.startswith("Time: the date 03.07.2025 can be 3 Jul 2025 or 7 Mar 2025") for note in notes)
+    assert any("'speed' was taken for 'u', the speed over ground along the bow" in note for note in notes)
+    assert "# the date 03.07.2025 can be" in text

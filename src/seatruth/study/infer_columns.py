@@ -186,6 +186,8 @@ def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, st
     if channel.name == "t":
         step = float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
         return ("ms", "steps this large are milliseconds") if step >= 20 else ("s", "assumed; the header has no unit")
+    if channel.unit == "deg" and top > (90.0 if channel.name == "latitude" else 180.0):
+        return "ddmm", f"{_TOO_LARGE} {top:.5g} are no degrees but NMEA's ddmm.mmmm"
     limits = {
         "rad": ("deg", 2 * np.pi if channel.name in ("psi", "phi", "theta", "cog") else np.pi / 2),
         "rad/s": ("deg/s", 1.0),

@@ -15,11 +15,15 @@ from seatruth.errors import BadInput
 from seatruth.models import MEASURES, Model
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
-from seatruth.trials import STANDARD_CHANNELS, Channel
+from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
+from seatruth.trials.tables import Table
+from seatruth.trials.time_axis import time_axis
 
 Numbers = NDArray[np.float64]
 _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
+_FIX = ("latitude", "longitude")
+"""Channels from which reading makes x and y."""
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 
@@ -32,6 +36,7 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     """
     names = {channel.name for channel in (*model.inputs, *model.outputs)}
     extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
+    extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= names]
     units = frame.attrs.get("units", {})
     columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
     back = {_titled(str(name), units): str(name) for name in frame.columns}
@@ -40,7 +45,10 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
-    missing_outputs = [c for c in model.outputs if c.name not in guesses]
+    fixes = all(name in guesses for name in _FIX) and not {"x", "y"} & guesses.keys()
+    guesses = {name: hit for name, hit in guesses.items() if fixes or name not in _FIX}
+    given = {*guesses, *(("x", "y") if fixes else ())}
+    missing_outputs = [c for c in model.outputs if c.name not in given]
     notes = []
     if "t" not in guesses:
         notes.append("No time column was recognised: name it in [time].")
@@ -54,7 +62,7 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
         [
             *_head(log, model, use),
             *_parameters(model),
-            *_time(guesses.get("t"), frame, back),
+            *_time(guesses.get("t"), frame, back, notes),
             *_channels(guesses, needed, extra, missing_inputs, back),
             *_trials(log, missing_outputs),
             *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(columns, guesses[name])]),
@@ -111,14 +119,21 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str], notes: list[str]) -> list[str]:
+    """The table of the time: what it is read as, or why it cannot be read yet, which goes to the notes."""
     if guessed is None:
         return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
     column = back[guessed.column]
     lines = ["[time]", f"column = {_text(column)}"]
-    if pd.api.types.is_numeric_dtype(frame[column].dtype):
-        lines.append(f"unit = {_text(guessed.unit)}   # {guessed.why}")
-    return [*lines, ""]
+    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if name == column}
+    try:
+        axis = time_axis(Table("the log", {column: frame[column]}, units), Clock(column))
+    except BadInput as problem:
+        notes.append(f"Time: {problem.what.removeprefix('time: ')}. {problem.do}")
+        return [*lines, f"# {_one_line(problem.what)}. {_one_line(problem.do)}", ""]
+    said = _one_line("; ".join(axis.notes or [f"from {start} on" for start in axis.about.values()]))
+    why = said or ("unit from the header" if units else "assumed; the header has no unit")
+    return [*lines, f"unit = {_text(axis.unit)}   # {why}", ""]
 
 
 def _channels(
@@ -139,7 +154,10 @@ def _channels(
             entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
-            used = used if channel in needed else f"{hit.why}; for the checks only"
+            if channel.name in _FIX:
+                used = "x and y, from the first fix on"
+            elif channel not in needed:
+                used = f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
             lines.append(

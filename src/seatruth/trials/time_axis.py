@@ -56,13 +56,15 @@ class Clock:
 
 class TimeAxis(NamedTuple):
     """Times t (n,) s, NaN where a row has none; `zero` s since 1970 where the calendar is known, which `t` counts from;
-    else `zero` is the number in s that was taken off. `dated` says which. `notes` are sentences for the record.
+    else `zero` is the number in s that was taken off. `dated` says which. `notes` are sentences for the record, `unit`
+    what the column was read as, in the words of `Clock.unit`.
     """
 
     t: Array
     zero: float
     dated: bool
     notes: tuple[str, ...]
+    unit: str
 
     @property
     def about(self) -> dict[str, Any]:
@@ -103,7 +105,7 @@ def _dated(stamps: Stamps, clock: Clock, where: str) -> TimeAxis:
         raise BadInput("it holds no time", where=where, do="Choose another column.")
     t, closed = _without_jumps(stamps.seconds, clock, where)
     first = float(t[np.isfinite(t)][0])
-    return TimeAxis(t - first, stamps.zero + first, True, (*stamps.notes, *closed))
+    return TimeAxis(t - first, stamps.zero + first, True, (*stamps.notes, *closed), DATE)
 
 
 def _numbers(table: Table, clock: Clock, where: str) -> TimeAxis:
@@ -112,18 +114,18 @@ def _numbers(table: Table, clock: Clock, where: str) -> TimeAxis:
     values = table.numbers(clock.column)
     stated = clock.unit or table.units.get(clock.column)
     if clock.unit == HHMMSS:
-        return _axis(*_through_midnight(_from_hhmmss(values, table, clock.column)), clock, where)
+        return _axis(*_through_midnight(_from_hhmmss(values, table, clock.column)), clock, where, unit=HHMMSS)
     if stated is None and _counts_minutes(values):
         notes = ("time read as hhmmss, as NMEA writes it: its seconds and minutes end at 59",)
         t, more = _through_midnight(_from_hhmmss(values, table, clock.column))
-        return _axis(t, (*notes, *more), clock, where)
+        return _axis(t, (*notes, *more), clock, where, unit=HHMMSS)
     epoch = _epoch_unit(values)
     if stated is None:
         stated = epoch or "s"
         _refuse_long_steps(values, stated, where)
         if epoch not in (None, "s"):
             notes = (f"time read as {epoch} since 1970, from {_date(values * _UNITS[stated])} on",)
-            return _axis(values * _UNITS[stated], notes, clock, where, dated=True)
+            return _axis(values * _UNITS[stated], notes, clock, where, unit=stated, dated=True)
     try:
         conversion = to_si(stated, "s")
     except BadInput as problem:
@@ -136,7 +138,7 @@ def _numbers(table: Table, clock: Clock, where: str) -> TimeAxis:
             where=where,
             do=f'Set unit = "{epoch}", or another column.',
         )
-    return _axis(t, (), clock, where, dated=epoch is not None and stated == epoch)
+    return _axis(t, (), clock, where, unit=stated, dated=epoch is not None and stated == epoch)
 
 
 def _refuse_long_steps(values: Array, unit: str, where: str) -> None:
@@ -153,11 +155,13 @@ def _refuse_long_steps(values: Array, unit: str, where: str) -> None:
         )
 
 
-def _axis(t: Array, notes: Sequence[str], clock: Clock, where: str, *, dated: bool = False) -> TimeAxis:
+def _axis(
+    t: Array, notes: Sequence[str], clock: Clock, where: str, *, unit: str = DATE, dated: bool = False
+) -> TimeAxis:
     t, closed = _without_jumps(t, clock, where)
     finite = t[np.isfinite(t)]
     zero = float(finite[0]) if finite.size and abs(finite[0]) > EPOCH_SECONDS else 0.0
-    return TimeAxis(t - zero if zero else t, zero, dated and zero != 0.0, (*notes, *closed))
+    return TimeAxis(t - zero if zero else t, zero, dated and zero != 0.0, (*notes, *closed), unit)
 
 
 def _joined(table: Table, clock: Clock) -> pd.Series[Any]:
