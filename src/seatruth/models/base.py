@@ -34,7 +34,8 @@ class Environment(NamedTuple):
 
     `t` s. `u_c, v_c, w_c` m/s: current in body axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those
     axes (a steady current has du_c = r v_c - q w_c and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment
-    in body axes about the model's origin.
+    in body axes about the model's origin. `u_dot ... r_dot` m/s2, rad/s2: accelerations that are added to those of the
+    equations from outside, which an output of accelerations must add too (`models.observed` does).
     """
 
     t: Any = 0.0
@@ -50,6 +51,12 @@ class Environment(NamedTuple):
     K: Any = 0.0
     M: Any = 0.0
     N: Any = 0.0
+    u_dot: Any = 0.0
+    v_dot: Any = 0.0
+    w_dot: Any = 0.0
+    p_dot: Any = 0.0
+    q_dot: Any = 0.0
+    r_dot: Any = 0.0
 
 
 Equations = Callable[..., tuple[Any, ...]]

@@ -25,7 +25,7 @@ from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 ORIGIN: Place = (0.0, 0.0, 0.0)
-_RATES = {"u_dot": "u", "v_dot": "v", "w_dot": "w", "p_dot": "p", "q_dot": "q", "r_dot": "r"}
+_RATES: Mapping[str, str] = {"u_dot": "u", "v_dot": "v", "w_dot": "w", "p_dot": "p", "q_dot": "q", "r_dot": "r"}
 
 
 @dataclass(frozen=True)
@@ -207,10 +207,15 @@ class ObservedModel(ModelWrapper):
         number = {one.channel: k for k, one in enumerate(self.observations)}
         order = tuple(number.get(channel.name, -1) for channel in self.outputs)
         own = tuple(channel.name for channel in self.outputs)
+        added = tuple(
+            name for name, rate in _RATES.items() if self._sources.found.get(rate, ("", 0, 0.0))[0] == "states"
+        )
 
         def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             y = kind(*((getattr(s, name) for name in names) if base is None else base(s, i, p, e)))
             m = motion(s, i, rhs(s, i, p, e) if accelerates else ())
+            if accelerates:
+                m = m._replace(**{name: getattr(m, name) + getattr(e, name) for name in added})
             water = Water(e.u_c, e.v_c, e.w_c)
             return tuple(
                 getattr(y, name) if k < 0 else functions[k](m, water, places[k]) for k, name in zip(order, own)
@@ -240,6 +245,15 @@ class ObservedModel(ModelWrapper):
     def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
         """Outputs that were not recorded as the recorded ones imply them without a current; else zero."""
         return _complete(self.base, self.outputs, self.observations, outputs)
+
+
+def shows_accelerations(model: Model) -> bool:
+    """Whether an output of a model, or of the one that it wraps, is an acceleration."""
+    while not isinstance(model, ObservedModel):
+        if not isinstance(model, ModelWrapper):
+            return False
+        model = model.base
+    return any(one.measure.accelerates for one in model.observations)
 
 
 class ObservedBlackBox(BlackBox):
