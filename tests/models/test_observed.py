@@ -127,8 +127,33 @@ def test_effects_see_a_channel_of_any_name_under_the_standard_one() -> None:
     assert isinstance(with_effects(model, load_effects(["current"])), ExtendedModel)
 
 
-def test_signs_and_inputs_of_other_axes() -> None:
-    """A channel model takes the speed as an input; the course follows from it."""
+class Upward(Model):
+    """A body in axes of its own: it measures its vertical speed upwards."""
+
+    name = "upward"
+    states = outputs = (Channel("v_x", "m/s"), Channel("v_y", "m/s"), Channel("pitch", "rad", angle=True))
+    parameters = (Parameter("a", 0.1, "1/s"),)
+    standard = {"v_x": ("u", 1), "v_y": ("w", -1), "pitch": ("theta", 1)}  # noqa: RUF012
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return -p.a * (s.v_x - e.u_c), -p.a * (s.v_y + e.w_c), 0.0 * s.pitch
+
+
+def test_signs_of_other_axes() -> None:
+    model = observed(Upward(), [Observation("w_w", at=(1.0, 0.0, 0.0)), Observation("f_z"), Observation("v_d")])
+    assert names(model) == ["v_x", "pitch", "w_w", "f_z", "v_d"]
+    state = {"v_x": 2.0, "v_y": 0.5, "pitch": 0.2}
+    stepper = Stepper(model)
+    y = stepper.outputs(stepper.first(state), {})
+    assert y["w_w"] == pytest.approx(-0.5)
+    assert y["v_d"] == pytest.approx(-0.5 * math.cos(0.2) - 2.0 * math.sin(0.2))
+    assert y["f_z"] == pytest.approx(0.05 - 9.80665 * math.cos(0.2))
+    assert model.first_state(y, {}, model.nominal()) == pytest.approx((2.0, 0.5, 0.2))
+
+
+def test_inputs_of_a_channel_model() -> None:
+    """It takes the speed as an input; the course follows from it."""
     model = observed(Lateral(), [Observation("cog"), Observation("sog")])
     stepper = Stepper(model)
     y = stepper.outputs(stepper.first({"v": 0.3, "psi": 1.0}), {"u": 1.0, "delta": 0.0})

@@ -115,6 +115,7 @@ def test_speeds_over_ground_stay_where_the_study_names_them(tmp_path: Path) -> N
     study = short(tmp_path, 'u_w = "SOG"')
     assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "v", "r", "u_w"]
     assert "u" not in study.trials[0].outputs
+    assert "u" not in short(tmp_path, 'u_w = "SOG"', log='without = ["u", "v"]').trials[0].outputs
 
 
 def test_a_channel_of_any_name_says_what_it_measures(tmp_path: Path) -> None:

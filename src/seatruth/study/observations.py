@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any
 
 from seatruth.costs.options import OPTIONS, TrajectoryOptions
-from seatruth.effects import ExtendedModel
+from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
 from seatruth.models import MEASURES, Model, Observation, observed
+from seatruth.models.observed import ObservedBlackBox, ObservedModel
 from seatruth.study.schema import ChannelTable, StudyFile
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
@@ -83,7 +84,7 @@ def check_initial_state(model: Model, file: StudyFile, problems: Problems) -> No
     if not isinstance(model, ExtendedModel) or OPTIONS[file.cost.kind] is not TrajectoryOptions:
         return
     currents = [effect.name for effect in model.effects if effect.current is not None]
-    observations = getattr(model.base, "observations", ())
+    observations = _observations_of(model)
     kept = {channel.name for channel in model.outputs}
     through = [one.channel for one in observations if one.measure.in_water and one.measure.needs[0] not in kept]
     over_ground = {"sog", "v_n"} & {one.measured for one in observations}
@@ -98,11 +99,18 @@ def check_initial_state(model: Model, file: StudyFile, problems: Problems) -> No
 
 def turned_with_heading(trial: Trial, model: Model) -> Trial:
     """The trial with courses over ground within half a turn of the heading, as a step on record."""
-    observations: Mapping[str, Any] = {one.channel: one for one in _observations_of(model)}
-    courses = [name for name in trial.outputs if name in observations and observations[name].measured == "cog"]
+    observed_as = {one.channel: one.measured for one in _observations_of(model)}
+    courses = [name for name in trial.outputs if observed_as.get(name) == "cog"]
     return apply_steps(trial, [("follow_heading", {"channels": courses})]) if courses else trial
 
 
+def plain_outputs(model: Model) -> tuple[Channel, ...]:
+    """Outputs of the model without its effects and observations."""
+    for kind in ((ExtendedModel, ExtendedBlackBox), (ObservedModel, ObservedBlackBox)):
+        model = model.base if isinstance(model, kind) else model
+    return model.outputs
+
+
 def _observations_of(model: Model) -> tuple[Observation, ...]:
-    base = model.base if isinstance(model, ExtendedModel) else model
-    return tuple(getattr(base, "observations", ()))
+    base = model.base if isinstance(model, (ExtendedModel, ExtendedBlackBox)) else model
+    return base.observations if isinstance(base, (ObservedModel, ObservedBlackBox)) else ()

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from seatruth.errors import nearest
 from seatruth.models.base import Model
 from seatruth.study import noise
-from seatruth.study.observations import turned_with_heading
+from seatruth.study.observations import plain_outputs, turned_with_heading
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
@@ -64,7 +64,8 @@ def read(
     file: StudyFile, model: Model, recordings: Sequence[Recording], problems: Problems, *, synthetic: bool
 ) -> tuple[Trials, Trials]:
     """The trials that are fitted and those held out, read and prepared."""
-    known = {channel.name: channel for channel in (*model.inputs, *model.outputs)}
+    # Outputs for which an observation stands can still be named: they are in no trial.
+    known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model))}
     _check_channels(file, known, problems)
     _check_steps(file, [recording.name for recording in recordings], problems)
     if problems:
