@@ -247,3 +247,6 @@ def test_init_asks_where_a_column_can_mean_two_things() -> None:
     assert any(note.startswith("Time: the date 03.07.2025 can be 3 Jul 2025 or 7 Mar 2025") for note in notes)
     assert any("'speed' was taken for 'u', the speed over ground along the bow" in note for note in notes)
     assert "# the date 03.07.2025 can be" in text
+    text, notes = proposed(frame.assign(time=100.0 * t))
+    assert any("can be 100 s (in s) or 0.1 s (in ms)" in note for note in notes)
+    assert 'unit = "ms"   # guessed' in text

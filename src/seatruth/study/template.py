@@ -126,11 +126,14 @@ def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, s
     column = back[guessed.column]
     lines = ["[time]", f"column = {_text(column)}"]
     units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if name == column}
+    table = Table("the log", {column: frame[column]}, units)
     try:
-        axis = time_axis(Table("the log", {column: frame[column]}, units), Clock(column))
+        axis = time_axis(table, Clock(column))
     except BadInput as problem:
         notes.append(f"Time: {problem.what.removeprefix('time: ')}. {problem.do}")
-        return [*lines, f"# {_one_line(problem.what)}. {_one_line(problem.do)}", ""]
+        if guessed.unit == "s":
+            return [*lines, f"# {_one_line(problem.what)}. {_one_line(problem.do)}", ""]
+        return [*lines, f"unit = {_text(guessed.unit)}   # guessed: {_one_line(problem.what)}", ""]
     said = _one_line("; ".join(axis.notes or [f"from {start} on" for start in axis.about.values()]))
     why = said or ("unit from the header" if units else "assumed; the header has no unit")
     return [*lines, f"unit = {_text(axis.unit)}   # {why}", ""]

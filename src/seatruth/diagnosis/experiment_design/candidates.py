@@ -138,7 +138,7 @@ class Menu:
         for name in _AHEAD:
             if name in measured and start == SLOW_START:
                 first[measured[name]] *= _SLOW
-        for name in ("v", "r", "p", "q", "phi", measured.get("v_w")):
+        for name in ("v", "r", "p", "q", "phi", measured.get("v_w", "")):
             if name in first:
                 first[name] = 0.0
         if "cog" in measured:
