@@ -49,6 +49,17 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert (folder / "black_box-result" / "report.html").exists()
 
 
+def test_channels(folder: Path) -> None:
+    shown = execute("docs/channels.md")
+    assert shown["outputs"] == ["x", "y", "psi", "r", "sog", "cog"]
+    assert [step.partition(":")[0] for step in shown["steps"]] == ["read", "position", "unwrap", "follow_heading"]
+    before, after = shown["trial"], shown["study"].trials[0]
+    assert after.conditions["start"] == "2025-07-31T23:59:00+00:00"
+    for name in ("x", "y", "psi"):
+        change = before.outputs[name] - after.outputs[name]
+        assert change - change[0] == pytest.approx(np.zeros(len(after)), abs=1e-3)
+
+
 @pytest.mark.slow
 def test_reading_the_report(folder: Path) -> None:
     estimate = identify(load_study(copy_to(folder)))

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, force_input, hats, scales_of, with_forces
+from seatruth.manoeuvres import Stepper
+from seatruth.models import Observation, observed
 from seatruth.models.base import Environment
 from seatruth.models.black_box import BlackBox
 from seatruth.trials.channel import Channel
@@ -112,3 +114,19 @@ def test_scales_are_those_of_the_record() -> None:
     assert scales["u"] == pytest.approx(3.0)
     assert scales["delta"] == pytest.approx(0.2)
     assert scales["r"] == scales["v"] == 1.0
+
+
+def test_an_accelerometer_feels_the_missing_forces() -> None:
+    """Its output moves by what the equations are given; outputs of positions and speeds do not."""
+    plain = observed(boat.Boat(), [Observation("f_y"), Observation("fore", "f_x", at=(0.0, 2.0, 0.0))])
+    model = DiscrepancyModel(plain, KNOTS, DURATION, SCALES)
+    names = [channel.name for channel in model.outputs]
+    stepper = Stepper(model)
+    state = stepper.first({"u": 1.8, "v": 0.1, "r": 0.04})
+    still = {channel.name: 0.0 for channel in model.inputs}
+    before = stepper.outputs(state, still)
+    after = stepper.outputs(state, still | {force_input("v"): 0.02, force_input("r"): 0.01})
+    changed = {name: after[name] - before[name] for name in names if after[name] != before[name]}
+    assert changed == pytest.approx({"f_y": 0.02, "fore": -2.0 * 0.01})
+    terms = Stepper(model, {"term_v_0": 0.03})
+    assert terms.outputs(state, still)["f_y"] - before["f_y"] == pytest.approx(0.03)

@@ -15,6 +15,7 @@ from seatruth.diagnosis.experiment_design.candidates import SLOW_START, Menu
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
+from seatruth.models import Observation, observed
 from seatruth.trials.trial import Trial
 
 
@@ -109,3 +110,25 @@ def test_a_zigzag_is_about_no_angle_and_a_turn_is_no_drive() -> None:
 def test_a_trim_is_kept() -> None:
     delta = 0.02 + boat.zigzag(60, 0.2, 9.0) * (np.arange(60) > 35)
     assert catamaran(delta, delta).usual["port"] == pytest.approx(0.02)
+
+
+def test_what_instruments_show_turns_with_the_first_heading() -> None:
+    """A course of satellites and velocities in earth axes start straight ahead on the new heading."""
+    channels = ("sog", "cog", "v_n", "v_e", "v_w")
+    delta = boat.zigzag(60, 0.2, 9.0)
+    base = boat.Catamaran()
+    runs = boat.trials(base, [{"port": delta, "starboard": delta}], headings=(0.0,))
+    shown = {"sog": 2.0, "cog": 0.1, "v_n": 2.0, "v_e": 0.2, "v_w": 0.1}
+    runs = [
+        dataclasses.replace(t, outputs={**t.outputs, **{k: np.full(len(t), x) for k, x in shown.items()}}) for t in runs
+    ]
+    model = observed(base, [Observation(name) for name in channels], keep=("u", "v"))
+    menu = Menu(Problem(boat.study(model, runs), load_effects(["gyro_bias"]), Settings(), threads=1))
+    first = {name: values[0] for name, values in menu.trial(["straight run"], "beam course: ").trial.outputs.items()}
+    assert first["cog"] == first["psi"] == pytest.approx(runs[0].outputs["psi"][0] + math.pi / 2)
+    speed = math.hypot(2.0, 0.2)
+    assert (first["v_n"], first["v_e"]) == pytest.approx(
+        (speed * math.cos(first["psi"]), speed * math.sin(first["psi"]))
+    )
+    assert first["v_w"] == 0.0
+    assert menu.trial(["straight run"], SLOW_START).trial.outputs["sog"][0] == pytest.approx(1.2)

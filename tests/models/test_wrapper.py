@@ -13,9 +13,10 @@ from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
 from seatruth.effects import ExtendedBlackBox, ExtendedModel, available
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Stepper
-from seatruth.models import BlackBox, Channel, Model, Parameter
+from seatruth.models import BlackBox, Channel, Model, Observation, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.base import Environment, Equations, record
+from seatruth.models.observed import ObservedModel
 from seatruth.models.wrapper import MODEL_ATTRIBUTES, ModelWrapper
 
 MARKS = {"hidden": ("u",), "follows": {"u": ("v", 1.0)}, "longest_step": 0.25, "standard": {"v": ("v", 1)}}
@@ -84,6 +85,7 @@ WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     ExtendedModel: lambda model: ExtendedModel(model, [available()["current"], available()["rudder_lag"]]),
     DiscrepancyModel: lacking,
     Leaking: Leaking,
+    ObservedModel: lambda model: ObservedModel(model, [Observation("sog")], keep=("u", "v")),
 }
 
 

@@ -13,7 +13,7 @@ import pytest
 import scipy.io
 
 from seatruth.errors import BadInput
-from seatruth.trials import Channel, ColumnSpec, Trial, read_columns, read_trial
+from seatruth.trials import Channel, Clock, ColumnSpec, Trial, read_columns, read_trial
 
 GOOD = "t,delta,psi\n0,1,2\n1,1,2\n2,1,3\n"
 DEG = np.pi / 180
@@ -125,8 +125,8 @@ def test_dates_times_of_day_and_epochs(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.diff(read(tmp_path, "t,delta,psi\n13:14:21.5,1,2\n13:14:22,1,2\n").t), 0.5)
     trial = read(tmp_path, "t,delta,psi\n1596201261.5,1,2\n1596201262.5,1,2\n")
     np.testing.assert_array_equal(trial.t, [0, 1])
-    assert trial.conditions["start_s"] == 1596201261.5
-    trial = read(tmp_path, "ms,delta,psi\n0,1,2\n100,1,2\n", time=ColumnSpec("ms", "ms"))
+    assert trial.conditions["start"].startswith("2020-07-31T13:14:21.5")
+    trial = read(tmp_path, "ms,delta,psi\n0,1,2\n100,1,2\n", time=Clock("ms", "ms"))
     np.testing.assert_allclose(trial.t, [0, 0.1])
 
 
@@ -141,7 +141,7 @@ def test_parquet_keeps_dates_units_and_gaps(tmp_path: Path) -> None:
     frame.to_parquet(tmp_path / "run.parquet")
     trial = read_trial(
         tmp_path / "run.parquet",
-        time=ColumnSpec("when"),
+        time="when",
         inputs={"delta": ColumnSpec("delta")},
         outputs={"psi": ColumnSpec("psi")},
     )
@@ -200,7 +200,7 @@ def test_matlab_arrays_and_structs(tmp_path: Path) -> None:
         ("t,delta,psi\n0,1,2\n", "fewer than two samples"),
         ('t,delta,psi\n0,1,"2\n1,3,2\n', "columns"),
         ("0 10 2\n1 10 3\n", "no column 't'. Known: 1, 2, 3"),
-        ("t,delta,psi\n31/07/2020 13:14,1,2\n31/07/2020 13:15,1,2\n", "not a number"),
+        ("t,delta,psi\n06/07/2020 13:14,1,2\n06/07/2020 13:15,1,2\n", "line 2, column 't': the date 06.07.2020 can be"),
     ],
 )
 def test_bad_text_files(tmp_path: Path, content: str | bytes, says: str) -> None:
@@ -213,8 +213,8 @@ def test_bad_specifications(tmp_path: Path) -> None:
     message = refusal(tmp_path, GOOD.replace("psi", "psi [rad]"), outputs={"psi": ColumnSpec("psi", "deg")})
     assert "header says 'rad' and the study says 'deg'" in message
     assert "zero" in refusal(tmp_path, GOOD, outputs={"psi": ColumnSpec("psi", scale=0.0)})
-    assert "not dates" in refusal(tmp_path, GOOD, time=ColumnSpec("t", "date"))
-    assert "time" in refusal(tmp_path, GOOD, time=ColumnSpec("t", "m"))
+    assert "not dates" in refusal(tmp_path, GOOD, time=Clock("t", "date"))
+    assert "time" in refusal(tmp_path, GOOD, time=Clock("t", "m"))
 
 
 def test_bad_places(tmp_path: Path) -> None:

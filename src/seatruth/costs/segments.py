@@ -72,15 +72,13 @@ def _edges(trial: Trial, seconds: float | None) -> list[int]:
 def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, float]) -> Array:
     """State (S,) of a model at a sample of a trial, from the outputs at that sample.
 
-    Gaps are interpolated linearly; outputs that the trial did not record count as zero.
+    Gaps are interpolated linearly; `Model.complete` adds outputs that the trial did not record.
     """
     y = {}
     for channel in model.outputs:
         values = trial.outputs.get(channel.name)
         valid = np.flatnonzero(np.isfinite(values)) if values is not None else np.zeros(0, dtype=np.intp)
-        if values is None or not valid.size:
-            y[channel.name] = 0.0
-        else:
+        if values is not None and valid.size:
             y[channel.name] = float(np.interp(trial.t[sample], trial.t[valid], values[valid]))
     i = {channel.name: float(trial.inputs[channel.name][sample]) for channel in model.inputs}
     return np.array(model.first_state(y, i, parameters))

@@ -48,6 +48,10 @@ class ExtendedBlackBox(BlackBox):
         )
         self.trials = trials_of(base, effects)
 
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        """See `Model.complete`; what the black box itself says."""
+        return self.base.complete(outputs, inputs)
+
     def _around(
         self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None
     ) -> Mapping[str, Array]:

@@ -18,15 +18,18 @@ from seatruth.trials.channel import Channel
 class ChannelAliases:
     """The effect's name and the sign of every channel of a model."""
 
-    def __init__(self, aliases: Mapping[str, tuple[str, ...]], inputs: Sequence[str], model: Model) -> None:
-        """`aliases` and `inputs` are the effect's `aliases` and `needs_inputs`."""
+    def __init__(
+        self, aliases: Mapping[str, tuple[str, ...]], inputs: Sequence[str], model: Model, outputs: Sequence[str] = ()
+    ) -> None:
+        """`aliases`, `inputs` and `outputs` are the effect's `aliases`, `needs_inputs` and `needs_outputs`."""
         self._standard = dict(model.standard)
         input_names = {self._standard_name(channel.name) for channel in model.inputs}
-        other_names = {self._standard_name(channel.name) for channel in (*model.states, *model.outputs)}
+        output_names = {self._standard_name(channel.name) for channel in model.outputs}
+        other_names = output_names | {self._standard_name(channel.name) for channel in model.states}
         self._renamed: dict[str, str] = {}
         self._chosen: dict[str, str] = {}
         for name, candidates in aliases.items():
-            available = input_names if name in inputs else other_names
+            available = input_names if name in inputs else output_names if name in outputs else other_names
             chosen = next((candidate for candidate in candidates if candidate in available), None)
             if chosen is None:
                 self._renamed |= {name: f"other_{name}"}  # an effect on the stern plane must not take the rudder

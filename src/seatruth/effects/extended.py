@@ -128,10 +128,12 @@ def _follows(base: Model, applied: Sequence[Application]) -> dict[str, tuple[str
     states = {channel.name for channel in base.states}
     follows = {}
     for application in applied:
+        aliases = application.aliases
         for name, standard in application.effect.follows.items():
-            state = application.aliases.in_model(standard)
-            if state in states:
-                follows[application.named(name)] = (state, float(application.aliases.sign(state)))
+            # A sensor that shows no state (a log's speed through the water) moves with the state that it stands for.
+            state = next((name for name in (aliases.in_model(standard), standard) if name in states), "")
+            if state:
+                follows[application.named(name)] = (state, float(aliases.sign(state)))
     return follows
 
 

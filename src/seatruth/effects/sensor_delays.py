@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, delayed, delayed_slowly, filter_rates
+from seatruth.effects.sensors import LOG
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -148,7 +149,7 @@ class SpeedDelay(Effect):
     confused_with = ("rudder_delay", "log_lever_arm")
     distinguished_by = "the log alone is late, other sensors are in time"
     needs_outputs = ("u", "v")
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": ("v", "w")}
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": (*LOG["v"], *LOG["w"])}
     parameters = (_TAU,)
     null: Mapping[str, float] = {"tau": 0.0}
     longest_step = MAX_STEP

@@ -11,6 +11,9 @@ from seatruth.effects.kinematics import MAX_STEP, filter_rates, lagged
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
+LOG: Mapping[str, tuple[str, ...]] = {"u": ("u_w", "u"), "v": ("v_w", "v"), "w": ("w_w", "w")}
+"""What a log shows: the speed through the water where a trial has it, else the one that the model has."""
+
 
 class SpeedScale(Effect):
     """The speed log has a scale error."""
@@ -27,6 +30,7 @@ class SpeedScale(Effect):
         "the position knows the speed over ground; a log of speed through water needs a reciprocal run too"
     )
     needs_outputs = ("u",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"]}
     parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] chosen here", description="relative error"),)
     null: Mapping[str, float] = {"k": 0.0}
 
@@ -48,6 +52,7 @@ class SpeedBias(Effect):
     confused_with = ("current", "speed_scale")
     distinguished_by = "turns with the vehicle, a current does not: reciprocal course; vary the speed against a scale"
     needs_outputs = ("u",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"]}
     parameters = (Parameter("b", 0.05, "m/s", -1.0, 1.0, source="[S] chosen here", description="added to u"),)
     null: Mapping[str, float] = {"b": 0.0}
     froude: ClassVar[Mapping[str, float]] = {"b": 0.5}
@@ -70,6 +75,7 @@ class SwayBias(Effect):
     confused_with = ("current", "heading_bias", "log_lever_arm")
     distinguished_by = "constant whatever the heading, the speed and the rate of turn"
     needs_outputs = ("v",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": LOG["v"]}
     parameters = (Parameter("b", 0.05, "m/s", -1.0, 1.0, source="[S] chosen here", description="added to v"),)
     null: Mapping[str, float] = {"b": 0.0}
     froude: ClassVar[Mapping[str, float]] = {"b": 0.5}
@@ -170,6 +176,7 @@ class LogLeverArm(Effect):
     confused_with = ("sway_bias", "munk", "cross_flow", "position_lever_arm")
     distinguished_by = "in proportion to the rate of turn, at once, with its sign"
     needs_outputs = ("u", "v", "r")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
     parameters = (
         Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
         Parameter("starboard", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor to starboard"),
@@ -196,6 +203,7 @@ class LogLeverArmVertical(Effect):
     confused_with = ("munk_vertical", "cross_flow_vertical")
     distinguished_by = "in proportion to the pitch rate, at once, with its sign"
     needs_outputs = ("u", "w", "q")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "w": LOG["w"]}
     parameters = (
         Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
         Parameter("below", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor below origin"),

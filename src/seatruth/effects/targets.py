@@ -79,4 +79,4 @@ def aliases_of(effect: ActsOnInputs, model: Model, target: Target | None = None)
     if effect.actuator:
         standard = "" if target is None else model.standard.get(target.input, (target.input, 1))[0]
         names[effect.input_name] = (standard,)
-    return ChannelAliases(names, effect.needs_inputs, model)
+    return ChannelAliases(names, effect.needs_inputs, model, effect.needs_outputs)

@@ -4,6 +4,8 @@ from seatruth.models.actuators import Rudder, Thruster
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
+from seatruth.models.measures import MEASURES
+from seatruth.models.observed import Observation, observed
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.registry import available, broken, load_model
 from seatruth.models.with_servos import Order, WithServos
@@ -11,12 +13,14 @@ from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 
 __all__ = [
+    "MEASURES",
     "BlackBox",
     "Channel",
     "Dimensions",
     "Environment",
     "Model",
     "ModelWrapper",
+    "Observation",
     "Order",
     "Parameter",
     "Prior",
@@ -26,4 +30,5 @@ __all__ = [
     "available",
     "broken",
     "load_model",
+    "observed",
 ]

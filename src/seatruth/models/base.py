@@ -37,6 +37,8 @@ class Environment(NamedTuple):
     `t` s. `trial`: the place of the trial among `Model.trials`, -1 for any other. `u_c, v_c, w_c` m/s: current in body
     axes, and `du_c, dv_c, dw_c` m/s2 its rate of change seen in those axes (a steady current has du_c = r v_c - q w_c
     and so on). `X, Y, Z` N and `K, M, N` N m: extra force and moment in body axes about the model's origin.
+    `u_dot ... r_dot` m/s2, rad/s2: accelerations that are added to those of the equations from outside, which an output
+    of accelerations must add too (`models.observed` does).
     """
 
     t: Any = 0.0
@@ -53,6 +55,12 @@ class Environment(NamedTuple):
     K: Any = 0.0
     M: Any = 0.0
     N: Any = 0.0
+    u_dot: Any = 0.0
+    v_dot: Any = 0.0
+    w_dot: Any = 0.0
+    p_dot: Any = 0.0
+    q_dot: Any = 0.0
+    r_dot: Any = 0.0
 
 
 Equations = Callable[..., tuple[Any, ...]]
@@ -160,7 +168,8 @@ class Model:
     def first_state(
         self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]
     ) -> tuple[float, ...]:
-        """Initial state from the outputs and inputs at the start of a trial; shape (n_states,)."""
+        """Initial state (n_states,) from outputs and inputs at the start of a trial; `complete` adds missing ones."""
+        outputs = self.complete(outputs, inputs)
         if self.initial_state is None:
             return tuple(float(outputs[state.name]) for state in self.states)
         y = record("Outputs", self.outputs)(**{c.name: outputs[c.name] for c in self.outputs})
@@ -168,6 +177,10 @@ class Model:
         p = record("Parameters", self.parameters)(**{q.name: parameters[q.name] for q in self.parameters})
         state = call(type(self).__name__, "initial_state", self.initial_state, y, i, p)
         return tuple(float(x) for x in state)
+
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        """Every output at the start of a trial: those recorded as they are, the others zero."""
+        return {channel.name: float(outputs.get(channel.name, 0.0)) for channel in self.outputs}
 
     def _repr_html_(self) -> str:
         rows = "".join(

@@ -34,10 +34,11 @@ def copy_attributes(source: Model, target: Model) -> None:
 class ModelWrapper(Model):
     """A model around the model `base`.
 
-    The constructor takes what the wrapper adds; `longest_step` (s) may only shorten that of the wrapped model. A
-    subclass sets its own attributes first, calls this constructor last, and overrides `make_rhs`, `make_output` or
-    `make_initial_state` to change the equations. Each of them returns a plain function, which the engine compiles: it
-    must reach the functions of the wrapped model through local variables, not through `self`.
+    The constructor takes what the wrapper adds; `longest_step` (s) may only shorten that of the wrapped model, and
+    `outputs` take the place of its outputs, which `make_output` must then compute. A subclass sets its own attributes
+    first, calls this constructor last, and overrides `make_rhs`, `make_output` or `make_initial_state` to change the
+    equations. Each of them returns a plain function, which the engine compiles: it must reach the functions of the
+    wrapped model through local variables, not through `self`.
 
     Example:
         class WithLeak(ModelWrapper):
@@ -64,6 +65,7 @@ class ModelWrapper(Model):
         states: Sequence[Channel] = (),
         inputs: Sequence[Channel] = (),
         parameters: Sequence[Parameter] = (),
+        outputs: Sequence[Channel] | None = None,
         hidden: Sequence[str] = (),
         follows: Mapping[str, tuple[str, float]] = MappingProxyType({}),
         longest_step: float = float("inf"),
@@ -75,6 +77,7 @@ class ModelWrapper(Model):
         self.states = (*base.states, *states)
         self.inputs = (*base.inputs, *inputs)
         self.parameters = (*base.parameters, *parameters)
+        self.outputs = base.outputs if outputs is None else tuple(outputs)
         self.hidden = (*base.hidden, *hidden)
         self.follows = {**base.follows, **follows}
         self.longest_step = min(base.longest_step, longest_step)
@@ -110,6 +113,10 @@ class ModelWrapper(Model):
             return lambda p: settings(split_p(p)[0])
 
         return tuple(replace(servo, settings=around(servo.settings)) for servo in self.base.servos)
+
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        """See `Model.complete`; what the wrapped model says."""
+        return self.base.complete(outputs, inputs)
 
     def split_states(self) -> Split:
         """The function that cuts a record of this model's states."""

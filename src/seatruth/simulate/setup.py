@@ -74,10 +74,11 @@ class Setup:
 
     @cached_property
     def initial_states(self) -> Array:
-        """Initial states (T, S) from the trials' first valid samples; an output never recorded counts as zero."""
+        """Initial states (T, S) from the trials' first valid samples; `Model.complete` adds outputs never recorded."""
         states = np.zeros((len(self.trials), len(self.model.states)))
         for row, trial in enumerate(self.trials):
-            y = {channel.name: _first_valid(trial, channel.name) or 0.0 for channel in self.model.outputs}
+            first = {channel.name: _first_valid(trial, channel.name) for channel in self.model.outputs}
+            y = {name: value for name, value in first.items() if value is not None}
             i = {channel.name: float(trial.inputs[channel.name][0]) for channel in self.model.inputs}
             states[row] = self.model.first_state(y, i, self.nominal)
         return states

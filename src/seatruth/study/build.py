@@ -11,7 +11,7 @@ from seatruth.costs.options import OPTIONS, CostOptions, FormulaOptions, Kind, o
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
-from seatruth.study import expressions, formula, noise, parameters, trial_files
+from seatruth.study import expressions, formula, noise, observations, parameters, trial_files
 from seatruth.study.actuators import with_actuators
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import Study
@@ -29,6 +29,8 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     with problems.at("model", "use"):
         model = load_model(file.model.use, source.parent, file.model.set)
     if model is not None:
+        model = observations.observed_as_stated(model, file, problems)
+    if model is not None:
         model = with_actuators(model, file.actuators, problems)
     recordings = trial_files.recordings(file, source.parent, problems)
     if model is not None and file.model.effects:
@@ -37,6 +39,8 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         with problems.at("model", "effects"):
             effects = load_effects(file.model.effects, source.parent, plain)
             model = with_effects(plain, [effect.of_trials(fitted) for effect in effects])
+    if model is not None:
+        observations.check_initial_state(model, file, problems)
     if model is None:
         return None
     declared = parameters.merged(model.parameters, file.model, file.parameters, problems)

@@ -16,7 +16,7 @@ from seatruth.study import parameters
 from seatruth.study.schema import ChannelTable, StudyFile, TrialTable
 from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
-from seatruth.trials import Channel, ColumnSpec, Trial, Trials
+from seatruth.trials import Channel, Trial, Trials
 from seatruth.trials.read import trial_from_table
 from seatruth.trials.read_table import read_table
 from seatruth.trials.tables import Table
@@ -83,7 +83,7 @@ def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
             _require_column(channel.name, channel in made.model.inputs, file, table)
         trial = trial_from_table(
             with_rows,
-            time=ColumnSpec(_ROW),
+            time=_ROW,
             inputs={channel.name: column_spec(channel.name, file.channels) for channel in made.model.inputs},
             outputs={channel.name: column_spec(channel.name, file.channels) for channel in made.model.outputs},
             channels={

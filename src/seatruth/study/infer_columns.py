@@ -27,11 +27,20 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "theta": ("theta", "pitch", "pitch angle", "trim"),
     "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
     "u": (
-        *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx", "stw"),
-        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "sog"),
+        *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
+        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship"),
     ),
     "v": ("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
     "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
+    "u_w": ("u w", "stw", "speed through water", "speed through the water", "water speed", "log speed", "speed log"),
+    "v_w": ("v w", "stw across", "transverse speed through water", "transverse water speed"),
+    "sog": ("sog", "speed over ground", "gps speed", "gnss speed", "ground speed", "speed gps"),
+    "cog": ("cog", "course over ground", "gps course", "gnss course", "course", "track angle"),
+    "v_n": ("v n", "vn", "v north", "north velocity", "velocity north", "vel n", "vel north"),
+    "v_e": ("v e", "ve", "v east", "east velocity", "velocity east", "vel e", "vel east"),
+    "v_d": ("v d", "vd", "v down", "down velocity", "velocity down", "vel d", "vel down"),
+    "latitude": ("latitude", "lat", "gps lat", "gnss lat", "gps latitude"),
+    "longitude": ("longitude", "lon", "lng", "long", "gps lon", "gps lng", "gnss lon", "gps longitude"),
     "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
     "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
     "r": ("r", "yaw rate", "rot", "rate of turn", "turn rate", "omega z", "gyro z", "yaw velocity", "rate turn"),
@@ -98,6 +107,8 @@ class InferredColumn:
     why: str
 
 
+VAGUE = frozenset(("speed", "ship speed", "forward speed"))
+"""Names of columns that do not say whether the speed is through the water, over ground, or along the bow at all."""
 _TOO_LARGE = "numbers up to"
 _RUDDER_MOVES = 0.05
 """A rudder that moves by more than this and stays below a quarter turn is in rad: in degrees it would be at rest."""
@@ -175,8 +186,10 @@ def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, st
     if channel.name == "t":
         step = float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
         return ("ms", "steps this large are milliseconds") if step >= 20 else ("s", "assumed; the header has no unit")
+    if channel.unit == "deg" and top > (90.0 if channel.name == "latitude" else 180.0):
+        return "ddmm", f"{_TOO_LARGE} {top:.5g} are no degrees but NMEA's ddmm.mmmm"
     limits = {
-        "rad": ("deg", 2 * np.pi if channel.name in ("psi", "phi", "theta") else np.pi / 2),
+        "rad": ("deg", 2 * np.pi if channel.name in ("psi", "phi", "theta", "cog") else np.pi / 2),
         "rad/s": ("deg/s", 1.0),
         "rev/s": ("rpm", 25.0),
         "m/s": ("kn", 20.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,16 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
-from seatruth.study.trial_files import column_spec
-from seatruth.trials import STANDARD_CHANNELS, Channel, ColumnSpec, Trial
+from seatruth.study.trial_files import clock, column_spec, stated_frames
+from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
+from seatruth.trials.frames import POSITIONS
 from seatruth.trials.read import trial_from_table
 from seatruth.trials.read_table import read_table
 from seatruth.trials.tables import Table
 
 _INPUTS = ("delta", "delta_s", "n")
+_UTM = ("northing", "easting")
+"""Channels that need a zone, which no header states."""
 
 
 def read_log(path: Path, study: Path | None = None) -> Trial:
@@ -33,23 +37,24 @@ def read_log(path: Path, study: Path | None = None) -> Trial:
     """
     if study is None:
         table = read_table(path)
-        time, specs = _inferred(table)
+        (time, specs), frames = _inferred(table), Frames()
     else:
         file, _ = parse(read_text(study), str(study))
         given = file.files
         table = read_table(
             path, table=given.variable, separator=given.separator, decimal=given.decimal, encoding=given.encoding
         )
-        time = ColumnSpec(file.time.column, file.time.unit)
+        time, frames = clock(file.time), stated_frames(file)
         specs = {name: column_spec(name, file.channels) for name in (*STANDARD_CHANNELS, *file.channels)}
-        specs = {name: spec for name, spec in specs.items() if _has(table, spec.column)}
+        specs = {name: spec for name, spec in specs.items() if all(_has(table, column) for column in spec.columns)}
+        specs = _with_one_position(specs, file.channels)
     if not specs:
         raise BadInput(
             "no column was recognised as a channel",
             where=str(path),
             do="Name the columns in the [channels] of a study (`seatruth init`), and give it with --study.",
         )
-    log = trial_from_table(table, time=time, inputs={}, outputs=specs, name=path.stem)
+    log = trial_from_table(table, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames)
     inputs = {name: log.outputs[name] for name in _INPUTS if name in log.outputs}
     outputs = {name: values for name, values in log.outputs.items() if name not in inputs}
     return Trial(log.name, log.t, inputs, outputs, log.conditions, log.steps, log.source, _synthetic(path), log.lines)
@@ -66,11 +71,20 @@ def row_times(path: Path, study: Path | None = None) -> tuple[Table, Array]:
     return table, np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
 
 
-def _inferred(table: Table) -> tuple[ColumnSpec, dict[str, ColumnSpec]]:
+def _with_one_position(specs: Mapping[str, ColumnSpec], named: Collection[str] = ()) -> dict[str, ColumnSpec]:
+    """The channels with the position given once: as the study names it, else as x and y, else by satellites."""
+    pairs = [pair for pair in (("x", "y"), *POSITIONS) if specs.keys() >= {*pair}]
+    pairs.sort(key=lambda pair: pair[0] not in named)
+    other = {name for pair in (*pairs[1:], *POSITIONS) for name in pair} - {*(pairs[0] if pairs else ())}
+    return {name: spec for name, spec in specs.items() if name not in other}
+
+
+def _inferred(table: Table) -> tuple[Clock, dict[str, ColumnSpec]]:
     titled = {name: f"{name} [{table.units[name]}]" if name in table.units else name for name in table.columns}
     back = {title: name for name, title in titled.items()}
     numbers = {titled[name]: _numbers(series) for name, series in table.columns.items()}
-    found = infer_columns(numbers, [Channel("t", "s"), *STANDARD_CHANNELS.values()])
+    channels = [channel for name, channel in STANDARD_CHANNELS.items() if name not in _UTM]
+    found = infer_columns(numbers, [Channel("t", "s"), *channels])
     if "t" not in found:
         raise BadInput(
             "no time column was recognised",
@@ -78,9 +92,8 @@ def _inferred(table: Table) -> tuple[ColumnSpec, dict[str, ColumnSpec]]:
             do="Name it in the [time] of a study (`seatruth init`), and give it with --study.",
         )
     time = found.pop("t")
-    numeric = pd.api.types.is_numeric_dtype(table.columns[back[time.column]].dtype)
     specs = {name: ColumnSpec(back[hit.column], hit.unit) for name, hit in found.items()}
-    return ColumnSpec(back[time.column], time.unit if numeric else None), specs
+    return Clock(back[time.column]), _with_one_position(specs)
 
 
 def _numbers(series: pd.Series[float]) -> Array:

@@ -30,11 +30,17 @@ def quantity(value: float | str, unit: str) -> float | None:
     return float(match.group(1)) * (to_si(match.group(2), unit).factor if match.group(2) else 1.0)
 
 
+def number(value: float | str, unit: str) -> float:
+    """The same as `quantity`, with BadInput for text that is no number with a unit."""
+    found = quantity(value, unit)
+    if found is None:
+        raise BadInput(f'"{value}" is no number with a unit', do=f'Write it as "0.1 {unit}".')
+    return found
+
+
 def positive(value: float | str, unit: str, what: str) -> float:
     """A number > 0 in `unit`; BadInput says what it should have been."""
-    number = quantity(value, unit)
-    if number is None:
-        raise BadInput(f'"{value}" is no number with a unit', do=f'Write it as "0.1 {unit}".')
-    if not (math.isfinite(number) and number > 0):
+    found = number(value, unit)
+    if not (math.isfinite(found) and found > 0):
         raise BadInput(f"{what} of {value} is not possible", do="Give a positive number.")
-    return number
+    return found

@@ -22,6 +22,7 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("[actuators.NAME]", schema.ActuatorTable),
     ("[time]", schema.TimeTable),
     ("[channels.NAME]", schema.ChannelTable),
+    ("[frames]", schema.FramesTable),
     ("[files]", schema.FilesTable),
     ("[[trials]]", schema.TrialTable),
     ("[[prepare]]", schema.PrepareTable),

@@ -139,6 +139,31 @@ class ChannelTable(Table):
     invalid_where: str | None = Field(
         default=None, description='Samples that are not valid, as a condition on the file\'s columns: "pos_hold == 1".'
     )
+    vector: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Columns of an angle's cosine and sine, in place of `column`."
+    )
+    quaternion: Annotated[list[str], Field(min_length=4, max_length=4)] | None = Field(
+        default=None,
+        description="Columns w, x, y, z of the turn from body to earth axes, in place of `column` (phi, theta, psi).",
+    )
+    declination: FiniteFloat | str = Field(
+        default=0.0,
+        description='Added to a magnetic heading or course, east positive: "3.5 deg", or a number in rad.',
+    )
+    time: str | None = Field(
+        default=None,
+        description="Column with the channel's own clock, where it has one. An output keeps its own times; inputs are "
+        "interpolated as `hold` of [cost] says.",
+    )
+    measures: str | None = Field(
+        default=None,
+        description='What the instrument measures, as "sog" (docs/channels.md lists the names); default: what the '
+        "channel's name says. The model gets it as an output.",
+    )
+    at: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = Field(
+        default=None,
+        description="Place [x, y, z] of the sensor, m forward, starboard and down of the model's origin (default).",
+    )
     extra: bool = Field(
         default=False,
         description="True for a channel that is neither in the model nor in the standard list; only preparation steps "
@@ -174,11 +199,42 @@ class TimeTable(Table):
     column: str = Field(default="t", description="Column of the file.")
     unit: str | None = Field(
         default=None,
-        description='Unit, or "date" for dates with times; default: the unit of the header, "date" for dates, else s.',
+        description='Unit; "date" for dates with times; "hhmmss" for NMEA\'s times of day. Default: the unit of the '
+        "header, or what the numbers can be (epochs since 1970, dates, times of day, hhmmss), else s.",
+    )
+    dates: Literal["day-first", "month-first"] | None = Field(
+        default=None, description="Order of dates such as 03.07.2025; needed where no day is above 12."
+    )
+    date: str | None = Field(
+        default=None, description="Column with the date, where the time column holds the time of day alone."
+    )
+    jumps: PositiveFloat | None = Field(
+        default=None,
+        description="s; the clock was set where time runs back, or on by more than this: the usual step takes the "
+        "place of the jump. Default: a time that runs back is refused, a pause is kept.",
     )
     repeated: Literal["refuse", "first", "last"] = Field(
         default="refuse", description="Samples with the same time: refuse the file, or keep the first or the last."
     )
+
+
+class FramesTable(Table):
+    """The axes of the log, where they are not seatruth's (x north, y east, z down; x forward, y to starboard)."""
+
+    earth: Literal["NED", "ENU"] = Field(
+        default="NED",
+        description='"ENU": x is east, y north, z up, and psi counter-clockwise from east. Default: north, east, down.',
+    )
+    body: Literal["FRD", "FLU"] = Field(
+        default="FRD",
+        description='"FLU": y is to port, z up; velocities, rates, accelerations and theta change their sign as they '
+        "must. Rudders do not.",
+    )
+    origin: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)] | None = Field(
+        default=None,
+        description="Latitude and longitude of x = y = 0, degrees; default: the first fix of the first trial.",
+    )
+    utm: str | None = Field(default=None, description='Zone of the channels northing and easting, as "32 north".')
 
 
 class FilesTable(Table):
@@ -338,6 +394,7 @@ class StudyFile(Table):
     parameters: dict[str, Annotated[ParameterTable, _as_table("value")]] = {}
     actuators: dict[str, Annotated[ActuatorTable, _as_table("record")]] = {}
     time: Annotated[TimeTable, _as_table("column")] = TimeTable()
+    frames: FramesTable = FramesTable()
     channels: Channels = {}
     files: FilesTable = FilesTable()
     trials: list[TrialTable] = []

@@ -12,13 +12,18 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.models.base import Model
-from seatruth.study.infer_columns import InferredColumn, infer_columns
-from seatruth.trials import STANDARD_CHANNELS, Channel
+from seatruth.models import MEASURES, Model
+from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
+from seatruth.study.observations import as_logged, observable
+from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
+from seatruth.trials.tables import Table
+from seatruth.trials.time_axis import time_axis
 
 Numbers = NDArray[np.float64]
 _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
+_FIX = ("latitude", "longitude")
+"""Channels from which reading makes x and y."""
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 
@@ -29,15 +34,21 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     `log` is the log's path as the study file will name it; `frame` its columns, with the units of its header in
     `frame.attrs["units"]`.
     """
-    needed = [*model.inputs, *model.outputs]
-    names = {channel.name for channel in needed}
+    names = {channel.name for channel in (*model.inputs, *model.outputs)}
     extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
+    extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= names]
     units = frame.attrs.get("units", {})
     columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
     back = {_titled(str(name), units): str(name) for name in frame.columns}
-    guesses = infer_columns(columns, [Channel("t", "s"), *needed, *extra])
+    wanted = [*model.inputs, *model.outputs, *observable(model), *extra]
+    guesses = infer_columns(columns, [Channel("t", "s"), *wanted])
+    model = as_logged(model, guesses)
+    needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
-    missing_outputs = [c for c in model.outputs if c.name not in guesses]
+    fixes = all(name in guesses for name in _FIX) and not {"x", "y"} & guesses.keys()
+    guesses = {name: hit for name, hit in guesses.items() if fixes or name not in _FIX}
+    given = {*guesses, *(("x", "y") if fixes else ())}
+    missing_outputs = [c for c in model.outputs if c.name not in given]
     notes = []
     if "t" not in guesses:
         notes.append("No time column was recognised: name it in [time].")
@@ -46,11 +57,12 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     if len(missing_outputs) == len(model.outputs):
         notes.append("No column was recognised for any output of the model: name them in [channels].")
         missing_outputs = []
+    notes += _vague(guesses)
     text = "\n".join(
         [
             *_head(log, model, use),
             *_parameters(model),
-            *_time(guesses.get("t"), frame, back),
+            *_time(guesses.get("t"), frame, back, notes),
             *_channels(guesses, needed, extra, missing_inputs, back),
             *_trials(log, missing_outputs),
             *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(columns, guesses[name])]),
@@ -58,6 +70,16 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
         ]
     )
     return text, notes
+
+
+def _vague(guesses: Mapping[str, InferredColumn]) -> list[str]:
+    """What was taken for speeds whose columns do not say what they measure."""
+    return [
+        f"The column {hit.column!r} was taken for {name!r}, the speed over ground along the bow. If a log measured it "
+        "through the water, call the channel u_w; if satellites did, call it sog (docs/channels.md)."
+        for name, hit in guesses.items()
+        if name == "u" and split_header(hit.column)[0] in VAGUE
+    ]
 
 
 def _head(log: str, model: Model, use: str) -> list[str]:
@@ -97,14 +119,24 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str], notes: list[str]) -> list[str]:
+    """The table of the time: what it is read as, or why it cannot be read yet, which goes to the notes."""
     if guessed is None:
         return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
     column = back[guessed.column]
     lines = ["[time]", f"column = {_text(column)}"]
-    if pd.api.types.is_numeric_dtype(frame[column].dtype):
-        lines.append(f"unit = {_text(guessed.unit)}   # {guessed.why}")
-    return [*lines, ""]
+    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if name == column}
+    table = Table("the log", {column: frame[column]}, units)
+    try:
+        axis = time_axis(table, Clock(column))
+    except BadInput as problem:
+        notes.append(f"Time: {problem.what.removeprefix('time: ')}. {problem.do}")
+        if guessed.unit == "s":
+            return [*lines, f"# {_one_line(problem.what)}. {_one_line(problem.do)}", ""]
+        return [*lines, f"unit = {_text(guessed.unit)}   # guessed: {_one_line(problem.what)}", ""]
+    said = _one_line("; ".join(axis.notes or [f"from {start} on" for start in axis.about.values()]))
+    why = said or ("unit from the header" if units else "assumed; the header has no unit")
+    return [*lines, f"unit = {_text(axis.unit)}   # {why}", ""]
 
 
 def _channels(
@@ -123,7 +155,12 @@ def _channels(
         hit = guesses.get(channel.name)
         if hit is not None:
             entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
-            used = hit.why if channel in needed else f"{hit.why}; for the checks only"
+            measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
+            used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
+            if channel.name in _FIX:
+                used = "x and y, from the first fix on"
+            elif channel not in needed:
+                used = f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
             lines.append(

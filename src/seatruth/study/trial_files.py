@@ -13,9 +13,12 @@ from pydantic import ValidationError
 
 from seatruth.errors import nearest
 from seatruth.models.base import Model
+from seatruth.study.observations import plain_outputs, turned_with_heading
+from seatruth.study.quantity import number
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
-from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
+from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
+from seatruth.trials.frames import POSITIONS, with_origin
 
 _PATTERN = "*?["
 
@@ -61,23 +64,40 @@ def read(
     file: StudyFile, model: Model, recordings: Sequence[Recording], problems: Problems, *, synthetic: bool
 ) -> tuple[Trials, Trials]:
     """The trials that are fitted and those held out, read and prepared."""
-    known = {channel.name: channel for channel in (*model.inputs, *model.outputs)}
+    # Outputs for which an observation stands can still be named: they are in no trial.
+    known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model))}
     _check_channels(file, known, problems)
     _check_steps(file, [recording.name for recording in recordings], problems)
     if problems:
         return Trials([]), Trials([])
     fitted: list[Trial] = []
     held: list[Trial] = []
+    frames = Frames()
+    with problems.at("frames"):
+        frames = stated_frames(file)
     for recording in recordings:
         with problems.at("trials", recording.entry):
-            trial = _read_one(file, model, recording, synthetic)
+            trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic), model)
+            frames = with_origin(frames, trial)
             (fitted if recording.table.role == "fit" else held).append(trial)
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)
 
 
-def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bool) -> Trial:
+def clock(time: TimeTable) -> Clock:
+    """How the time of the logs is read."""
+    return Clock(time.column, time.unit, time.dates, time.date, time.jumps)
+
+
+def stated_frames(file: StudyFile) -> Frames:
+    """The axes of the logs; BadInput for an origin or a zone that is none."""
+    stated = file.frames
+    origin = None if stated.origin is None else (stated.origin[0], stated.origin[1])
+    return Frames(stated.earth, stated.body, origin, stated.utm)
+
+
+def _read_one(file: StudyFile, model: Model, recording: Recording, frames: Frames, synthetic: bool) -> Trial:
     table = recording.table
     maps = {**file.channels}
     for name, changes in table.channels.items():
@@ -86,10 +106,12 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
     time = file.time if table.time is None else _merged_time(file.time, table.time)
     inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
     wanted = [c.name for c in model.outputs if c.name not in table.without]
+    if any({first, other} <= maps.keys() for first, other in POSITIONS):
+        wanted = [name for name in wanted if name in maps or name not in ("x", "y")]
     wanted += [name for name in maps if name not in inputs and name not in wanted and name not in table.without]
     return read_trial(
         recording.path,
-        time=ColumnSpec(time.column, time.unit),
+        time=clock(time),
         inputs=inputs,
         outputs={name: column_spec(name, maps) for name in wanted},
         channels={c.name: c for c in (*model.inputs, *model.outputs)},
@@ -103,12 +125,15 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
         repeated_time=time.repeated,
         where=table.where,
         prepare=_steps(file, table, recording.name),
+        frames=frames,
+        hold=file.cost.hold,
     )
 
 
 def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
     """The column of a channel; a channel that the study does not mention is a column of the same name."""
     table = maps.get(name, ChannelTable())
+    q = table.quaternion
     return ColumnSpec(
         column=table.column or name,
         unit=table.unit,
@@ -116,6 +141,10 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
         scale=table.scale,
         offset=table.offset,
         invalid_where=table.invalid_where,
+        vector=None if table.vector is None else (table.vector[0], table.vector[1]),
+        quaternion=None if q is None else (q[0], q[1], q[2], q[3]),
+        declination=number(table.declination, "rad"),
+        time=table.time,
     )
 
 

@@ -20,10 +20,11 @@ class Channel:
         >>> Channel("psi", "rad", "heading", angle=True).unit
         'rad'
 
-    Standard names, which checks, effects and manoeuvre figures rely on: t; x, y, z (earth position, z down),
+    Standard names, which checks, effects and manoeuvre figures rely on: t; x, y, z (earth position, z down);
     phi, theta, psi (psi clockwise); u, v, w (velocity over ground in body axes, x forward, y starboard, z down);
-    p, q, r; delta (rudder, positive turns to starboard unless the model says otherwise), delta_s (stern plane),
-    n (propeller, rev/s).
+    u_w, v_w, w_w (the same through the water); sog, cog (speed and course over ground); v_n, v_e, v_d (velocity over
+    ground in earth axes); f_x, f_y, f_z (specific force, which an accelerometer shows); p, q, r; delta (rudder,
+    positive turns to starboard unless the model says otherwise), delta_s (stern plane), n (propeller, rev/s).
     """
 
     name: str

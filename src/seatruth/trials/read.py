@@ -2,7 +2,7 @@
 
     trial = read_trial(
         "zigzag.csv",
-        time=ColumnSpec("t"),
+        time=Clock("t"),
         inputs={"delta": ColumnSpec("rudder", unit="deg"), "n": ColumnSpec("rpm", unit="rpm")},
         outputs={"psi": ColumnSpec("heading", unit="deg"), "x": ColumnSpec("x", invalid_where="pos_hold == 1")},
     )
@@ -14,9 +14,9 @@ step that the user names.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -24,20 +24,23 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.trials.attitude import from_quaternion, from_vector
 from seatruth.trials.channel import Channel
 from seatruth.trials.condition import rows_where
+from seatruth.trials.frames import Frames, in_our_axes
+from seatruth.trials.geodesy import from_ddmm
 from seatruth.trials.missing_codes import missing_codes
+from seatruth.trials.own_clocks import Hold, Parts, on_own_clocks
 from seatruth.trials.places import place
 from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.tables import Table
+from seatruth.trials.time_axis import Clock, TimeAxis, time_axis
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 
-DATE = "date"
-EPOCH_SECONDS = 1e7
-"""A time axis that starts later than this (116 days) counts from a calendar's zero: seatruth counts from its start,
-because seconds since 1970 leave a double only 0.2 microseconds."""
+DDMM = "ddmm"
+"""Unit of latitudes and longitudes as NMEA writes them: degrees and minutes in one number."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ class ColumnSpec:
     None, the one that the header states, or else the channel's own. Values are multiplied by `sign * scale` and
     `offset` (in the channel's unit inside seatruth) is added. `invalid_where` marks samples that are not valid, as a
     condition on the file's columns: "pos_hold == 1", "sat < 4 or fix == 0", or a flag column's bare name.
+
+    In place of its column, an angle can have `vector`, the columns of its cosine and sine, or `quaternion`, the columns
+    w, x, y, z of the turn from body axes to earth axes. `declination` (rad, east positive) turns a magnetic heading or
+    course to the true one. `time` names the column with the channel's own clock, where it has one.
     """
 
     column: str
@@ -56,12 +63,21 @@ class ColumnSpec:
     scale: float = 1.0
     offset: float = 0.0
     invalid_where: str | None = None
+    vector: tuple[str, str] | None = None
+    quaternion: tuple[str, str, str, str] | None = None
+    declination: float = 0.0
+    time: str | None = None
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Every column that the channel is computed from, its clock included."""
+        return (*(self.quaternion or self.vector or (self.column,)), *([self.time] if self.time else []))
 
 
 def read_trial(
     path: str | Path,
     *,
-    time: ColumnSpec | str | None = None,
+    time: Clock | str | None = None,
     inputs: Mapping[str, ColumnSpec | str],
     outputs: Mapping[str, ColumnSpec | str],
     channels: Mapping[str, Channel] | None = None,
@@ -75,12 +91,14 @@ def read_trial(
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
     where: str | None = None,
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
+    frames: Frames | None = None,
+    hold: Hold = "foh",
 ) -> Trial:
     """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
 
     Args:
         path: the file.
-        time: column of the time, and its unit.
+        time: column of the time, and how it is written.
         inputs: channel name -> column; a bare name is a column in the channel's own unit, or in the one that the header
             states. Inputs must be complete once the steps in `prepare` have run.
         outputs: the same for outputs; they may have missing samples (NaN).
@@ -93,6 +111,9 @@ def read_trial(
         repeated_time: samples with the same time: "refuse" the file, or keep the "first" or the "last".
         where: rows that belong to the trial, as a condition on the file's columns ("run == 2"); None takes all.
         prepare: preparation steps as (name, options), in their order.
+        frames: axes of the log; None: seatruth's own. Outputs "latitude" and "longitude", or "northing" and "easting",
+            become "x" and "y".
+        hold: how inputs with clocks of their own are interpolated: "foh" (straight lines) or "zoh" (held).
 
     Returns:
         The trial, in SI units.
@@ -125,6 +146,8 @@ def read_trial(
         synthetic=synthetic,
         repeated_time=repeated_time,
         prepare=prepare,
+        frames=frames,
+        hold=hold,
     )
 
 
@@ -135,7 +158,7 @@ def _spec(spec: ColumnSpec | str) -> ColumnSpec:
 def trial_from_table(
     table: Table,
     *,
-    time: ColumnSpec | str | None = None,
+    time: Clock | str | None = None,
     inputs: Mapping[str, ColumnSpec | str],
     outputs: Mapping[str, ColumnSpec | str],
     channels: Mapping[str, Channel] | None = None,
@@ -144,39 +167,47 @@ def trial_from_table(
     synthetic: bool = False,
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
+    frames: Frames | None = None,
+    hold: Hold = "foh",
 ) -> Trial:
     """The same as read_trial for a table that is already in memory."""
-    t, about = _time(table, _spec("t" if time is None else time))
+    clock = time if isinstance(time, Clock) else Clock("t" if time is None else time)
+    frames = frames or Frames()
     notes: list[str] = []
     missing: dict[str, list[float]] = {}
+    specs = {kind: {c: _spec(spec) for c, spec in named.items()} for kind, named in _kinds(inputs, outputs)}
+    clocks = {c: spec.time for named in specs.values() for c, spec in named.items() if spec.time is not None}
+    axis = None if clocks else time_axis(table, clock)
     columns: dict[str, dict[str, Array]] = {"inputs": {}, "outputs": {}}
-    for kind, specs in (("inputs", inputs), ("outputs", outputs)):
-        for channel, spec in specs.items():
-            values, note, codes = _channel(table, channel, _spec(spec), channels or {})
+    for kind, named in specs.items():
+        for channel, spec in named.items():
+            values, note, codes = _channel(table, channel, spec, channels or {}, frames)
             columns[kind][channel] = values
             if codes:
                 missing[channel] = codes
             if note:
                 notes.append(note)
-    keep = _time_order(table, t, repeated_time)
-    if keep is not None:
-        notes.append(f"kept the {repeated_time} of samples with the same time, {t.size - keep.size} fewer")
-    rows = slice(None) if keep is None else keep
     lines = np.arange(1, len(table) + 1, dtype=np.int64) if table.lines is None else table.lines
+    if axis is None:
+        t, columns, rows, about, said = on_own_clocks(table, clock, clocks, columns, repeated_time, hold)
+    else:
+        t, columns, rows, about, said = _one_clock(table, clock, axis, columns, repeated_time)
     trial = Trial(
         name=name,
-        t=t[rows],
-        inputs={c: v[rows] for c, v in columns["inputs"].items()},
-        outputs={c: v[rows] for c, v in columns["outputs"].items()},
+        t=t,
+        inputs=columns["inputs"],
+        outputs=columns["outputs"],
         conditions={**(conditions or {}), **about},
         source=table.source,
         synthetic=synthetic,
         lines=lines[rows],
     )
+    notes = [*said, *notes]
     if len(trial) < 2:
         raise BadInput("it holds fewer than two samples", where=table.source, do="A trial needs a time history.")
     if notes:
         trial = trial.with_step(Step("read", {"missing_codes": missing} if missing else {}, "; ".join(notes)))
+    trial = in_our_axes(trial, frames)
     if prepare:
         from seatruth.trials.prepare import apply_steps
 
@@ -215,22 +246,82 @@ def require_complete_inputs(trial: Trial) -> None:
             )
 
 
-def _channel(
-    table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel]
-) -> tuple[Array, str, list[float]]:
-    """The channel's values in its unit inside seatruth, what was done to them in words, and codes for "no value"."""
+def _kinds(
+    inputs: Mapping[str, ColumnSpec | str], outputs: Mapping[str, ColumnSpec | str]
+) -> tuple[tuple[str, Mapping[str, ColumnSpec | str]], ...]:
+    return ("inputs", inputs), ("outputs", outputs)
+
+
+def _one_clock(
+    table: Table, clock: Clock, axis: TimeAxis, columns: dict[str, dict[str, Array]], repeated: str
+) -> Parts:
+    gone = np.flatnonzero(~np.isfinite(axis.t))
+    if gone.size:
+        raise BadInput(
+            f"{gone.size} sample(s) have no time",
+            where=f"{table.source}, {table.places(gone)}, column {clock.column!r}",
+            do="Complete the time column, or delete those lines.",
+        )
+    notes = list(axis.notes)
+    rows = np.arange(axis.t.size)
+    keep = _time_order(table, axis.t, repeated)
+    if keep is not None:
+        notes.append(f"kept the {repeated} of samples with the same time, {axis.t.size - keep.size} fewer")
+        rows = keep.astype(np.intp)
+    kept = {kind: {c: v[rows] for c, v in named.items()} for kind, named in columns.items()}
+    return axis.t[rows], kept, rows, axis.about, notes
+
+
+class _Raw(NamedTuple):
+    """Numbers of a channel (n,) without those that stand for no value, and what is known of them."""
+
+    values: Array
+    where: str
+    unit: str | None
+    codes: Sequence[float] = ()
+    """Numbers that stood for no value."""
+    missing: int = 0
+    """How often they did."""
+
+
+def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
+    """The channel's numbers as the file has them, where they are, and their unit if that is known."""
+    if spec.vector is not None or spec.quaternion is not None:
+        if spec.unit is not None:
+            raise BadInput(
+                f"channel {name!r} has a unit beside columns that give an angle in rad",
+                where=table.source,
+                do="Remove the unit.",
+            )
+        columns = spec.quaternion or spec.vector or ()
+        raw = from_quaternion(table, columns, name) if spec.quaternion else from_vector(table, columns)
+        return _Raw(raw, f"{table.source}, columns {', '.join(map(repr, columns))}", "rad")
     raw = table.numbers(spec.column)
     empty, codes = missing_codes(raw)
+    if codes:
+        raw = np.where(empty, np.nan, raw)
     where = f"{table.source}, column {spec.column!r}"
+    if spec.unit == DDMM:
+        return _Raw(from_ddmm(raw), where, "deg", codes, int(empty.sum()))
     stated = table.units.get(spec.column) or table.units.get(spec.column.strip())
+    return _Raw(raw, where, stated, codes, int(empty.sum()))
+
+
+def _channel(
+    table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel], frames: Frames
+) -> tuple[Array, str, list[float]]:
+    """The channel's values in its unit inside seatruth, what was done to them in words, and codes for "no value"."""
+    raw, where, stated, codes, missing = _numbers(table, name, spec)
+    if spec.unit == DDMM:
+        spec = replace(spec, unit=None)
     conversion = _conversion(name, spec, stated, channels, where)
-    for label in ("sign", "scale", "offset"):
+    for label in ("sign", "scale", "offset", "declination"):
         if not np.isfinite(getattr(spec, label)):
             raise BadInput(f"{label} is {getattr(spec, label)}", where=where, do="Give a finite number.")
     factor = spec.sign * spec.scale
     if factor == 0.0:
         raise BadInput("its scale is zero", where=where, do="Give a scale that is not zero.")
-    values = conversion(np.where(empty, np.nan, raw))
+    values = conversion(raw)
     if factor != 1.0 or spec.offset != 0.0:
         values = values * factor + spec.offset
     done: list[str] = []
@@ -241,12 +332,17 @@ def _channel(
     if spec.offset != 0.0:
         done.append(f"{spec.offset:g} added")
     if codes:
-        done.append(f"{int(empty.sum())} of {values.size} samples missing, written as {_listed(codes)}")
+        done.append(f"{missing} of {values.size} samples missing, written as {_listed(codes)}")
+    if spec.vector is not None or spec.quaternion is not None:
+        done.append(f"computed from {'a quaternion' if spec.quaternion else 'its cosine and sine'}")
+    if spec.declination != 0.0:
+        values = values + (spec.declination if frames.earth == "NED" or name != "psi" else -spec.declination)
+        done.append(f"magnetic to true with a declination of {np.degrees(spec.declination):+.4g} deg")
     if spec.invalid_where:
         bad = rows_where(table, spec.invalid_where) & np.isfinite(values)
         values = np.where(bad, np.nan, values)
         done.append(f"{int(bad.sum())} of {values.size} samples not valid where {spec.invalid_where}")
-    return values, f"{name}: {', '.join(done)}" if done else "", codes
+    return values, f"{name}: {', '.join(done)}" if done else "", list(codes)
 
 
 def _listed(codes: Sequence[float]) -> str:
@@ -271,64 +367,6 @@ def _conversion(
         raise BadInput(f"channel {name!r}: {problem.what}", where=where, do=problem.do) from None
 
 
-def _time(table: Table, spec: ColumnSpec) -> tuple[Array, dict[str, Any]]:
-    """Time in seconds (n,), complete; and the calendar's start where the file has dates."""
-    series = table.column(spec.column)
-    where = f"{table.source}, column {spec.column!r}"
-    stated = table.units.get(spec.column)
-    numeric = pd.api.types.is_numeric_dtype(series.dtype)
-    if numeric and spec.unit == DATE:
-        raise BadInput("it holds numbers, not dates", where=where, do="State their unit, as unit = 's'.")
-    about: dict[str, Any] = {}
-    stamps = None if numeric or spec.unit not in (None, DATE) else _dates(series)
-    if stamps is not None:
-        t, start = stamps
-        if start is not None:
-            about["start"] = start
-    else:
-        if spec.unit == DATE:
-            raise BadInput("its dates cannot be read", where=where, do="Write them as 2020-07-31T13:14:21.5.")
-        unit = spec.unit or (stated if stated else "s")
-        try:
-            conversion = to_si(unit, "s")
-        except BadInput as problem:
-            raise BadInput(f"time: {problem.what}", where=where, do=problem.do) from None
-        t = conversion(table.numbers(spec.column) * (spec.sign * spec.scale)) + spec.offset
-    gone = np.flatnonzero(~np.isfinite(t))
-    if gone.size:
-        raise BadInput(
-            f"{gone.size} sample(s) have no time",
-            where=f"{table.source}, {table.places(gone)}, column {spec.column!r}",
-            do="Complete the time column, or delete those lines.",
-        )
-    if t.size and abs(t[0]) > EPOCH_SECONDS:
-        about["start_s"] = float(t[0])
-        t = t - t[0]
-    return t, about
-
-
-def _dates(series: pd.Series[Any]) -> tuple[Array, str | None] | None:
-    """Seconds since the first date and that date; None if the column does not hold dates or times of day."""
-    if pd.api.types.is_timedelta64_dtype(series.dtype):
-        return _seconds(series), None
-    if not pd.api.types.is_datetime64_any_dtype(series.dtype):
-        text = series.astype("string").str.strip()
-        if bool(text.dropna().str.fullmatch(r"\d{1,2}:\d{2}:\d{2}([.,]\d+)?").all()):
-            spans = pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce")
-            return _seconds(spans), None
-        series = pd.to_datetime(text, format="ISO8601", errors="coerce", utc=True)
-        if bool(series.isna().any() and not text[series.isna()].isna().all()) or bool(series.isna().all()):
-            return None
-    first = series.dropna().iloc[0] if series.notna().any() else None
-    if first is None:
-        return None
-    return _seconds(series - first), str(first.isoformat())
-
-
-def _seconds(spans: pd.Series[Any]) -> Array:
-    return np.asarray(spans.dt.total_seconds().to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
-
-
 def _time_order(table: Table, t: Array, repeated: str) -> NDArray[np.int64] | None:
     """Which rows to keep where times repeat and the user said how; BadInput for any other disorder."""
     if repeated not in ("refuse", "first", "last"):
@@ -341,7 +379,7 @@ def _time_order(table: Table, t: Array, repeated: str) -> NDArray[np.int64] | No
         raise BadInput(
             f"time runs back, from {t[row - 1]:g} s to {t[row]:g} s{more}",
             where=f"{table.source}, {table.place(row)}",
-            do="Sort the file by time, or give each recording a file of its own.",
+            do="Sort the file by time, give each recording a file of its own, or, if a clock was set, jumps in [time].",
         )
     again = np.flatnonzero(steps == 0) + 1
     if not again.size:

@@ -21,8 +21,9 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
-from seatruth.models.base import Equations, Model
+from seatruth.models.base import Environment, Equations, Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.observed import shows_accelerations
 from seatruth.models.parameter import Parameter
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
@@ -52,7 +53,41 @@ class DiscrepancyModel(ModelWrapper):
         super().__init__(base, inputs=inputs, parameters=parameters)
 
     def make_rhs(self) -> Equations:
-        split_p, split_i, base = self.split_parameters(), self.split_inputs(), self.base.rhs
+        split_p, split_i, base, lacking = self.split_parameters(), self.split_inputs(), self.base.rhs, self._lacking()
+
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            p, own = split_p(p)
+            i, forces = split_i(i)
+            rates = list(base(s, i, p, e))
+            for row, added in lacking(s, i, own, forces, e):
+                rates[row] = rates[row] + added
+            return tuple(rates)
+
+        return rhs
+
+    def make_output(self) -> Equations | None:
+        """Outputs of accelerations feel the missing forces too; no other output does."""
+        base = self.base.output
+        if base is None or not shows_accelerations(self.base):
+            return super().make_output()
+        split_p, split_i, lacking = self.split_parameters(), self.split_inputs(), self._lacking()
+        standard = [self.base.standard.get(c.name, (c.name, 1)) for c in self.base.states]
+        names = tuple(f"{name}_dot" if f"{name}_dot" in Environment._fields else "" for name, _ in standard)
+        signs = tuple(float(sign) for _, sign in standard)
+
+        def output(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            p, own = split_p(p)
+            i, forces = split_i(i)
+            more = e
+            for row, added in lacking(s, i, own, forces, e):
+                if names[row]:
+                    more = more._replace(**{names[row]: getattr(more, names[row]) + signs[row] * added})
+            return tuple(base(s, i, p, more))
+
+        return output
+
+    def _lacking(self) -> Any:
+        """The function of (s, i, own parameters, forces, e) that gives (row of a state, missing acceleration)."""
         order = [channel.name for channel in self.base.states]
         rows = [order.index(state) for state in self.equations]
         knots, spacing, scales, terms = self.knots, self.spacing, self.scales, self.terms
@@ -63,23 +98,21 @@ class DiscrepancyModel(ModelWrapper):
             x = getattr(i if what == "input" or not hasattr(s, name) else s, name) / scales[name]
             return math.sqrt(x * x + 1e-12) if what == "absolute" else x
 
-        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-            p, own = split_p(p)
-            i, forces = split_i(i)
-            rates = list(base(s, i, p, e))
+        def lacking(s: Any, i: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
+            found = []
             for place, (row, force) in enumerate(zip(rows, forces)):
                 total = force
                 for k in range(knots):
                     total = total + own[place * knots + k] * max(0.0, 1.0 - abs(e.t / spacing - float(k)))
-                rates[row] = rates[row] + total
+                found.append((row, total))
             for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
                 product = coefficient
                 for which in term.factors:
                     product = product * factor(which, s, i)
-                rates[row] = rates[row] + product
-            return tuple(rates)
+                found.append((row, product))
+            return found
 
-        return rhs
+        return lacking
 
     def size(self, term: Term) -> float:
         """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""

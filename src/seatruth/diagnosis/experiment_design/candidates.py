@@ -25,6 +25,8 @@ COURSES = {"": 0.0, "beam course: ": math.pi / 2, "reciprocal course: ": math.pi
 """Words before a trial, and by how much its first heading is turned."""
 SLOW_START = "slow start: "
 """Words before a trial that begins at a part of the usual speed; for models that have no drive among their inputs."""
+_AHEAD = ("u", "u_w", "sog")
+"""What shows the speed."""
 _SLOW = 0.6
 """Part of the usual drive in slow manoeuvres, and of the usual speed in a slow start."""
 _TOGETHER = 0.9
@@ -64,6 +66,7 @@ class Menu:
         self.inputs = [channel.name for channel in problem.study.model.inputs]
         units = {channel.name: channel.unit for channel in problem.study.model.inputs}
         self.turns = "psi" in problem.outputs
+        self.standard = problem.study.model.standard
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
         self.usual = {name: _usual(v, units[name]) for name, v in values.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
@@ -85,8 +88,12 @@ class Menu:
 
     def starts(self) -> list[str]:
         """Words for the first headings and speeds that can be chosen."""
-        slow = [SLOW_START] if not self.drives and "u" in self.pattern.outputs else []
+        slow = [SLOW_START] if not self.drives and {*_AHEAD, "v_n"} & self._measured() else []
         return [*(list(COURSES) if self.turns else [""]), *slow]
+
+    def _measured(self) -> set[str]:
+        """Standard names of what the longest trial recorded."""
+        return {self.standard.get(name, (name, 1))[0] for name in self.pattern.outputs}
 
     def trial(self, names: Sequence[str], start: str = "") -> Manoeuvre:
         """These manoeuvres one after another, in one trial that begins as the longest one did."""
@@ -111,19 +118,35 @@ class Menu:
 
     def _outputs(self, many: int, start: str) -> dict[str, Array]:
         """Outputs that stand for the first state, at the samples at which the recorded trials were compared."""
-        outputs = {}
+        first, step = {}, {}
         for name, series in self.pattern.outputs.items():
             finite = np.flatnonzero(np.isfinite(np.asarray(series)))
-            first = float(np.asarray(series)[finite[0]]) if finite.size else 0.0
-            if name == "psi":
-                first += COURSES.get(start, 0.0)
-            if name == "u" and start == SLOW_START:
-                first *= _SLOW
-            if name in ("v", "r", "p", "q", "phi"):
-                first = 0.0
+            first[name] = float(np.asarray(series)[finite[0]]) if finite.size else 0.0
+            step[name] = max(1, round(float(np.median(np.diff(finite)))) if finite.size > 1 else 1)
+        self._start_straight(first, start)
+        outputs = {}
+        for name, value in first.items():
             outputs[name] = np.full(many, np.nan)
-            outputs[name][:: max(1, round(float(np.median(np.diff(finite)))) if finite.size > 1 else 1)] = first
+            outputs[name][:: step[name]] = value
         return outputs
+
+    def _start_straight(self, first: dict[str, float], start: str) -> None:
+        """Turns first values of outputs to the first heading and speed of a trial that begins straight ahead."""
+        measured = {self.standard.get(name, (name, 1))[0]: name for name in first}
+        if "psi" in first:
+            first["psi"] += COURSES.get(start, 0.0)
+        for name in _AHEAD:
+            if name in measured and start == SLOW_START:
+                first[measured[name]] *= _SLOW
+        for name in ("v", "r", "p", "q", "phi", measured.get("v_w", "")):
+            if name in first:
+                first[name] = 0.0
+        if "cog" in measured:
+            first[measured["cog"]] = first.get("psi", first[measured["cog"]] + COURSES.get(start, 0.0))
+        if "psi" in first and {"v_n", "v_e"} <= measured.keys():
+            north, east = measured["v_n"], measured["v_e"]
+            speed = math.hypot(first[north], first[east]) * (_SLOW if start == SLOW_START else 1.0)
+            first[north], first[east] = speed * math.cos(first["psi"]), speed * math.sin(first["psi"])
 
     def _phases(self) -> list[Phase]:
         found = [phase for group in self.steering for phase in self._steered(group)]

@@ -174,6 +174,33 @@ def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
     return with_channels(trial, changed), f"removed {', '.join(jumps)}" if jumps else "no jumps"
 
 
+class FollowHeading(Options):
+    """`channels`: courses over ground (rad)."""
+
+    channels: list[str]
+
+
+@preparation("follow_heading", FollowHeading)
+def follow_heading(trial: Trial, options: FollowHeading) -> tuple[Trial, str]:
+    """Adds whole turns to courses, to lie within half a turn of the heading; without one, removes their jumps."""
+    changed: dict[str, Array] = {}
+    counts: dict[str, int] = {}
+    headed = "psi" in trial.outputs and bool(np.isfinite(trial.outputs["psi"]).any())
+    if headed:
+        refuse_wrapped(trial, ["psi"], "a course that follows it")
+    for name in chosen_channels(trial, options.channels, ()):
+        values = trial.channel(name).copy()
+        ok = np.isfinite(values)
+        if headed:
+            heading = bridged(trial.t, trial.outputs["psi"])[ok]
+            values[ok] -= 2.0 * np.pi * np.round((values[ok] - heading) / (2.0 * np.pi))
+        else:
+            values[ok] = np.unwrap(values[ok])
+        changed[name] = values
+        counts[name] = int((np.abs((values - trial.channel(name))[ok]) > 1.0).sum())
+    return with_channels(trial, changed), counted(counts, len(trial), "turned by whole turns")
+
+
 class ShiftTime(Options):
     """`seconds` by which `channels` lag behind the others; they are moved earlier by this time."""
 
