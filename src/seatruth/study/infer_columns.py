@@ -28,13 +28,34 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx", "stw"),
-        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "sog"),
+        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "sog", "linear x"),
     ),
-    "v": ("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
+    "v": (
+        "v",
+        "sway",
+        "sway velocity",
+        "sway speed",
+        "transverse speed",
+        "lateral speed",
+        "lateral velocity",
+        "vy",
+        "linear y",
+    ),
     "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
     "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
     "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
-    "r": ("r", "yaw rate", "rot", "rate of turn", "turn rate", "omega z", "gyro z", "yaw velocity", "rate turn"),
+    "r": (
+        "r",
+        "yaw rate",
+        "rot",
+        "rate of turn",
+        "turn rate",
+        "omega z",
+        "gyro z",
+        "yaw velocity",
+        "rate turn",
+        "angular z",
+    ),
     "delta": ("delta", "rudder", "rudder angle", "helm", "rud", "rudder position", "delta r", "steering"),
     "delta_s": ("delta s", "stern plane", "stern planes", "elevator", "fin", "fin angle", "plane", "elevator angle"),
     "n": (
@@ -153,7 +174,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     name, unit = split_header(column)
     known = _NAMES.get(channel.name, (_words(channel.name),))
     whole = _words(column)
-    rank = known.index(name) if name in known else known.index(whole) if whole in known else None
+    rank = next((known.index(word) for word in (name, whole, *_last_parts(column)) if word in known), None)
     if rank is None:
         return None
     if unit and not _fits(unit, channel.unit):
@@ -164,6 +185,19 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     unit, why = _from_range(numbers, channel)
     return rank, InferredColumn(channel.name, column, unit, why)
+
+
+def _last_parts(column: str) -> tuple[str, ...]:
+    """The field, and the last two parts of it, of a topic's field: "/odom.twist.linear.x" -> "x", "linear x".
+
+    A single letter says nothing without its topic, so it is not among them.
+    """
+    text = _BRACKETS.sub(r"\1", column.strip())
+    parts = text.split(".")
+    if len(parts) < 2:
+        return ()
+    words = (_words(" ".join(parts[-2:])), split_header(parts[-1])[0])
+    return tuple(word for word in words if len(word) > 1)
 
 
 def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, str]:

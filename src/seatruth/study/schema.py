@@ -159,13 +159,19 @@ class TimeTable(Table):
     )
 
 
-class FilesTable(Table):
-    """Format of the files; needed only where the guess is wrong."""
+class FilesTable(OpenTable):
+    """Format of the files; needed only where the guess is wrong. The further keys are options of readers."""
 
+    reader: str | None = Field(default=None, description="A reader of `seatruth list readers`; default: recognised.")
     separator: str | None = Field(default=None, description='"," ";" "|" "tab" or "space"; default: guessed.')
     decimal: Literal[".", ","] | None = Field(default=None, description="Decimal mark; default: guessed.")
     encoding: str | None = Field(default=None, description='As "utf-8" or "latin-1"; default: guessed.')
-    variable: str | None = Field(default=None, description="Variable of a MATLAB file that holds the columns.")
+    variable: str | None = Field(default=None, description="Variable of a MATLAB or HDF5 file that holds the columns.")
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """What the study says of the files, as options of `read_log`."""
+        return {**self.model_dump(exclude_none=True), **self.options}
 
 
 Channels = dict[str, Annotated[ChannelTable, _as_table("column")]]

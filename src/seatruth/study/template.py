@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
+from seatruth.readers import Log, Table
+from seatruth.readers.listing import names
 from seatruth.study.infer_columns import InferredColumn, infer_columns
 from seatruth.trials import STANDARD_CHANNELS, Channel
 
@@ -23,23 +25,48 @@ _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "M
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 
 
-def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str, list[str]]:
+class Fields(Mapping[str, Numbers]):
+    """Every field of a log as numbers, made when asked for: most fields of a large log are no channel.
+
+    A field's key is the name that a study gives it, with its unit: "ATT.Yaw [deg]".
+    """
+
+    def __init__(self, log: Log) -> None:
+        self.places: dict[str, tuple[str, Table, str]] = {
+            _titled(name, table.units.get(column)): (name, table, column)
+            for name, (table, column) in names(log).items()
+        }
+
+    def __getitem__(self, title: str) -> Numbers:
+        _, table, column = self.places[title]
+        return _numbers(table.columns[column])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def name(self, title: str) -> str:
+        """The field's name in a study."""
+        return self.places[title][0]
+
+
+def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str]]:
     """The text of a study file for one log, and what could not be guessed, in sentences.
 
-    `log` is the log's path as the study file will name it; `frame` its columns, with the units of its header in
-    `frame.attrs["units"]`.
+    `path` is the log's path as the study file will name it, `use` the model as the study file will name it.
     """
     needed = [*model.inputs, *model.outputs]
-    names = {channel.name for channel in needed}
-    extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
-    units = frame.attrs.get("units", {})
-    columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
-    back = {_titled(str(name), units): str(name) for name in frame.columns}
-    guesses = infer_columns(columns, [Channel("t", "s"), *needed, *extra])
+    required = {channel.name for channel in needed}
+    extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in required]
+    fields = Fields(log)
+    clocks = all(table.time is not None for table in log.tables.values())
+    guesses = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *needed, *extra])
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
     missing_outputs = [c for c in model.outputs if c.name not in guesses]
-    notes = []
-    if "t" not in guesses:
+    notes = list(log.notes)
+    if "t" not in guesses and not clocks:
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:
         notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
@@ -48,16 +75,24 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
         missing_outputs = []
     text = "\n".join(
         [
-            *_head(log, model, use),
+            *_head(path, model, use),
             *_parameters(model),
-            *_time(guesses.get("t"), frame, back),
-            *_channels(guesses, needed, extra, missing_inputs, back),
-            *_trials(log, missing_outputs),
-            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(columns, guesses[name])]),
+            *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields)),
+            *_channels(guesses, needed, extra, missing_inputs, fields),
+            *_trials(path, missing_outputs),
+            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(fields, guesses[name])]),
             *_rest(model),
         ]
     )
     return text, notes
+
+
+_OWN_CLOCKS = [
+    "# Each topic of the log has its own clock, which is used. Another field of the topics can take its place:",
+    "# [time]",
+    '# column = "header.stamp"',
+    "",
+]
 
 
 def _head(log: str, model: Model, use: str) -> list[str]:
@@ -97,12 +132,12 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str]) -> list[str]:
+def _time(guessed: InferredColumn | None, fields: Fields) -> list[str]:
     if guessed is None:
-        return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
-    column = back[guessed.column]
-    lines = ["[time]", f"column = {_text(column)}"]
-    if pd.api.types.is_numeric_dtype(frame[column].dtype):
+        return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(fields)}', ""]
+    name, table, column = fields.places[guessed.column]
+    lines = ["[time]", f"column = {_text(name)}"]
+    if pd.api.types.is_numeric_dtype(table.columns[column].dtype):
         lines.append(f"unit = {_text(guessed.unit)}   # {guessed.why}")
     return [*lines, ""]
 
@@ -112,7 +147,7 @@ def _channels(
     needed: Sequence[Channel],
     extra: Sequence[Channel],
     missing_inputs: Sequence[Channel],
-    back: dict[str, str],
+    fields: Fields,
 ) -> list[str]:
     lines = [
         "# Column and unit of each channel in the file. sign = -1 turns a channel round: psi clockwise, y and v to",
@@ -122,7 +157,7 @@ def _channels(
     for channel in (*needed, *extra):
         hit = guesses.get(channel.name)
         if hit is not None:
-            entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
+            entry = f"{{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)} }}"
             used = hit.why if channel in needed else f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
@@ -189,12 +224,12 @@ def _numbers(column: pd.Series[float]) -> Numbers:
     return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
 
 
-def _titled(name: str, units: dict[str, str]) -> str:
-    return f"{name} [{units[name]}]" if name in units else name
+def _titled(name: str, unit: str | None) -> str:
+    return f"{name} [{unit}]" if unit else name
 
 
-def _columns(frame: pd.DataFrame) -> str:
-    return _one_line(", ".join(str(name) for name in frame.columns)[:200])
+def _columns(fields: Fields) -> str:
+    return _one_line(", ".join(fields.name(title) for title in fields)[:200])
 
 
 def _list(channels: Sequence[Channel]) -> str:

@@ -18,6 +18,8 @@ from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
 
 _PATTERN = "*?["
+ROS2_BAG = "metadata.yaml"
+"""File in a folder that is a ROS 2 bag."""
 
 
 class Recording(NamedTuple):
@@ -96,12 +98,9 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, synthetic: bo
         name=recording.name,
         conditions=table.conditions,
         synthetic=synthetic,
-        table=file.files.variable,
-        separator=file.files.separator,
-        decimal=file.files.decimal,
-        encoding=file.files.encoding,
         repeated_time=time.repeated,
         prepare=_steps(file, table, recording.name),
+        **file.files.reading,
     )
 
 
@@ -139,11 +138,11 @@ def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: 
         return []
     path = folder / table.file
     try:
-        if path.is_file():
+        if path.is_file() or (path / ROS2_BAG).is_file():
             return [path]
         if any(mark in table.file for mark in _PATTERN):
             taken = sorted(Path(hit) for hit in glob.glob(str(folder / table.file), recursive=True))
-            taken = [hit for hit in taken if hit.is_file()]
+            taken = [hit for hit in taken if hit.is_file() or (hit / ROS2_BAG).is_file()]
             if not taken:
                 problems.add(at, f"no file fits {table.file!r}", f"Paths are relative to {folder}.")
             return taken

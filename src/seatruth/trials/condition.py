@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 
 _COMPARE: dict[str, Callable[[Any, float], Any]] = {
     "==": operator.eq,
@@ -38,6 +38,12 @@ def rows_where(table: Table, condition: str) -> NDArray[np.bool_]:
             every &= _term(table, term, condition)
         result |= every
     return result
+
+
+def columns_of(condition: str) -> list[str]:
+    """The columns that a condition names."""
+    terms = [t for alternative in re.split(r"\s+or\s+", condition.strip()) for t in re.split(r"\s+and\s+", alternative)]
+    return [_bare(match["column"] if (match := _TERM.match(term)) else term) for term in terms if term.strip()]
 
 
 def _term(table: Table, term: str, condition: str) -> NDArray[np.bool_]:

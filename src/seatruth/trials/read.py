@@ -1,4 +1,4 @@
-"""From a file of columns to a Trial: units, signs, time and valid samples, and a clear message for anything else.
+"""From a table of columns to a Trial: units, signs, time and valid samples, and a clear message for anything else.
 
     trial = read_trial(
         "zigzag.csv",
@@ -14,7 +14,7 @@ step that the user names.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,12 +24,13 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.progress import Progress, silent
+from seatruth.readers import Table, read_log
 from seatruth.trials.channel import Channel
-from seatruth.trials.condition import rows_where
+from seatruth.trials.condition import columns_of, rows_where
+from seatruth.trials.join import on_one_clock
 from seatruth.trials.places import place
-from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.trials.tables import Table
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 
@@ -67,32 +68,34 @@ def read_trial(
     name: str | None = None,
     conditions: Mapping[str, Any] | None = None,
     synthetic: bool = False,
-    table: str | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
-    encoding: str | None = None,
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
+    reader: str | None = None,
+    progress: Progress = silent,
+    **options: Any,
 ) -> Trial:
-    """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
+    """Reads one recorded run from a file of any format of `seatruth list readers`.
 
     Args:
         path: the file.
-        time: column of the time, and its unit.
+        time: column of the time, and its unit; a log whose topics have no such column goes by its own clocks.
         inputs: channel name -> column; a bare name is a column in the channel's own unit, or in the one that the header
-            states. Inputs must be complete once the steps in `prepare` have run.
+            states. In a log of several topics it is "TOPIC.FIELD". Inputs must be complete once the steps in `prepare`
+            have run.
         outputs: the same for outputs; they may have missing samples (NaN).
         channels: the channels with their units inside seatruth, such as a model's; standard channels need no entry.
         name: name of the trial; None takes the file's name.
         conditions: what held during the run.
         synthetic: True if a simulator made it.
-        table: variable of a MATLAB file that holds the columns.
-        separator, decimal, encoding: how a CSV file is written; None guesses.
         repeated_time: samples with the same time: "refuse" the file, or keep the "first" or the "last".
         prepare: preparation steps as (name, options), in their order.
+        reader: name of the reader; None recognises the format.
+        progress: is told how far the reading has come.
+        options: options of readers, as `separator`, `decimal` and `encoding` of a CSV file; None where not given.
 
     Returns:
-        The trial, in SI units.
+        The trial, in SI units. Where its columns come from topics with clocks of their own, its times are all those at
+        which an output was measured, and inputs are linear between their samples.
 
     Raises:
         BadInput: the message names the file, the line and the column, and what to do.
@@ -105,18 +108,29 @@ def read_trial(
         >>> run.inputs["delta"].tolist()
         [0.0, 10.0, 10.0]
     """
-    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
+    log = read_log(path, reader=reader, progress=progress, **options)
+    clock = _spec("t" if time is None else time)
+    specs = [_spec(spec) for spec in (*inputs.values(), *outputs.values())]
+    joined = on_one_clock(
+        log,
+        clock.column,
+        clock.unit,
+        [_spec(spec).column for spec in inputs.values()],
+        [_spec(spec).column for spec in outputs.values()],
+        {flag: spec.column for spec in specs if spec.invalid_where for flag in columns_of(spec.invalid_where)},
+    )
     return trial_from_table(
-        content,
-        time=time,
+        joined.table,
+        time=clock if joined.time == clock.column else replace(clock, column=joined.time, unit="s"),
         inputs=inputs,
         outputs=outputs,
         channels=channels,
         name=Path(path).stem if name is None else name,
-        conditions=conditions,
+        conditions=conditions if joined.start is None else {**(conditions or {}), "start": joined.start},
         synthetic=synthetic,
         repeated_time=repeated_time,
         prepare=prepare,
+        notes=[*log.notes, *joined.notes],
     )
 
 
@@ -136,10 +150,11 @@ def trial_from_table(
     synthetic: bool = False,
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
+    notes: Sequence[str] = (),
 ) -> Trial:
-    """The same as read_trial for a table that is already in memory."""
+    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here."""
     t, about = _time(table, _spec("t" if time is None else time))
-    notes: list[str] = []
+    notes = list(notes)
     columns: dict[str, dict[str, Array]] = {"inputs": {}, "outputs": {}}
     for kind, specs in (("inputs", inputs), ("outputs", outputs)):
         for channel, spec in specs.items():
@@ -172,24 +187,6 @@ def trial_from_table(
         trial = apply_steps(trial, prepare)
     require_complete_inputs(trial)
     return trial
-
-
-def read_columns(
-    path: str | Path,
-    *,
-    table: str | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
-    encoding: str | None = None,
-) -> pd.DataFrame:
-    """All columns of a file as they stand, for a look at what it holds.
-
-    The units that the header states are in `frame.attrs["units"]`, the file's name in `frame.attrs["source"]`.
-    """
-    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    frame = pd.DataFrame(content.columns)
-    frame.attrs.update(units=dict(content.units), source=content.source)
-    return frame
 
 
 def require_complete_inputs(trial: Trial) -> None:
