@@ -64,22 +64,22 @@ class CSV(Reader):
     def _read(self, path: Path, encoding: str, progress: Progress) -> Topic:
         dialect = self._dialect(path, encoding)
         columns = _Columns(dialect)
-        for text, first, last in _pieces(path, encoding, progress):
-            columns.add(str(path), text, first, last)
+        for text, first, last, share in _pieces(path, encoding, progress):
+            columns.add(str(path), text, first, last, share)
         if columns.pieces > 1 and columns.texts:
             # A column that is numbers in some pieces and text in others is text, so it is read once more as such.
             again = _Columns(dialect, columns.texts)
-            for text, first, last in _pieces(path, encoding, no_progress):
-                again.add(str(path), text, first, last)
+            for text, first, last, share in _pieces(path, encoding, no_progress):
+                again.add(str(path), text, first, last, share)
             columns.values.update(again.values)
-        lines = np.concatenate(columns.lines) if columns.lines else np.empty(0, dtype=np.int64)
-        if not lines.size:
+        if not columns.lines.count:
             raise BadInput("it has a header and no samples", where=str(path), do="Check how it was exported.")
-        return Topic("", {n: columns.joined(n) for n in dialect.names}, dialect.units, None, lines, dialect.decimal)
+        values = {name: columns.values[name].values for name in dialect.names}
+        return Topic("", values, dialect.units, None, columns.lines.values, dialect.decimal)
 
     def _dialect(self, path: Path, encoding: str) -> Dialect:
         head = b""
-        for text, _, last in _pieces(path, encoding, no_progress, 2**16):
+        for text, _, last, _ in _pieces(path, encoding, no_progress, 2**16):
             head += text
             if len(first_lines(without_comments(head))) >= _HEAD_LINES or last or len(head) > _LONGEST_LINE:
                 break
@@ -109,8 +109,8 @@ def _known_encoding(name: str, source: str) -> str:
 
 def _pieces(
     path: Path, encoding: str, progress: Callable[[float], None], size: int = _PIECE
-) -> Iterator[tuple[bytes, int, bool]]:
-    """Whole lines in UTF-8 with "\\n" at the end of each, the number of the first, and whether they are the last."""
+) -> Iterator[tuple[bytes, int, bool, float]]:
+    """Whole lines in UTF-8 with "\\n" at the end, the number of the first, whether they are the last, their share."""
     whole = max(path.stat().st_size, 1)
     decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(encoding)(), translate=True)
     rest, line = "", 1
@@ -123,7 +123,7 @@ def _pieces(
                 raise BadInput("it looks like a binary file", where=str(path), do="Export it as CSV.")
             if not block:
                 if text:
-                    yield (text if text.endswith("\n") else text + "\n").encode(), line, True
+                    yield (text if text.endswith("\n") else text + "\n").encode(), line, True, 1.0
                 elif line == 1:
                     raise BadInput("the file is empty", where=str(path), do="Check how it was exported.")
                 return
@@ -136,7 +136,7 @@ def _pieces(
             if cut:
                 progress(stream.tell() / whole)
                 ended = stream.tell() >= whole and not rest
-                yield text[:cut].encode(), line, ended
+                yield text[:cut].encode(), line, ended, min(1.0, size / whole)
                 line += text.count("\n", 0, cut)
 
 
@@ -146,18 +146,18 @@ class _Columns:
     def __init__(self, dialect: Dialect, as_text: frozenset[str] = frozenset()) -> None:
         self.dialect = dialect
         self.as_text = as_text
-        self.values: dict[str, list[Column]] = {name: [] for name in as_text or dialect.names}
-        self.lines: list[Column] = []
+        self.values = {name: _Growing() for name in as_text or dialect.names}
+        self.lines = _Growing()
         self.pieces = 0
 
     @property
     def texts(self) -> frozenset[str]:
         """Columns that are text, or words like "True", in some piece and not in all."""
-        kinds = {name: {part.dtype.kind for part in parts} for name, parts in self.values.items()}
+        kinds = {name: column.kinds for name, column in self.values.items()}
         return frozenset(name for name, seen in kinds.items() if len(seen) > 1 and not seen <= set("iuf"))
 
-    def add(self, source: str, text: bytes, first: int, last: bool) -> None:
-        """Cuts lines into columns; the lines before the samples are skipped."""
+    def add(self, source: str, text: bytes, first: int, last: bool, share: float) -> None:
+        """Cuts lines into columns; the lines before the samples are skipped. `share` of the file are these lines."""
         dialect = self.dialect
         text = without_comments(text)
         while first < dialect.first and text:
@@ -170,15 +170,13 @@ class _Columns:
             return
         frame = self._frame(source, text)
         if len(frame) != blank.size:
-            raise BadInput(
-                f"its {blank.size} lines hold {len(frame)} rows",
-                where=f"{source}, line {first}",
-                do="Remove the quotes.",
-            )
+            what = f"its {blank.size} lines hold {len(frame)} rows"
+            raise BadInput(what, where=f"{source}, line {first}", do="Remove the quotes.")
         kept = slice(None) if not blank.any() else ~blank
-        for name, parts in self.values.items():
-            parts.append(frame[name].to_numpy()[kept])
-        self.lines.append(np.arange(first, first + blank.size, dtype=np.int64)[kept])
+        room = int(blank.size / share * 1.02)
+        for name, column in self.values.items():
+            column.add(frame[name].to_numpy()[kept], room)
+        self.lines.add(np.arange(first, first + blank.size, dtype=np.int64)[kept], room)
         self.pieces += 1
 
     def _frame(self, source: str, text: bytes) -> pd.DataFrame:
@@ -205,7 +203,30 @@ class _Columns:
         except (pd.errors.EmptyDataError, pd.errors.ParserError, ValueError, OverflowError) as problem:
             raise BadInput(f"it cannot be read as columns ({problem})", where=source, do="Check the file.") from None
 
-    def joined(self, name: str) -> Column:
-        """A whole column; its pieces are given up, so that two copies of one column alone are in memory at a time."""
-        parts = self.values.pop(name)
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+class _Growing:
+    """A column that grows piece by piece in one array.
+
+    Room for the whole file is taken at once: memory that is not written to costs nothing, and no copy is made at the end.
+    """
+
+    def __init__(self) -> None:
+        self.kinds: set[str] = set()
+        self.count = 0
+        self._room: Column = np.empty(0)
+
+    def add(self, part: Column, room: int) -> None:
+        """Adds a piece; `room` is how many values the whole file may hold."""
+        self.kinds.add(part.dtype.kind)
+        kind = np.result_type(self._room.dtype, part.dtype) if self.count else part.dtype
+        if self.count + part.size > self._room.size or kind != self._room.dtype:
+            larger = np.empty(max(room, 2 * self.count, self.count + part.size), dtype=kind)
+            larger[: self.count] = self._room[: self.count]
+            self._room = larger
+        self._room[self.count : self.count + part.size] = part
+        self.count += part.size
+
+    @property
+    def values(self) -> Column:
+        """What was added."""
+        return self._room[: self.count]

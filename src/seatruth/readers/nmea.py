@@ -33,7 +33,7 @@ class _Kind(NamedTuple):
 
 @dataclass(frozen=True)
 class NMEA(Reader):
-    """The sentences GGA, RMC, VTG, HDT, ROT, VHW, RSA, RPM and MWV; each talker's is a topic, as "HEHDT".
+    """The sentences GGA, RMC, VTG, HDT, ROT, VHW, VBW, RSA, RPM and MWV; each talker's is a topic, as "HEHDT".
 
     A sentence with a wrong check sum is left out and counted. The clock is the logger's stamp before each sentence (ISO
     date, seconds or milliseconds since 1970, or a TAG block). Without stamps it is the UTC time of GGA and RMC: other

@@ -101,6 +101,14 @@ SENTENCES = {
             "speed_through_water": (4, "kn", _number),
         }
     ),
+    "VBW": Sentence(
+        {
+            "longitudinal_water_speed": (0, "kn", _number),
+            "transverse_water_speed": (1, "kn", _number),
+            "longitudinal_ground_speed": (3, "kn", _number),
+            "transverse_ground_speed": (4, "kn", _number),
+        }
+    ),
     "RSA": Sentence({"rudder": (0, "deg", _if_valid), "rudder_port": (2, "deg", _if_valid)}),
     "RPM": Sentence({"speed": (2, "rpm", _number), "pitch": (3, "percent", _number)}, status=4, instance=(0, 1)),
     "MWV": Sentence(

@@ -90,7 +90,8 @@ def _several(
         if name in inputs:
             values, inside, longest = _interpolated(table.numbers(column), clocks[table.name], t)
             kept &= inside
-            notes.append(f"{name}: linear between its samples, which are at most {longest:.3g} s apart")
+            if not np.isin(t[inside], clocks[table.name]).all():
+                notes.append(f"{name}: linear between its samples, which are at most {longest:.3g} s apart")
         else:
             series = table.column(column)
             values = series.reset_index(drop=True).reindex(_source_rows(rows, table.name, t.size)).to_numpy()

@@ -159,6 +159,7 @@ def trial_from_table(
     for kind, specs in (("inputs", inputs), ("outputs", outputs)):
         for channel, spec in specs.items():
             values, note = _channel(table, channel, _spec(spec), channels or {})
+            values.setflags(write=False)  # so that the trial need not copy it
             columns[kind][channel] = values
             if note:
                 notes.append(note)
@@ -170,8 +171,8 @@ def trial_from_table(
     trial = Trial(
         name=name,
         t=t[rows],
-        inputs={c: v[rows] for c, v in columns["inputs"].items()},
-        outputs={c: v[rows] for c, v in columns["outputs"].items()},
+        inputs={c: v if keep is None else v[keep] for c, v in columns["inputs"].items()},
+        outputs={c: v if keep is None else v[keep] for c, v in columns["outputs"].items()},
         conditions={**(conditions or {}), **about},
         source=table.source,
         synthetic=synthetic,
