@@ -1,8 +1,8 @@
 """The same synthetic run in every format, each written by the format's own library where it has one.
 
-A writer takes a folder and a run (columns t in s, delta, psi and r in deg, n in rev/s, x, y in m, u, v in m/s), and gives the
-file and how a study names the channels in it: channel -> ColumnSpec. Where a format has topics, position, attitude,
-velocity and actuators are topics of their own.
+A writer takes a folder and a run (its columns have the units of `UNITS`), and gives the file and how a study names the
+channels in it: channel -> ColumnSpec. Where a format has topics, position, attitude, velocity and actuators are topics
+of their own.
 """
 
 from __future__ import annotations
@@ -28,11 +28,10 @@ KNOT = 1852 / 3600
 
 
 class Written(NamedTuple):
-    """A file and how a study names what is in it; `options` are those of `read_trial`."""
+    """A file and how a study names what is in it."""
 
     path: Path
     channels: dict[str, ColumnSpec]
-    options: dict[str, Any] = {}
 
     @property
     def reading(self) -> dict[str, Any]:
@@ -40,7 +39,6 @@ class Written(NamedTuple):
         return {
             "inputs": {c: spec for c, spec in self.channels.items() if c in INPUTS},
             "outputs": {c: spec for c, spec in self.channels.items() if c not in INPUTS},
-            **self.options,
         }
 
 
@@ -279,17 +277,17 @@ def sentence(text: str) -> str:
 
 def nmea(folder: Path, run: pd.DataFrame) -> Written:
     """Stamped sentences. NMEA has no local positions, and more digits than instruments give bring the run back."""
-    lines = []
+    lines: list[str] = []
     for row in run.itertuples():
         stamp = datetime.datetime.fromtimestamp(START_NS / 1e9 + row.t, datetime.UTC).isoformat()
-        for text in (
+        texts = (
             f"AGRSA,{row.delta:.9f},A,,V",
             f"IIRPM,S,0,{60 * row.n:.9f},,A",
             f"HEHDT,{row.psi:.9f},T",
             f"TIROT,{60 * row.r:.9f},A",
             f"VDVBW,,,V,{row.u / KNOT:.9f},{row.v / KNOT:.9f},A",
-        ):
-            lines.append(f"{stamp} {sentence(text)}\r\n")
+        )
+        lines += [f"{stamp} {sentence(text)}\r\n" for text in texts]
     (folder / "run.nmea").write_text("".join(lines), newline="")
     channels = {
         "delta": ColumnSpec("AGRSA.rudder"),
@@ -303,8 +301,7 @@ def nmea(folder: Path, run: pd.DataFrame) -> Written:
 
 
 WRITERS: dict[str, Writer] = {
-    writer.__name__: writer
-    for writer in (csv, parquet, matlab, hdf5, excel, ros1, ros2, mcap, ulog, dataflash, nmea)
+    writer.__name__: writer for writer in (csv, parquet, matlab, hdf5, excel, ros1, ros2, mcap, ulog, dataflash, nmea)
 }
 
 

@@ -64,7 +64,7 @@ def in_process(name: str, cases: int) -> dict[str, Any]:
 
 
 def attack(name: str, cases: int) -> dict[str, Any]:
-    """Reads `cases` damaged copies of one format: how many gave a log, were refused, or failed; worst time and memory."""
+    """Reads damaged copies of one format: how many gave a log, were refused or failed; worst time and memory."""
     rng = random.Random(f"{SEED} {name}")
     seen: Counter[str] = Counter()
     examples: list[str] = []
@@ -155,9 +155,11 @@ def _seconds() -> float:
 
 def _memory() -> tuple[float, float]:
     """Most memory of this process and of any that it waited for, MB."""
-    own, children = (resource.getrusage(who).ru_maxrss / 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    own, children = (
+        resource.getrusage(who).ru_maxrss / 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
     return own, children
 
 
 if __name__ == "__main__":
-    main("reader_fuzz", __doc__, body)
+    main("reader_fuzz", __doc__ or "", body)

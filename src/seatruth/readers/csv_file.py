@@ -129,15 +129,15 @@ def _pieces(
                 return
             cut = text.rfind("\n") + 1
             rest = text[cut:]
+            ended = text.count("\n", 0, cut)
             if len(rest) > _LONGEST_LINE:
-                raise BadInput(
-                    "a line has more than 16 million characters", where=f"{path}, line {line}", do="Check it."
-                )
+                where = f"{path}, line {line + ended}"
+                raise BadInput(f"it has over {_LONGEST_LINE} characters", where=where, do="Check the file.")
             if cut:
                 progress(stream.tell() / whole)
-                ended = stream.tell() >= whole and not rest
-                yield text[:cut].encode(), line, ended, min(1.0, size / whole)
-                line += text.count("\n", 0, cut)
+                last = stream.tell() >= whole and not rest
+                yield text[:cut].encode(), line, last, min(1.0, size / whole)
+                line += ended
 
 
 class _Columns:
@@ -207,7 +207,7 @@ class _Columns:
 class _Growing:
     """A column that grows piece by piece in one array.
 
-    Room for the whole file is taken at once: memory that is not written to costs nothing, and no copy is made at the end.
+    Room for the whole file is taken at once: memory that is not written to costs nothing, and no copy is made later.
     """
 
     def __init__(self) -> None:
