@@ -291,7 +291,7 @@ def nmea(folder: Path, run: pd.DataFrame) -> Written:
     (folder / "run.nmea").write_text("".join(lines), newline="")
     channels = {
         "delta": ColumnSpec("AGRSA.rudder"),
-        "n": ColumnSpec("IIRPM[S0].speed"),
+        "n": ColumnSpec("IIRPM[S0].shaft_speed"),
         "psi": ColumnSpec("HEHDT.heading"),
         "u": ColumnSpec("VDVBW.longitudinal_ground_speed"),
         "v": ColumnSpec("VDVBW.transverse_ground_speed"),

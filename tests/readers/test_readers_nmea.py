@@ -54,7 +54,7 @@ def unit(log: Log, field: str) -> str:
         ("VWVHW,123.4,T,120.3,M,9.8,N,18.1,K", "VWVHW.speed_through_water", 9.8, "kn"),
         ("VDVBW,9.8,-0.2,A,10.5,-0.3,A", "VDVBW.transverse_ground_speed", -0.3, "kn"),
         ("AGRSA,-9.5,A,,V", "AGRSA.rudder", -9.5, "deg"),
-        ("IIRPM,S,1,104.5,95.0,A", "IIRPM[S1].speed", 104.5, "rpm"),
+        ("IIRPM,S,1,104.5,95.0,A", "IIRPM[S1].shaft_speed", 104.5, "rpm"),
         ("WIMWV,214.8,R,10.8,K,A", "WIMWV[R].wind_speed", 3.0, "m/s"),
     ],
 )

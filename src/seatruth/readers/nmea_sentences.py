@@ -110,7 +110,9 @@ SENTENCES = {
         }
     ),
     "RSA": Sentence({"rudder": (0, "deg", _if_valid), "rudder_port": (2, "deg", _if_valid)}),
-    "RPM": Sentence({"speed": (2, "rpm", _number), "pitch": (3, "percent", _number)}, status=4, instance=(0, 1)),
+    "RPM": Sentence(
+        {"shaft_speed": (2, "rpm", _number), "propeller_pitch": (3, "percent", _number)}, status=4, instance=(0, 1)
+    ),
     "MWV": Sentence(
         {"wind_angle": (0, "deg", _number), "wind_speed": (2, "m/s", _wind_speed)}, status=4, instance=(1,)
     ),

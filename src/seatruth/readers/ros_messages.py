@@ -75,6 +75,8 @@ class Messages:
 def _fields(message: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
     """All fields that hold a number, a text, a time or a short array of numbers, with their paths."""
     for name in getattr(message, "__dataclass_fields__", {}):
+        if name.startswith("__"):
+            continue  # the message's type
         value, path = getattr(message, name), f"{prefix}{name}"
         if isinstance(value, (bool, int, float, str, np.generic)) or (
             hasattr(value, "sec") and hasattr(value, "nanosec")

@@ -29,6 +29,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx", "stw"),
         *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "sog", "linear x"),
+        "longitudinal ground speed",
     ),
     "v": (
         "v",
@@ -39,7 +40,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
         "lateral speed",
         "lateral velocity",
         "vy",
-        "linear y",
+        *("linear y", "transverse ground speed"),
     ),
     "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
     "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
@@ -178,7 +179,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     if rank is None:
         return None
     if unit and not _fits(unit, channel.unit):
-        unit = ""
+        return None
     if unit:
         return rank, InferredColumn(channel.name, column, unit, "unit from the header")
     if whole in ("rpm", "rps"):
@@ -192,10 +193,11 @@ def _last_parts(column: str) -> tuple[str, ...]:
 
     A single letter says nothing without its topic, so it is not among them.
     """
-    text = _BRACKETS.sub(r"\1", column.strip())
-    parts = text.split(".")
+    parts = _BRACKETS.sub(r"\1", column.strip()).split(".")
     if len(parts) < 2:
         return ()
+    if parts[-1] == "data":  # ROS messages of a single value are called after their topic
+        return (_words(parts[-2].rpartition("/")[2]),)
     words = (_words(" ".join(parts[-2:])), split_header(parts[-1])[0])
     return tuple(word for word in words if len(word) > 1)
 

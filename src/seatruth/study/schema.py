@@ -191,7 +191,8 @@ class TrialTable(Table):
 
     name: str | None = Field(default=None, description="Name; default: the file's name without its ending.")
     file: str = Field(
-        description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) makes every "
+        description="Log in a format of `seatruth list readers`, relative to the study file. A pattern "
+        "(`zigzag_*.csv`) makes every "
         "matching file a trial."
     )
     role: Literal["fit", "holdout"] = Field(
@@ -299,7 +300,7 @@ class FormulaTable(Table):
         description='Equation, as "D = (a1*Fr**3 + a2*Fr) / T". Names in [parameters] are parameters, the others '
         "columns."
     )
-    file: str = Field(description="Table of data (CSV, Parquet or MATLAB), relative to the study file.")
+    file: str = Field(description="Table of data of any format of `seatruth list readers`, relative to the study file.")
     trial: str | None = Field(
         None,
         description="Column that distinguishes conditions, as the draft: rows with the same entry are one trial, and "

@@ -75,7 +75,7 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
         missing_outputs = []
     text = "\n".join(
         [
-            *_head(path, model, use),
+            *_head(path, log.notes, model, use),
             *_parameters(model),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
@@ -95,11 +95,12 @@ _OWN_CLOCKS = [
 ]
 
 
-def _head(log: str, model: Model, use: str) -> list[str]:
+def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
     sets = list(getattr(model, "sets", ()))
     return [
         f"# Study of {_one_line(log)}, written by `seatruth init`. Check every guess; the key reference is in",
         "# docs/study-file.md. Then: seatruth check THIS.toml, and seatruth identify THIS.toml",
+        *(f"# Of the log: {_one_line(note)}" for note in notes),
         "",
         "[study]",
         f"name = {_text(Path(log).stem)}",
