@@ -277,7 +277,7 @@ def test_whatever_happens_ends_in_one_message(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(init, "read_columns", raising(problem))
+    monkeypatch.setattr(init, "read_log", raising(problem))
     assert call("init", "zigzag.csv", "--json", "out.json") == code
     message = " ".join(capsys.readouterr().err.split())
     assert "Traceback" not in message
@@ -290,7 +290,7 @@ def test_the_traceback_is_there_for_those_who_ask(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv(common.DEBUG, "1")
-    monkeypatch.setattr(init, "read_columns", raising(RuntimeError("boom")))
+    monkeypatch.setattr(init, "read_log", raising(RuntimeError("boom")))
     assert call("init", "zigzag.csv") == 1
     assert "Traceback" in capsys.readouterr().err
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from documents import ROOT, execute, files
+from documents import ROOT, execute, files, install
 
 from seatruth import identify, load_model, load_study
 from seatruth.sample import copy_to
@@ -84,5 +85,28 @@ def test_the_model_of_the_document_conforms(folder: Path) -> None:
         (folder / name).write_text(text)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", ".", "test_my_ship.py"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert " passed" in done.stdout
+
+
+def test_reading_logs(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file of each how-to is written by the format's own library."""
+    monkeypatch.syspath_prepend(str(ROOT / "experiments"))
+    from log_formats import WRITERS, manoeuvre
+
+    (folder / "hdf5").mkdir()
+    for name, write in WRITERS.items():
+        write(folder / "hdf5" if name == "hdf5" else folder, manoeuvre(np.arange(0.0, 4.0, 0.1)))
+    trial = execute("docs/reading-logs.md")["trial"]
+    assert len(trial) == 40
+    assert (folder / "run.toml").exists()
+
+
+@pytest.mark.slow
+def test_the_reader_of_the_document_conforms(folder: Path) -> None:
+    install("docs/readers.md", folder)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["site", os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", ".", "test_blackbox_log.py"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stdout[-3000:]
     assert " passed" in done.stdout

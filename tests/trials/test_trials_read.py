@@ -13,7 +13,8 @@ import pytest
 import scipy.io
 
 from seatruth.errors import BadInput
-from seatruth.trials import Channel, Clock, ColumnSpec, Trial, read_columns, read_trial
+from seatruth.readers import read_log
+from seatruth.trials import Channel, Clock, ColumnSpec, Trial, read_trial
 
 GOOD = "t,delta,psi\n0,1,2\n1,1,2\n2,1,3\n"
 DEG = np.pi / 180
@@ -164,11 +165,11 @@ def test_matlab_arrays_and_structs(tmp_path: Path) -> None:
         )
         np.testing.assert_array_equal(trial.outputs["psi"], t**2)
     scipy.io.savemat(tmp_path / "two.mat", {"a": columns, "b": {k: v[:3] for k, v in columns.items()}})
-    with pytest.raises(BadInput, match="Name the struct"):
+    with pytest.raises(BadInput, match=r"in 2 topics.*a\.psi"):
         read_trial(tmp_path / "two.mat", inputs={}, outputs={"psi": ColumnSpec("psi")})
-    assert len(read_trial(tmp_path / "two.mat", inputs={}, outputs={"psi": ColumnSpec("psi")}, table="b")) == 3
+    assert len(read_trial(tmp_path / "two.mat", inputs={}, outputs={"psi": ColumnSpec("psi")}, variable="b")) == 3
     with pytest.raises(BadInput, match="no variable 'c'"):
-        read_trial(tmp_path / "two.mat", inputs={}, outputs={"psi": ColumnSpec("psi")}, table="c")
+        read_trial(tmp_path / "two.mat", inputs={}, outputs={"psi": ColumnSpec("psi")}, variable="c")
 
 
 @pytest.mark.parametrize(
@@ -181,7 +182,7 @@ def test_matlab_arrays_and_structs(tmp_path: Path) -> None:
         ("hello", "single column"),
         ("hello world\nfoo\n bar baz qux\n", "separator"),
         (b"\x00\x01\x02\x03", "binary"),
-        (b"PK\x03\x04abc", "spreadsheet"),
+        (b"PK\x03\x04abc", "zip archive"),
         (b"\x1f\x8babc", "gzip"),
         ('{"t": [1, 2]}', "JSON"),
         ("t,delta,psi\n0,0,1,5,2,5\n0,5,1,5,2,2\n", "separator"),
@@ -198,8 +199,8 @@ def test_matlab_arrays_and_structs(tmp_path: Path) -> None:
         ("t,Delta,psi\n0,1,2\n1,1,2\n", "Did you mean 'Delta'?"),
         ("t,delta,delta\n0,1,2\n1,1,2\n", "two columns are called 'delta'"),
         ("t,delta,psi\n0,1,2\n", "fewer than two samples"),
-        ('t,delta,psi\n0,1,"2\n1,3,2\n', "columns"),
-        ("0 10 2\n1 10 3\n", "no column 't'. Known: 1, 2, 3"),
+        ('t,delta,psi\n0,1,"2\n1,3,2\n', "line 2: its quotes do not match"),
+        ("0 10 2\n1 10 3\n", "no column 'delta'. Known: 1, 2, 3"),
         ("t,delta,psi\n06/07/2020 13:14,1,2\n06/07/2020 13:15,1,2\n", "line 2, column 't': the date 06.07.2020 can be"),
     ],
 )
@@ -234,7 +235,7 @@ def test_damaged_binary_files(tmp_path: Path) -> None:
     scipy.io.savemat(tmp_path / "good.mat", {"t": np.arange(50.0), "psi": np.arange(50.0)})
     whole = (tmp_path / "good.mat").read_bytes()
     assert "MATLAB" in refusal(tmp_path, whole[:200], "cut.mat")
-    assert "-v7" in refusal(tmp_path, b"MATLAB 7.3 MAT-file, Platform" + b" " * 500, "new.mat")
+    assert "damaged" in refusal(tmp_path, b"MATLAB 7.3 MAT-file, Platform" + b" " * 500, "new.mat")
     pd.DataFrame({"t": [0.0, 1.0], "psi": [1.0, 2.0]}).to_parquet(tmp_path / "good.parquet")
     whole = (tmp_path / "good.parquet").read_bytes()
     with pytest.raises(BadInput, match="Parquet"):
@@ -268,11 +269,11 @@ def test_extra_channels_are_kept_in_si(tmp_path: Path) -> None:
     np.testing.assert_allclose(trial.outputs["tank"], [250e-6, 260e-6])
 
 
-def test_read_columns_shows_what_a_file_holds(tmp_path: Path) -> None:
+def test_read_log_shows_what_a_file_holds(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t [s],u [kn],note\n0,1,a\n1,2,b\n")
-    frame = read_columns(tmp_path / "a.csv")
-    assert list(frame.columns) == ["t", "u", "note"]
-    assert frame.attrs["units"] == {"t": "s", "u": "kn"}
+    table = read_log(tmp_path / "a.csv").table()
+    assert list(table.columns) == ["t", "u", "note"]
+    assert table.units == {"t": "s", "u": "kn"}
 
 
 def test_a_long_log_is_read_fast(tmp_path: Path) -> None:

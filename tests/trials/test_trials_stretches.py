@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatruth.errors import BadInput
-from seatruth.trials.read_table import read_table
+from seatruth.readers import read_log
 from seatruth.trials.stretches import by_column, by_events, by_pauses
 
 
@@ -33,7 +33,7 @@ def log(folder: Path, runs: list[str]) -> Path:
 
 
 def test_a_column_tells_the_runs(tmp_path: Path) -> None:
-    table = read_table(log(tmp_path, ["1"] * 5 + [""] * 5 + ["2"] * 5))
+    table = read_log(log(tmp_path, ["1"] * 5 + [""] * 5 + ["2"] * 5)).table()
     runs = by_column(table, "run", table.numbers("t"))
     assert [(r.name, r.where, r.start, r.end) for r in runs] == [
         ("run_1", "run == 1", 0, 4),
@@ -42,13 +42,13 @@ def test_a_column_tells_the_runs(tmp_path: Path) -> None:
 
 
 def test_runs_may_have_names(tmp_path: Path) -> None:
-    table = read_table(log(tmp_path, ["zig zag"] * 5 + ["O'Hara"] * 5))
+    table = read_log(log(tmp_path, ["zig zag"] * 5 + ["O'Hara"] * 5)).table()
     runs = by_column(table, "run", table.numbers("t"))
     assert {(r.name, r.where) for r in runs} == {("zig_zag", "run == 'zig zag'"), ("O_Hara", 'run == "O\'Hara"')}
 
 
 def test_a_column_that_tells_no_runs_is_refused(tmp_path: Path) -> None:
-    table = read_table(log(tmp_path, ["1"] * 60))
+    table = read_log(log(tmp_path, ["1"] * 60)).table()
     with pytest.raises(BadInput, match="different values"):
         by_column(table, "psi", table.numbers("t"))
     with pytest.raises(BadInput, match="no column 'rum'"):

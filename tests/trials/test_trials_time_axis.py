@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 from seatruth.trials.time_axis import Clock, TimeAxis, time_axis
 
 START = 1753967661.5

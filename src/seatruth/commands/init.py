@@ -1,43 +1,86 @@
-"""`seatruth init LOG.csv`: guesses the columns of a log and writes a commented study file."""
+"""`seatruth init LOG`: lists what a log holds, guesses its channels and writes a commented study file."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from seatruth.commands.common import JsonFile, Result, relative, say
+from seatruth.commands.common import JsonFile, Result, console, relative, say, table
+from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 from seatruth.models import load_model
+from seatruth.readers import Log, read_log
+from seatruth.readers.listing import FieldInfo, listing
 from seatruth.storage.atomic import write_file
 from seatruth.study.template import template
-from seatruth.trials import read_columns
+
+_MOST_ROWS = 60
+"""Fields that are listed one by one without being asked for: about a screen or two (chosen here [S])."""
 
 
 def init(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recorded run: CSV, Parquet or MATLAB file.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recorded run, in a format of `seatruth list readers`.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="STUDY.toml", help="Study file to write [LOG's name.toml].")
     ] = None,
     model: Annotated[str, typer.Option("--model", help='Model: a name of the list, or "file.py:ClassName".')] = "mmg",
+    reader: Annotated[str | None, typer.Option("--reader", help="Reader of the log; default: recognised.")] = None,
+    fields: Annotated[bool, typer.Option("--fields", help="List every field, however many there are.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing study file.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
-    """Guess the columns of a log and write a commented study file."""
+    """List what a log holds, guess its channels and write a commented study file."""
     target = output or log.with_suffix(".toml")
     if target.exists() and not force:
         raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")
     if target.exists() and log.exists() and target.samefile(log):
         raise BadInput("the study file would replace the log", where=str(target), do="Choose another name with -o.")
-    frame = read_columns(log)
+    with ProgressLine() as progress:
+        content = read_log(log, reader=reader, progress=progress)
     folder = target.parent
-    text, notes = template(relative(log, folder), frame, load_model(model, Path.cwd()), _model_use(model, folder))
+    text, notes = template(relative(log, folder), content, load_model(model, Path.cwd()), _model_use(model, folder))
+    found = listing(content)
+    _show(content, found, every=fields)
     write_file(target, text)
     say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}", whole=True)
     for note in notes:
         say(f"To do: {note}", style="yellow")
-    return Result({"study": str(target), "log": str(log), "columns": list(map(str, frame.columns)), "to_do": notes})
+    return Result(
+        {
+            "study": str(target),
+            "log": str(log),
+            "reader": content.reader,
+            "columns": [field.name for field in found],
+            "fields": [asdict(field) for field in found],
+            "to_do": notes,
+        }
+    )
+
+
+def _show(log: Log, found: Sequence[FieldInfo], *, every: bool) -> None:
+    """Prints the fields of a log, or its topics alone where there are many fields."""
+    if every or len(found) <= _MOST_ROWS:
+        rows = [[f.name, f.unit, str(f.samples), _cell(f.rate), _cell(f.low), _cell(f.high)] for f in found]
+        numbers = ["samples", "rate [Hz]", "from", "to"]
+        console().print(table(["field", "unit", *numbers], rows, numbers=numbers))
+        return
+    first = {field.topic: field for field in reversed(found)}
+    rows = [
+        [name, str(len(content.columns)), str(len(content)), _cell(first[name].rate)]
+        for name, content in log.tables.items()
+    ]
+    numbers = ["fields", "samples", "rate [Hz]"]
+    console().print(table(["topic", *numbers], rows, numbers=numbers))
+    say(f"{len(found)} fields; --fields lists them all.")
+
+
+def _cell(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.4g}"
 
 
 def _model_use(use: str, folder: Path) -> str:

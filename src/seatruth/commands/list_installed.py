@@ -1,4 +1,4 @@
-"""`seatruth list models|effects|optimizers|costs`: shows what is installed, plug-ins included."""
+"""`seatruth list models|effects|optimizers|costs|readers`: shows what is installed, plug-ins included."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ class Kind(StrEnum):
     effects = "effects"
     optimizers = "optimizers"
     costs = "costs"
+    readers = "readers"
 
 
 def list_installed(
@@ -164,6 +165,25 @@ def _models() -> tuple[list[dict[str, Any]], Sequence[str]]:
     return sorted(entries, key=lambda entry: str(entry["name"])), ("name", "title", "kind", "inputs", "outputs")
 
 
+def _readers() -> tuple[list[dict[str, Any]], Sequence[str]]:
+    from seatruth.readers import available
+
+    entries: list[dict[str, Any]] = [
+        {
+            "name": info.name,
+            "title": info.title,
+            "files": list(info.suffixes),
+            "to install": f'pip install "{info.extra or " ".join(info.missing)}"' if info.missing else "",
+            "package": info.package,
+            "error": info.error,
+            "about": info.doc,
+            "options": list(info.options),
+        }
+        for info in available().values()
+    ]
+    return entries, ("name", "title", "files", "to install")
+
+
 def _parameter(parameter: Parameter) -> dict[str, Any]:
     return {
         "parameter": parameter.name,
@@ -217,4 +237,5 @@ _LISTS: dict[Kind, Callable[[], tuple[list[dict[str, Any]], Sequence[str]]]] = {
     Kind.effects: _effects,
     Kind.optimizers: _optimizers,
     Kind.costs: _costs,
+    Kind.readers: _readers,
 }

@@ -33,6 +33,10 @@ class ActsOnInputs(Protocol):
         """Inputs that the model must have, by the names in the hooks."""
 
     @property
+    def needs_outputs(self) -> tuple[str, ...]:
+        """Outputs that the model must have, by the names in the hooks."""
+
+    @property
     def aliases(self) -> Mapping[str, tuple[str, ...]]:
         """The channels for which a name in the hooks may stand."""
 

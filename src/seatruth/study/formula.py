@@ -12,14 +12,13 @@ from seatruth.errors import BadInput, nearest
 from seatruth.expression import equation, names_in
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
+from seatruth.readers import Table, read_log
 from seatruth.study import parameters
 from seatruth.study.schema import ChannelTable, StudyFile, TrialTable
 from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial, Trials
 from seatruth.trials.read import trial_from_table
-from seatruth.trials.read_table import read_table
-from seatruth.trials.tables import Table
 
 _MOST_TRIALS = 200
 _ROW = "row of the table"
@@ -64,13 +63,7 @@ def parts(file: StudyFile, folder: Path, problems: Problems) -> FormulaParts | N
 def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
     """The table as a trial whose time counts the rows; numbers are taken in the units in which the file has them."""
     with problems.at("formula", "file"):
-        table = read_table(
-            made.table.path,
-            table=file.files.variable,
-            separator=file.files.separator,
-            decimal=file.files.decimal,
-            encoding=file.files.encoding,
-        )
+        table = read_log(made.table.path, **file.files.reading).table()
         with_rows = Table(
             table.source,
             {**table.columns, _ROW: pd.Series(range(len(table)), dtype="float64")},

@@ -28,9 +28,13 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
-        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship"),
+        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "linear x"),
+        "longitudinal ground speed",
     ),
-    "v": ("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
+    "v": (
+        *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
+        *("linear y", "transverse ground speed"),
+    ),
     "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
     "u_w": ("u w", "stw", "speed through water", "speed through the water", "water speed", "log speed", "speed log"),
     "v_w": ("v w", "stw across", "transverse speed through water", "transverse water speed"),
@@ -43,7 +47,18 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "longitude": ("longitude", "lon", "lng", "long", "gps lon", "gps lng", "gnss lon", "gps longitude"),
     "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
     "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
-    "r": ("r", "yaw rate", "rot", "rate of turn", "turn rate", "omega z", "gyro z", "yaw velocity", "rate turn"),
+    "r": (
+        "r",
+        "yaw rate",
+        "rot",
+        "rate of turn",
+        "turn rate",
+        "omega z",
+        "gyro z",
+        "yaw velocity",
+        "rate turn",
+        "angular z",
+    ),
     "delta": ("delta", "rudder", "rudder angle", "helm", "rud", "rudder position", "delta r", "steering"),
     "delta_s": ("delta s", "stern plane", "stern planes", "elevator", "fin", "fin angle", "plane", "elevator angle"),
     "n": (
@@ -164,17 +179,31 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     name, unit = split_header(column)
     known = _NAMES.get(channel.name, (_words(channel.name),))
     whole = _words(column)
-    rank = known.index(name) if name in known else known.index(whole) if whole in known else None
+    rank = next((known.index(word) for word in (name, whole, *_last_parts(column)) if word in known), None)
     if rank is None:
         return None
     if unit and not _fits(unit, channel.unit):
-        unit = ""
+        return None
     if unit:
         return rank, InferredColumn(channel.name, column, unit, "unit from the header")
     if whole in ("rpm", "rps"):
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     unit, why = _from_range(numbers, channel)
     return rank, InferredColumn(channel.name, column, unit, why)
+
+
+def _last_parts(column: str) -> tuple[str, ...]:
+    """The field, and the last two parts of it, of a topic's field: "/odom.twist.linear.x" -> "x", "linear x".
+
+    A single letter says nothing without its topic, so it is not among them.
+    """
+    parts = _BRACKETS.sub(r"\1", column.strip()).split(".")
+    if len(parts) < 2:
+        return ()
+    if parts[-1] == "data":  # ROS messages of a single value are called after their topic
+        return (_words(parts[-2].rpartition("/")[2]),)
+    words = (_words(" ".join(parts[-2:])), split_header(parts[-1])[0])
+    return tuple(word for word in words if len(word) > 1)
 
 
 def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, str]:

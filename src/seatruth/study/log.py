@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from seatruth import readers
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
+from seatruth.study.template import Fields
 from seatruth.study.trial_files import clock, column_spec, stated_frames
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
 from seatruth.trials.frames import POSITIONS
-from seatruth.trials.read import trial_from_table
-from seatruth.trials.read_table import read_table
-from seatruth.trials.tables import Table
+from seatruth.trials.read import trial_from_log
 
 _INPUTS = ("delta", "delta_s", "n")
 _UTM = ("northing", "easting")
@@ -36,17 +37,14 @@ def read_log(path: Path, study: Path | None = None) -> Trial:
         BadInput: the file cannot be read, has no time, or holds none of the standard channels.
     """
     if study is None:
-        table = read_table(path)
-        (time, specs), frames = _inferred(table), Frames()
+        log = readers.read_log(path)
+        (time, specs), frames = _inferred(log), Frames()
     else:
         file, _ = parse(read_text(study), str(study))
-        given = file.files
-        table = read_table(
-            path, table=given.variable, separator=given.separator, decimal=given.decimal, encoding=given.encoding
-        )
+        log = readers.read_log(path, **file.files.reading)
         time, frames = clock(file.time), stated_frames(file)
         specs = {name: column_spec(name, file.channels) for name in (*STANDARD_CHANNELS, *file.channels)}
-        specs = {name: spec for name, spec in specs.items() if all(_has(table, column) for column in spec.columns)}
+        specs = {name: spec for name, spec in specs.items() if all(_has(log, column) for column in spec.columns)}
         specs = _with_one_position(specs, file.channels)
     if not specs:
         raise BadInput(
@@ -54,17 +52,22 @@ def read_log(path: Path, study: Path | None = None) -> Trial:
             where=str(path),
             do="Name the columns in the [channels] of a study (`seatruth init`), and give it with --study.",
         )
-    log = trial_from_table(table, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames)
-    inputs = {name: log.outputs[name] for name in _INPUTS if name in log.outputs}
-    outputs = {name: values for name, values in log.outputs.items() if name not in inputs}
-    return Trial(log.name, log.t, inputs, outputs, log.conditions, log.steps, log.source, _synthetic(path), log.lines)
+    whole = trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames)
+    inputs = {name: whole.outputs[name] for name in _INPUTS if name in whole.outputs}
+    outputs = {name: values for name, values in whole.outputs.items() if name not in inputs}
+    return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
 
 
-def row_times(path: Path, study: Path | None = None) -> tuple[Table, Array]:
+def row_times(path: Path, study: Path | None = None) -> tuple[readers.Table, Array]:
     """The log's table and the time of each row, s, which may start anew with each run; NaN where it is no number."""
-    table = read_table(path)
-    column = parse(read_text(study), str(study))[0].time.column if study is not None else _inferred(table)[0].column
-    series = table.column(column)
+    if study is None:
+        log = readers.read_log(path)
+        column = _inferred(log)[0].column
+    else:
+        file, _ = parse(read_text(study), str(study))
+        log, column = readers.read_log(path, **file.files.reading), file.time.column
+    table = log.table()
+    series = table.column(table.time if table.time is not None and not table.has(column) else column)
     numbers = pd.to_numeric(series, errors="coerce") if pd.api.types.is_numeric_dtype(series.dtype) else None
     if numbers is None:
         return table, np.arange(len(table), dtype=np.float64)
@@ -79,33 +82,25 @@ def _with_one_position(specs: Mapping[str, ColumnSpec], named: Collection[str] =
     return {name: spec for name, spec in specs.items() if name not in other}
 
 
-def _inferred(table: Table) -> tuple[Clock, dict[str, ColumnSpec]]:
-    titled = {name: f"{name} [{table.units[name]}]" if name in table.units else name for name in table.columns}
-    back = {title: name for name, title in titled.items()}
-    numbers = {titled[name]: _numbers(series) for name, series in table.columns.items()}
+def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
+    fields = Fields(log)
     channels = [channel for name, channel in STANDARD_CHANNELS.items() if name not in _UTM]
-    found = infer_columns(numbers, [Channel("t", "s"), *channels])
-    if "t" not in found:
+    clocks = all(table.time is not None for table in log.tables.values())
+    found = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *channels])
+    if "t" not in found and not clocks:
         raise BadInput(
             "no time column was recognised",
-            where=table.source,
+            where=log.source,
             do="Name it in the [time] of a study (`seatruth init`), and give it with --study.",
         )
-    time = found.pop("t")
-    specs = {name: ColumnSpec(back[hit.column], hit.unit) for name, hit in found.items()}
-    return Clock(back[time.column]), _with_one_position(specs)
+    time = Clock() if clocks else Clock(fields.name(found.pop("t").column))
+    specs = {name: ColumnSpec(fields.name(hit.column), hit.unit) for name, hit in found.items()}
+    return time, _with_one_position(specs)
 
 
-def _numbers(series: pd.Series[float]) -> Array:
-    if pd.api.types.is_datetime64_any_dtype(series.dtype):
-        return np.full(len(series), np.nan)
-    numbers = pd.to_numeric(series, errors="coerce")
-    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
-
-
-def _has(table: Table, column: str) -> bool:
+def _has(log: readers.Log, column: str) -> bool:
     try:
-        table.column(column)
+        log.find(column)
     except BadInput:
         return False
     return True

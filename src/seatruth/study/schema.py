@@ -237,13 +237,19 @@ class FramesTable(Table):
     utm: str | None = Field(default=None, description='Zone of the channels northing and easting, as "32 north".')
 
 
-class FilesTable(Table):
-    """Format of the files; needed only where the guess is wrong."""
+class FilesTable(OpenTable):
+    """Format of the files; needed only where the guess is wrong. The further keys are options of readers."""
 
+    reader: str | None = Field(default=None, description="A reader of `seatruth list readers`; default: recognised.")
     separator: str | None = Field(default=None, description='"," ";" "|" "tab" or "space"; default: guessed.')
     decimal: Literal[".", ","] | None = Field(default=None, description="Decimal mark; default: guessed.")
     encoding: str | None = Field(default=None, description='As "utf-8" or "latin-1"; default: guessed.')
-    variable: str | None = Field(default=None, description="Variable of a MATLAB file that holds the columns.")
+    variable: str | None = Field(default=None, description="Variable of a MATLAB or HDF5 file that holds the columns.")
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """What the study says of the files, as options of `read_log`."""
+        return {**self.model_dump(exclude_none=True), **self.options}
 
 
 Channels = dict[str, Annotated[ChannelTable, _as_table("column")]]
@@ -263,7 +269,8 @@ class TrialTable(Table):
 
     name: str | None = Field(default=None, description="Name; default: the file's name without its ending.")
     file: str = Field(
-        description="CSV, Parquet or MATLAB file, relative to the study file. A pattern (`zigzag_*.csv`) makes every "
+        description="Log in a format of `seatruth list readers`, relative to the study file. A pattern "
+        "(`zigzag_*.csv`) makes every "
         "matching file a trial."
     )
     where: str | None = Field(
@@ -376,7 +383,7 @@ class FormulaTable(Table):
         description='Equation, as "D = (a1*Fr**3 + a2*Fr) / T". Names in [parameters] are parameters, the others '
         "columns."
     )
-    file: str = Field(description="Table of data (CSV, Parquet or MATLAB), relative to the study file.")
+    file: str = Field(description="Table of data of any format of `seatruth list readers`, relative to the study file.")
     trial: str | None = Field(
         None,
         description="Column that distinguishes conditions, as the draft: rows with the same entry are one trial, and "

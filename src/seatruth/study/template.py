@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
 from seatruth.models import MEASURES, Model
+from seatruth.readers import Log, Table
+from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
-from seatruth.trials.tables import Table
 from seatruth.trials.time_axis import time_axis
 
 Numbers = NDArray[np.float64]
@@ -28,20 +29,45 @@ _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "M
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 
 
-def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str, list[str]]:
+class Fields(Mapping[str, Numbers]):
+    """Every field of a log as numbers, made when asked for: most fields of a large log are no channel.
+
+    A field's key is the name that a study gives it, with its unit: "ATT.Yaw [deg]".
+    """
+
+    def __init__(self, log: Log) -> None:
+        self.places: dict[str, tuple[str, Table, str]] = {
+            _titled(name, table.units.get(column)): (name, table, column)
+            for name, (table, column) in names(log).items()
+        }
+
+    def __getitem__(self, title: str) -> Numbers:
+        _, table, column = self.places[title]
+        return _numbers(table.columns[column])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def name(self, title: str) -> str:
+        """The field's name in a study."""
+        return self.places[title][0]
+
+
+def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str]]:
     """The text of a study file for one log, and what could not be guessed, in sentences.
 
-    `log` is the log's path as the study file will name it; `frame` its columns, with the units of its header in
-    `frame.attrs["units"]`.
+    `path` is the log's path as the study file will name it, `use` the model as the study file will name it.
     """
-    names = {channel.name for channel in (*model.inputs, *model.outputs)}
-    extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in names]
-    extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= names]
-    units = frame.attrs.get("units", {})
-    columns = {_titled(str(name), units): _numbers(frame[name]) for name in frame.columns}
-    back = {_titled(str(name), units): str(name) for name in frame.columns}
+    required = {channel.name for channel in (*model.inputs, *model.outputs)}
+    extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in required]
+    extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= required]
+    fields = Fields(log)
+    clocks = all(table.time is not None for table in log.tables.values())
     wanted = [*model.inputs, *model.outputs, *observable(model), *extra]
-    guesses = infer_columns(columns, [Channel("t", "s"), *wanted])
+    guesses = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *wanted])
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
@@ -49,8 +75,8 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     guesses = {name: hit for name, hit in guesses.items() if fixes or name not in _FIX}
     given = {*guesses, *(("x", "y") if fixes else ())}
     missing_outputs = [c for c in model.outputs if c.name not in given]
-    notes = []
-    if "t" not in guesses:
+    notes = list(log.notes)
+    if "t" not in guesses and not clocks:
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:
         notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
@@ -60,12 +86,12 @@ def template(log: str, frame: pd.DataFrame, model: Model, use: str) -> tuple[str
     notes += _vague(guesses)
     text = "\n".join(
         [
-            *_head(log, model, use),
+            *_head(path, log.notes, model, use),
             *_parameters(model),
-            *_time(guesses.get("t"), frame, back, notes),
-            *_channels(guesses, needed, extra, missing_inputs, back),
-            *_trials(log, missing_outputs),
-            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(columns, guesses[name])]),
+            *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
+            *_channels(guesses, needed, extra, missing_inputs, fields),
+            *_trials(path, missing_outputs),
+            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(fields, guesses[name])]),
             *_rest(model),
         ]
     )
@@ -82,11 +108,20 @@ def _vague(guesses: Mapping[str, InferredColumn]) -> list[str]:
     ]
 
 
-def _head(log: str, model: Model, use: str) -> list[str]:
+_OWN_CLOCKS = [
+    "# Each topic of the log has its own clock, which is used. Another field of the topics can take its place:",
+    "# [time]",
+    '# column = "header.stamp"',
+    "",
+]
+
+
+def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
     sets = list(getattr(model, "sets", ()))
     return [
         f"# Study of {_one_line(log)}, written by `seatruth init`. Check every guess; the key reference is in",
         "# docs/study-file.md. Then: seatruth check THIS.toml, and seatruth identify THIS.toml",
+        *(f"# Of the log: {_one_line(note)}" for note in notes),
         "",
         "[study]",
         f"name = {_text(Path(log).stem)}",
@@ -119,14 +154,14 @@ def _parameters(model: Model) -> list[str]:
     return [*lines, ""]
 
 
-def _time(guessed: InferredColumn | None, frame: pd.DataFrame, back: dict[str, str], notes: list[str]) -> list[str]:
+def _time(guessed: InferredColumn | None, fields: Fields, notes: list[str]) -> list[str]:
     """The table of the time: what it is read as, or why it cannot be read yet, which goes to the notes."""
     if guessed is None:
-        return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(frame)}', ""]
-    column = back[guessed.column]
-    lines = ["[time]", f"column = {_text(column)}"]
-    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if name == column}
-    table = Table("the log", {column: frame[column]}, units)
+        return ["[time]", f'column = "t"   # not recognised; the columns are: {_columns(fields)}', ""]
+    name, content, column = fields.places[guessed.column]
+    lines = ["[time]", f"column = {_text(name)}"]
+    units = {column: content.units[column]} if column in content.units else {}
+    table = Table("the log", {column: content.columns[column]}, units)
     try:
         axis = time_axis(table, Clock(column))
     except BadInput as problem:
@@ -144,7 +179,7 @@ def _channels(
     needed: Sequence[Channel],
     extra: Sequence[Channel],
     missing_inputs: Sequence[Channel],
-    back: dict[str, str],
+    fields: Fields,
 ) -> list[str]:
     lines = [
         "# Column and unit of each channel in the file. sign = -1 turns a channel round: psi clockwise, y and v to",
@@ -154,7 +189,7 @@ def _channels(
     for channel in (*needed, *extra):
         hit = guesses.get(channel.name)
         if hit is not None:
-            entry = f"{{ column = {_text(back[hit.column])}, unit = {_text(hit.unit)} }}"
+            entry = f"{{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
             if channel.name in _FIX:
@@ -226,12 +261,12 @@ def _numbers(column: pd.Series[float]) -> Numbers:
     return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
 
 
-def _titled(name: str, units: dict[str, str]) -> str:
-    return f"{name} [{units[name]}]" if name in units else name
+def _titled(name: str, unit: str | None) -> str:
+    return f"{name} [{unit}]" if unit else name
 
 
-def _columns(frame: pd.DataFrame) -> str:
-    return _one_line(", ".join(str(name) for name in frame.columns)[:200])
+def _columns(fields: Fields) -> str:
+    return _one_line(", ".join(fields.name(title) for title in fields)[:200])
 
 
 def _list(channels: Sequence[Channel]) -> str:

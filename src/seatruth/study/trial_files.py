@@ -21,6 +21,8 @@ from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial,
 from seatruth.trials.frames import POSITIONS, with_origin
 
 _PATTERN = "*?["
+ROS2_BAG = "metadata.yaml"
+"""File in a folder that is a ROS 2 bag."""
 
 
 class Recording(NamedTuple):
@@ -118,15 +120,12 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, frames: Frame
         name=recording.name,
         conditions=table.conditions,
         synthetic=synthetic,
-        table=file.files.variable,
-        separator=file.files.separator,
-        decimal=file.files.decimal,
-        encoding=file.files.encoding,
         repeated_time=time.repeated,
         where=table.where,
         prepare=_steps(file, table, recording.name),
         frames=frames,
         hold=file.cost.hold,
+        **file.files.reading,
     )
 
 
@@ -169,11 +168,11 @@ def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: 
         return []
     path = folder / table.file
     try:
-        if path.is_file():
+        if path.is_file() or (path / ROS2_BAG).is_file():
             return [path]
         if any(mark in table.file for mark in _PATTERN):
             taken = sorted(Path(hit) for hit in glob.glob(str(folder / table.file), recursive=True))
-            taken = [hit for hit in taken if hit.is_file()]
+            taken = [hit for hit in taken if hit.is_file() or (hit / ROS2_BAG).is_file()]
             if not taken:
                 problems.add(at, f"no file fits {table.file!r}", f"Paths are relative to {folder}.")
             return taken

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 
 _LENGTH = 0.2
 """Part by which the length of a direction may differ from 1: more is no rounding and no averaging (chosen here [S])."""

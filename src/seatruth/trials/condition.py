@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 
 _COMPARE: dict[str, Callable[[Any, float], Any]] = {
     "==": operator.eq,
@@ -40,6 +40,13 @@ def rows_where(table: Table, condition: str) -> NDArray[np.bool_]:
             every &= _term(table, term, condition)
         result |= every
     return result
+
+
+def columns_of(condition: str) -> list[str]:
+    """The columns that a condition names."""
+    terms = [term for alternative in _split(condition.strip(), "or") for term in _split(alternative, "and")]
+    matches = [(_TEXT_TERM.match(term) or _TERM.match(term), term) for term in terms if term.strip()]
+    return [_bare(match["column"] if match else term) for match, term in matches]
 
 
 def _split(text: str, word: str) -> list[str]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 
 DATED = "Write dates as 2025-07-31T13:14:21.5, with Z or +02:00 where the zone is known."
 _TIME = r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?)?"

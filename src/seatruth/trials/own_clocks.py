@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.trials.tables import Table
+from seatruth.readers.tables import Table
 from seatruth.trials.time_axis import Clock, time_axis
 
 Channels = dict[str, dict[str, Array]]
@@ -72,16 +72,17 @@ def joined(inputs: Mapping[str, Series], outputs: Mapping[str, Series], hold: Ho
     if not inside.all():
         notes.append(f"{int((~inside).sum())} times left out, at which an input was not recorded")
     t, rows = t[inside], rows[inside]
-    held = {name: _interpolated(series, t, hold) for name, series in inputs.items()}
+    held = {name: interpolated(series.t, series.values, t, hold) for name, series in inputs.items()}
     if inputs:
         notes.append(f"inputs {'linear between' if hold == 'foh' else 'held after'} their samples")
     return Joined(t, held, {name: _at_own_times(series, t) for name, series in outputs.items()}, rows, tuple(notes))
 
 
-def _interpolated(series: Series, t: Array, hold: Hold) -> Array:
+def interpolated(clock: Array, values: Array, t: Array, hold: Hold) -> Array:
+    """Values at times t (n,), which lie within the clock's: on straight lines, or held from the last sample."""
     if hold == "foh":
-        return np.asarray(np.interp(t, series.t, series.values), dtype=np.float64)
-    return np.asarray(series.values[np.searchsorted(series.t, t, side="right") - 1], dtype=np.float64)
+        return np.asarray(np.interp(t, clock, values), dtype=np.float64)
+    return np.asarray(values[np.searchsorted(clock, t, side="right") - 1], dtype=np.float64)
 
 
 def _at_own_times(series: Series, t: Array) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.trials.tables import runs
+from seatruth.readers.tables import runs
 from seatruth.trials.trial import Trial
 
 

@@ -1,4 +1,4 @@
-"""From a file of columns to a Trial: units, signs, time and valid samples, and a clear message for anything else.
+"""From a table of columns to a Trial: units, signs, time and valid samples, and a clear message for anything else.
 
     trial = read_trial(
         "zigzag.csv",
@@ -19,22 +19,22 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.progress import Progress, silent
+from seatruth.readers import Log, Table, read_log
 from seatruth.trials.attitude import from_quaternion, from_vector
 from seatruth.trials.channel import Channel
-from seatruth.trials.condition import rows_where
+from seatruth.trials.condition import columns_of, rows_where
 from seatruth.trials.frames import Frames, in_our_axes
 from seatruth.trials.geodesy import from_ddmm
+from seatruth.trials.join import on_one_clock
 from seatruth.trials.missing_codes import missing_codes
 from seatruth.trials.own_clocks import Hold, Parts, on_own_clocks
 from seatruth.trials.places import place
-from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.trials.tables import Table
 from seatruth.trials.time_axis import Clock, TimeAxis, time_axis
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
@@ -71,7 +71,12 @@ class ColumnSpec:
     @property
     def columns(self) -> tuple[str, ...]:
         """Every column that the channel is computed from, its clock included."""
-        return (*(self.quaternion or self.vector or (self.column,)), *([self.time] if self.time else []))
+        return (*self.values_in, *([self.time] if self.time else []))
+
+    @property
+    def values_in(self) -> tuple[str, ...]:
+        """The columns of its values."""
+        return self.quaternion or self.vector or (self.column,)
 
 
 def read_trial(
@@ -84,39 +89,41 @@ def read_trial(
     name: str | None = None,
     conditions: Mapping[str, Any] | None = None,
     synthetic: bool = False,
-    table: str | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
-    encoding: str | None = None,
     repeated_time: Literal["refuse", "first", "last"] = "refuse",
     where: str | None = None,
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
     frames: Frames | None = None,
     hold: Hold = "foh",
+    reader: str | None = None,
+    progress: Progress = silent,
+    **options: Any,
 ) -> Trial:
-    """Reads one recorded run from a CSV, Parquet or MATLAB (-v7) file.
+    """Reads one recorded run from a file of any format of `seatruth list readers`.
 
     Args:
         path: the file.
-        time: column of the time, and how it is written.
+        time: column of the time, and how it is written; a log whose topics have no such column goes by its own clocks.
         inputs: channel name -> column; a bare name is a column in the channel's own unit, or in the one that the header
-            states. Inputs must be complete once the steps in `prepare` have run.
+            states. In a log of several topics it is "TOPIC.FIELD". Inputs must be complete once the steps in `prepare`
+            have run.
         outputs: the same for outputs; they may have missing samples (NaN).
         channels: the channels with their units inside seatruth, such as a model's; standard channels need no entry.
         name: name of the trial; None takes the file's name.
         conditions: what held during the run.
         synthetic: True if a simulator made it.
-        table: variable of a MATLAB file that holds the columns.
-        separator, decimal, encoding: how a CSV file is written; None guesses.
         repeated_time: samples with the same time: "refuse" the file, or keep the "first" or the "last".
         where: rows that belong to the trial, as a condition on the file's columns ("run == 2"); None takes all.
         prepare: preparation steps as (name, options), in their order.
         frames: axes of the log; None: seatruth's own. Outputs "latitude" and "longitude", or "northing" and "easting",
             become "x" and "y".
         hold: how inputs with clocks of their own are interpolated: "foh" (straight lines) or "zoh" (held).
+        reader: name of the reader; None recognises the format.
+        progress: is told how far the reading has come.
+        options: options of readers, as `separator`, `decimal` and `encoding` of a CSV file; None where not given.
 
     Returns:
-        The trial, in SI units.
+        The trial, in SI units. Where its columns come from topics with clocks of their own, its times are all those at
+        which an output was measured, and inputs are interpolated as `hold` says.
 
     Raises:
         BadInput: the message names the file, the line and the column, and what to do.
@@ -129,14 +136,8 @@ def read_trial(
         >>> run.inputs["delta"].tolist()
         [0.0, 10.0, 10.0]
     """
-    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    if where is not None:
-        chosen = rows_where(content, where)
-        if not chosen.any():
-            raise BadInput(f"no row fulfils {where!r}", where=content.source, do="Check the column and its values.")
-        content = content.rows(chosen)
-    return trial_from_table(
-        content,
+    return trial_from_log(
+        read_log(path, reader=reader, progress=progress, **options),
         time=time,
         inputs=inputs,
         outputs=outputs,
@@ -145,6 +146,7 @@ def read_trial(
         conditions=conditions,
         synthetic=synthetic,
         repeated_time=repeated_time,
+        where=where,
         prepare=prepare,
         frames=frames,
         hold=hold,
@@ -153,6 +155,59 @@ def read_trial(
 
 def _spec(spec: ColumnSpec | str) -> ColumnSpec:
     return ColumnSpec(spec) if isinstance(spec, str) else spec
+
+
+def trial_from_log(
+    log: Log,
+    *,
+    time: Clock | str | None = None,
+    inputs: Mapping[str, ColumnSpec | str],
+    outputs: Mapping[str, ColumnSpec | str],
+    name: str,
+    conditions: Mapping[str, Any] | None = None,
+    where: str | None = None,
+    hold: Hold = "foh",
+    **rest: Any,
+) -> Trial:
+    """The same as read_trial for a log that is already in memory; `rest` are the other arguments."""
+    clock = _clock(time)
+    specs = {"inputs": [_spec(spec) for spec in inputs.values()], "outputs": [_spec(s) for s in outputs.values()]}
+    every = [spec for kind in specs.values() for spec in kind]
+    joined = on_one_clock(
+        log,
+        clock,
+        [column for spec in specs["inputs"] for column in spec.values_in],
+        [
+            *(column for spec in specs["outputs"] for column in spec.values_in),
+            *(spec.time for spec in every if spec.time is not None),
+        ],
+        flags={
+            flag: spec.columns[0] for spec in every if spec.invalid_where for flag in columns_of(spec.invalid_where)
+        },
+        marks=[] if where is None else columns_of(where),
+        hold=hold,
+    )
+    table = joined.table
+    if where is not None:
+        chosen = rows_where(table, where)
+        if not chosen.any():
+            raise BadInput(f"no row fulfils {where!r}", where=log.source, do="Check the column and its values.")
+        table = table.rows(chosen)
+    return trial_from_table(
+        table,
+        time=joined.clock,
+        inputs=inputs,
+        outputs=outputs,
+        name=name,
+        conditions=conditions if joined.start is None else {**(conditions or {}), "start": joined.start},
+        hold=hold,
+        notes=[*log.notes, *joined.notes],
+        **rest,
+    )
+
+
+def _clock(time: Clock | str | None) -> Clock:
+    return time if isinstance(time, Clock) else Clock("t" if time is None else time)
 
 
 def trial_from_table(
@@ -169,11 +224,10 @@ def trial_from_table(
     prepare: Sequence[tuple[str, Mapping[str, Any]]] = (),
     frames: Frames | None = None,
     hold: Hold = "foh",
+    notes: Sequence[str] = (),
 ) -> Trial:
-    """The same as read_trial for a table that is already in memory."""
-    clock = time if isinstance(time, Clock) else Clock("t" if time is None else time)
-    frames = frames or Frames()
-    notes: list[str] = []
+    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here."""
+    clock, frames, notes = _clock(time), frames or Frames(), list(notes)
     missing: dict[str, list[float]] = {}
     specs = {kind: {c: _spec(spec) for c, spec in named.items()} for kind, named in _kinds(inputs, outputs)}
     clocks = {c: spec.time for named in specs.values() for c, spec in named.items() if spec.time is not None}
@@ -182,6 +236,7 @@ def trial_from_table(
     for kind, named in specs.items():
         for channel, spec in named.items():
             values, note, codes = _channel(table, channel, spec, channels or {}, frames)
+            values.setflags(write=False)  # so that the trial need not copy it
             columns[kind][channel] = values
             if codes:
                 missing[channel] = codes
@@ -214,24 +269,6 @@ def trial_from_table(
         trial = apply_steps(trial, prepare)
     require_complete_inputs(trial)
     return trial
-
-
-def read_columns(
-    path: str | Path,
-    *,
-    table: str | None = None,
-    separator: str | None = None,
-    decimal: str | None = None,
-    encoding: str | None = None,
-) -> pd.DataFrame:
-    """All columns of a file as they stand, for a look at what it holds.
-
-    The units that the header states are in `frame.attrs["units"]`, the file's name in `frame.attrs["source"]`.
-    """
-    content = read_table(path, table=table, separator=separator, decimal=decimal, encoding=encoding)
-    frame = pd.DataFrame(content.columns)
-    frame.attrs.update(units=dict(content.units), source=content.source)
-    return frame
 
 
 def require_complete_inputs(trial: Trial) -> None:
@@ -268,8 +305,8 @@ def _one_clock(
     if keep is not None:
         notes.append(f"kept the {repeated} of samples with the same time, {axis.t.size - keep.size} fewer")
         rows = keep.astype(np.intp)
-    kept = {kind: {c: v[rows] for c, v in named.items()} for kind, named in columns.items()}
-    return axis.t[rows], kept, rows, axis.about, notes
+        columns = {kind: {c: v[rows] for c, v in named.items()} for kind, named in columns.items()}
+    return axis.t[rows], columns, rows, axis.about, notes
 
 
 class _Raw(NamedTuple):

@@ -16,8 +16,8 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.readers.tables import Table
 from seatruth.trials.check.limits import GAP_STEPS
-from seatruth.trials.tables import Table
 
 
 @dataclass(frozen=True)

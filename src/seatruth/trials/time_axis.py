@@ -16,8 +16,8 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.readers.tables import Table
 from seatruth.trials.dates import DATED, Stamps, read_dates
-from seatruth.trials.tables import Table
 from seatruth.units import to_si
 
 DATE, HHMMSS = "date", "hhmmss"
@@ -52,6 +52,11 @@ class Clock:
     dates: Literal["day-first", "month-first"] | None = None
     date: str | None = None
     jumps: float | None = None
+
+    @property
+    def as_text(self) -> bool:
+        """Whether it is read as dates or times of day, or has jumps, which the clocks of a log's topics have not."""
+        return self.unit in (DATE, HHMMSS) or any(x is not None for x in (self.dates, self.date, self.jumps))
 
 
 class TimeAxis(NamedTuple):

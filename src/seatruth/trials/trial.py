@@ -200,6 +200,10 @@ class Trials(Sequence[Trial]):
 
 
 def _frozen(values: Any) -> Array:
+    if isinstance(values, np.ndarray) and values.dtype == np.float64:
+        own = values.flags.owndata and not values.flags.writeable
+        if own:
+            return values  # nobody can change it, so a long log needs no second copy
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array

@@ -1,4 +1,4 @@
-"""A file of columns as it stands: CSV, Parquet or MATLAB, before any meaning is given to the columns."""
+"""Columns of a file or of one of its topics as they stand, before any meaning is given to them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
-from seatruth.units import is_unit
+from seatruth.readers.headers import MISSING, name_and_unit
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of one file, all of the same length.
+    """Columns of one file, or of one topic of a file, all of the same length.
 
     `columns` holds numbers, text or dates as the file gives them. `units` are those that the header states.
-    `lines` (n,) numbers the lines of a text file (1 is the first); None where a file has rows and no lines.
+    `lines` (n,) numbers the lines of a text file (1 is the first); None where a file has rows and no lines. `name` is
+    the topic, "" where the file is one table; `time` the column that the format says is its clock.
     """
 
     source: str
@@ -28,13 +29,20 @@ class Table:
     units: dict[str, str] = field(default_factory=dict)
     lines: NDArray[np.int64] | None = None
     decimal: str = "."
+    name: str = ""
+    time: str | None = None
+
+    @property
+    def where(self) -> str:
+        """The file, and the topic where there is one."""
+        return f"{self.source}, {self.name}" if self.name else self.source
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()))) if self.columns else 0
 
     def place(self, row: int) -> str:
         """Where a row (0 is the first) stands in the file: "line 12" or "row 12"."""
-        return f"row {row + 1}" if self.lines is None else f"line {int(self.lines[row])}"
+        return f"row {row + 1}" if self.lines is None or not self.lines[row] else f"line {int(self.lines[row])}"
 
     def places(self, rows: Iterable[int]) -> str:
         """Where several rows stand, as runs: "lines 12-14, 20 and 3 more"."""
@@ -47,6 +55,10 @@ class Table:
         columns = {name: series[chosen].reset_index(drop=True) for name, series in self.columns.items()}
         return replace(self, columns=columns, lines=numbers[chosen])
 
+    def has(self, name: str) -> bool:
+        """Whether `column` finds this name."""
+        return name in self.columns or name_and_unit(name)[0] in self.columns
+
     def column(self, name: str) -> pd.Series[Any]:
         """A column by its name, with or without the unit that its header states."""
         if name in self.columns:
@@ -54,12 +66,12 @@ class Table:
         bare = name_and_unit(name)[0]
         if bare in self.columns:
             return self.columns[bare]
-        raise BadInput(f"no column {name!r}", where=self.source, do=nearest(name, self.columns))
+        raise BadInput(f"no column {name!r}", where=self.where, do=nearest(name, self.columns))
 
     def numbers(self, name: str) -> Array:
         """A column as numbers (n,), NaN where nothing is given; BadInput names the line of anything else."""
         series = self.column(name)
-        where = f"{self.source}, column {name!r}"
+        where = f"{self.where}, column {name!r}"
         if pd.api.types.is_datetime64_any_dtype(series.dtype) or pd.api.types.is_timedelta64_dtype(series.dtype):
             raise BadInput("it holds dates, not numbers", where=where, do="Choose another column.")
         if pd.api.types.is_complex_dtype(series.dtype):
@@ -71,7 +83,7 @@ class Table:
         if infinite.size:
             raise BadInput(
                 f"{infinite.size} value(s) are infinite",
-                where=f"{self.source}, {self.places(infinite)}, column {name!r}",
+                where=f"{self.where}, {self.places(infinite)}, column {name!r}",
                 do="Leave a missing value empty or write nan.",
             )
         return values
@@ -86,40 +98,10 @@ class Table:
             more = f" (and {wrong.size - 1} more like it)" if wrong.size > 1 else ""
             raise BadInput(
                 f"{_short(str(series.iloc[int(wrong[0])]))} is not a number{more}",
-                where=f"{self.source}, {self.place(int(wrong[0]))}, column {name!r}",
+                where=f"{self.where}, {self.place(int(wrong[0]))}, column {name!r}",
                 do="Correct it, or leave a missing value empty.",
             )
         return numbers.astype("Float64")
-
-
-MISSING = ("", "-", "--", "---", "NaN", "nan", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "#N/A", "*")
-"""Texts that mean that a value is missing."""
-
-
-def name_and_unit(header: str) -> tuple[str, str | None]:
-    """("u", "m/s") from "u [m/s]" or "u (m/s)"; no unit where the bracket holds none."""
-    text = header.strip()
-    for opening, closing in ("[]", "()"):
-        if text.endswith(closing) and opening in text:
-            head, _, inside = text[:-1].rpartition(opening)
-            if head.strip() and (is_unit(inside) or opening == "["):
-                return head.strip(), inside.strip()
-    return text, None
-
-
-def named(headers: Iterable[str], source: str) -> tuple[list[str], dict[str, str]]:
-    """Column names without their units, and the units; names must differ."""
-    names: list[str] = []
-    units: dict[str, str] = {}
-    for position, header in enumerate(headers, 1):
-        name, unit = name_and_unit(header)
-        name = name or f"column{position}"
-        if name in names:
-            raise BadInput(f"two columns are called {name!r}", where=source, do="Give each column its own name.")
-        names.append(name)
-        if unit:
-            units[name] = unit
-    return names, units
 
 
 def runs(numbers: Iterable[int], most: int = 5) -> str:

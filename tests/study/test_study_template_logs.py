@@ -1,0 +1,77 @@
+"""The study file that `init` proposes for logs of several topics."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatruth import load_model, load_study
+from seatruth.cli import run
+from seatruth.readers import read_log
+from seatruth.study.template import template
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
+
+from log_formats import WRITERS, manoeuvre
+
+RUN = manoeuvre(np.arange(0.0, 20.0, 0.2))
+EXPECTED = {
+    "nmea": {
+        "delta": "AGRSA.rudder",
+        "n": "IIRPM[S0].shaft_speed",
+        "psi": "HEHDT.heading",
+        "u": "VDVBW.longitudinal_ground_speed",
+        "v": "VDVBW.transverse_ground_speed",
+        "r": "TIROT.rate_of_turn",
+    },
+    "ros2": {
+        "delta": "/delta.data",
+        "n": "/n.data",
+        "x": "/pose.pose.position.x",
+        "y": "/pose.pose.position.y",
+        "psi": "/psi.data",
+        "u": "/twist.twist.linear.x",
+        "v": "/twist.twist.linear.y",
+        "r": "/twist.twist.angular.z",
+    },
+    "dataflash": {"delta": "ACT.Rud", "x": "POS.X", "y": "POS.Y", "psi": "ATT.Yaw"},
+}
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_fields_of_topics_are_recognised(tmp_path: Path, name: str) -> None:
+    path = WRITERS[name](tmp_path, RUN).path
+    text, _ = template(path.name, read_log(path), load_model("mmg"), "mmg")
+    study = tomllib.loads(text)
+    assert {channel: table["column"] for channel, table in study["channels"].items()} == EXPECTED[name]
+    assert "time" not in study
+    if name == "ros2":
+        assert "# Of the log: ROS counts y and v to port" in text
+
+
+def test_init_lists_the_fields_and_writes_a_study_that_loads(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = WRITERS["nmea"](tmp_path, RUN).path
+    assert run(["init", str(path), "--json", str(tmp_path / "init.json")]) == 0
+    said = capsys.readouterr().out
+    assert "HEHDT.heading" in said
+    assert "deg/min" in said
+    assert load_study(tmp_path / "run.toml").trials[0].duration == pytest.approx(19.8)
+
+
+def test_init_lists_topics_alone_where_there_are_many_fields(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = [",".join(["t", *(f"c{k}" for k in range(80))])] + [
+        ",".join("1" * 80).join([f"{t},", ""]) for t in range(3)
+    ]
+    (tmp_path / "run.csv").write_text("\n".join(lines))
+    assert run(["init", str(tmp_path / "run.csv")]) == 0
+    assert "81 fields; --fields lists them all." in capsys.readouterr().out
+    assert run(["init", str(tmp_path / "run.csv"), "--fields", "--force"]) == 0
+    assert "c79" in capsys.readouterr().out
