@@ -86,6 +86,12 @@ def excel(folder: Path, run: pd.DataFrame) -> Written:
     return Written(folder / "run.xlsx", plain(run))
 
 
+def _samples(run: pd.DataFrame) -> list[SimpleNamespace]:
+    """Each sample's values by name."""
+    values = run.to_numpy(dtype=float).tolist()
+    return [SimpleNamespace(**dict(zip(run.columns, sample))) for sample in values]
+
+
 def _stamps(run: pd.DataFrame) -> list[int]:
     return [START_NS + round(t * 1e9) for t in run["t"]]
 
@@ -170,7 +176,7 @@ def mcap(folder: Path, run: pd.DataFrame) -> Written:
 
     store = get_typestore(Stores.ROS2_HUMBLE)
     with open(folder / "run.mcap", "wb") as stream:
-        writer = McapWriter(stream)
+        writer: Any = McapWriter(stream)
         writer.start()
         topics = _ros_topics(store, run)
         channels = []
@@ -254,7 +260,7 @@ def dataflash(folder: Path, run: pd.DataFrame) -> Written:
         if units:
             ids = (0, formats[name].type, units.encode(), ("F" + "-" * (len(units) - 1)).encode())
             data.append(log.make_msgbuf(formats["FMTU"], ids))
-    for row in run.itertuples():
+    for row in _samples(run):
         time = round(row.t * 1e6) + 7_000_000
         data.append(log.make_msgbuf(formats["ACT"], (time, row.delta, row.n)))
         data.append(log.make_msgbuf(formats["ATT"], (time, row.psi, row.r)))
@@ -278,7 +284,7 @@ def sentence(text: str) -> str:
 def nmea(folder: Path, run: pd.DataFrame) -> Written:
     """Stamped sentences. NMEA has no local positions, and more digits than instruments give bring the run back."""
     lines: list[str] = []
-    for row in run.itertuples():
+    for row in _samples(run):
         stamp = datetime.datetime.fromtimestamp(START_NS / 1e9 + row.t, datetime.UTC).isoformat()
         texts = (
             f"AGRSA,{row.delta:.9f},A,,V",

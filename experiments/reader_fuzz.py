@@ -10,6 +10,7 @@ as are more than 10 s of processor time or more than 1 GB of memory for one file
 
 from __future__ import annotations
 
+import functools
 import multiprocessing
 import random
 import resource
@@ -39,7 +40,7 @@ def body(options: Options, results: Results) -> None:
     rows = []
     for name in WRITERS:
         definition = {"format": name, "cases": cases, "seed": SEED}
-        row = results.stage(name, definition, lambda name=name: in_process(name, cases))
+        row = results.stage(name, definition, functools.partial(in_process, name, cases))
         rows.append({"format": name, **row})
     table = pd.DataFrame(rows).drop(columns="examples")
     results.add_table("readers", table)

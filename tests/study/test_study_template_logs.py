@@ -11,6 +11,7 @@ import pytest
 
 from seatruth import load_model, load_study
 from seatruth.cli import run
+from seatruth.errors import BadInput
 from seatruth.readers import read_log
 from seatruth.study.template import template
 
@@ -62,6 +63,16 @@ def test_init_lists_the_fields_and_writes_a_study_that_loads(
     assert "HEHDT.heading" in said
     assert "deg/min" in said
     assert load_study(tmp_path / "run.toml").trials[0].duration == pytest.approx(19.8)
+
+
+def test_a_study_takes_the_folder_of_a_bag(tmp_path: Path) -> None:
+    WRITERS["ros2"](tmp_path, RUN)
+    assert run(["init", str(tmp_path / "run"), "-o", str(tmp_path / "study.toml")]) == 0
+    study = load_study(tmp_path / "study.toml")
+    assert len(study.trials[0]) == len(RUN)
+    (tmp_path / "run" / "metadata.yaml").write_text("")
+    with pytest.raises(BadInput, match="run"):
+        load_study(tmp_path / "study.toml")
 
 
 def test_init_lists_topics_alone_where_there_are_many_fields(

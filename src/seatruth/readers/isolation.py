@@ -93,7 +93,8 @@ def _receive(stream: IO[bytes], progress: Callable[[float], None]) -> Content | 
 
 def _array(stream: IO[bytes], kind: str, count: int) -> np.ndarray[Any, Any]:
     values = np.empty(count, dtype=np.dtype(kind))
-    view = memoryview(values.view(np.uint8)) if values.nbytes else memoryview(b"")
+    bytes_of: Any = values.view(np.uint8) if values.nbytes else b""
+    view = memoryview(bytes_of)
     done = 0
     while done < values.nbytes:
         got = stream.readinto(view[done:])  # type: ignore[attr-defined]  # a pipe's reader has it, IO[bytes] does not

@@ -203,5 +203,5 @@ UTC = "UTC"
 def _series(values: Any, unit: str | None) -> pd.Series[Any]:
     series: pd.Series[Any] = pd.Series(values, copy=False)
     if unit == UTC and values.dtype.kind == "M":
-        return series.dt.tz_localize(UTC)
+        series = series.dt.tz_localize(UTC)
     return series

@@ -140,5 +140,9 @@ def _provenance(file: StudyFile, source: Path, recordings: Sequence[trial_files.
 
 
 def _sha256(path: Path) -> str:
+    """Hash of a file; of a folder (a ROS 2 bag) the hash of its files' hashes, in the order of their names."""
+    if path.is_dir():
+        parts = [part for part in sorted(path.rglob("*")) if part.is_file()]
+        return hashlib.sha256("".join(_sha256(part) for part in parts).encode()).hexdigest()
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
