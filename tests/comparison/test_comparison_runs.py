@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
+from joblib.externals.loky import get_reusable_executor
 from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers, stumble
 
 from seatruth import BadInput, SeatruthError
@@ -46,9 +48,18 @@ def test_runs_end_near_the_truth_and_count_evaluations(tmp_path: Path) -> None:
     )
 
 
-def test_the_number_of_workers_changes_nothing(tmp_path: Path) -> None:
+def test_the_number_of_workers_changes_nothing_and_they_run_no_code_of_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    get_reusable_executor().shutdown(wait=True)  # the workers of this test are new ones
+    here = tmp_path / "received"
+    here.mkdir()
+    for name in ("argparse", "pickle", "queue", "joblib", "numpy"):
+        (here / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write({name!r})\n")
+    monkeypatch.chdir(here)
     one = compare(small(), tmp_path / "one", workers=1)
     two = compare(small(), tmp_path / "two", workers=2)
+    assert not (tmp_path / "executed").exists()
     pd.testing.assert_frame_equal(numbers(one), numbers(two), check_exact=True)
 
 
@@ -166,7 +177,7 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     from small_comparison import slow
 
     code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path / "killed"))
-    process = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    process = subprocess.Popen([sys.executable, "-c", code])
     store = tmp_path / "killed" / STORE
     deadline = time.monotonic() + 60
     while _rows(store) < 4 and time.monotonic() < deadline and process.poll() is None:
@@ -174,8 +185,11 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     with pytest.raises(BadInput, match="another comparison is writing"):
         compare(slow(), tmp_path / "killed")
     assert standing(slow(), tmp_path / "killed").left < len(slow().runs)  # may be looked at meanwhile
-    os.killpg(process.pid, signal.SIGKILL)
+    workers = psutil.Process(process.pid).children(recursive=True)
+    assert len(workers) > 2
+    process.kill()
     process.wait()
+    assert not psutil.wait_procs(workers, timeout=30)[1]  # they end by themselves
     before = _rows(store)
     assert 4 <= before < len(slow().runs)
     seen: list[ProgressEvent] = []
