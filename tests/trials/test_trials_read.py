@@ -223,7 +223,7 @@ def test_bad_places(tmp_path: Path) -> None:
         (tmp_path / "zigzak.csv", "Did you mean 'zigzag.csv'?"),
         (tmp_path / "nowhere" / "a.csv", "does not exist"),
         (tmp_path, "folder"),
-        ("a\0b.csv", "cannot be read"),
+        ("a\0b.csv", "null character"),
     ]
     for path, says in places:
         with pytest.raises(BadInput, match=says.replace("?", r"\?")):

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.text import Text
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, result_folder, say, table
 from seatruth.commands.identify import names
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput, nearest
@@ -57,7 +56,7 @@ def diagnose(
     json_file: JsonFile = None,
 ) -> Result:
     """Find the effect that a model lacks. Says where, which, how far the gap shrinks, and what to try next."""
-    folder = out if out is not None else study.parent / f"{study.stem}-diagnosis"
+    folder = result_folder(out, study.parent / f"{study.stem}-diagnosis", study)
     return run(
         load_study(study),
         folder,
@@ -104,7 +103,7 @@ def run(
     if fresh:
         checkpoint.unlink(missing_ok=True)
     if checkpoint.exists() and not quiet:
-        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
+        note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
     place = study.source.parent if study.source is not None else Path.cwd()
     chosen, specs = select_effects(effects or [], place)
     with ProgressLine(quiet=quiet) as progress:

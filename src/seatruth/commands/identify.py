@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import pandas as pd
 import typer
-from rich.text import Text
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, result_folder, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 from seatruth.storage.atomic import CannotWrite
@@ -91,7 +90,7 @@ def run(
     from seatruth.optimizers import StaleCheckpoint
     from seatruth.storage.checkpoint import jobs_file
 
-    folder = folder if folder is not None else study.output.folder or Path(f"{study.name}-result")
+    folder = result_folder(folder, study.output.folder or Path(f"{study.name}-result"), study.source)
     checkpoint = folder / CHECKPOINT
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -104,7 +103,7 @@ def run(
             path.unlink(missing_ok=True)
     resumed = checkpoint.exists()
     if resumed and not quiet:
-        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
+        note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
     with ProgressLine(quiet=quiet) as progress:
         try:
             estimate = identify_study(

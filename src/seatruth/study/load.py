@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
+from seatruth.storage.regular import read_regular
 from seatruth.study import build, solver
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import OutputSettings, Study
@@ -126,17 +127,15 @@ def read_text(path: str | Path) -> str:
     """The text of a study file; BadInput where there is none."""
     file = Path(path)
     try:
-        if file.is_dir():
-            raise BadInput("it is a folder", where=str(file), do="Name the study file in it.")
-        data = file.read_bytes()
+        data = read_regular(file, _LARGEST)
+    except IsADirectoryError:
+        raise BadInput("it is a folder", where=str(file), do="Name the study file in it.") from None
     except FileNotFoundError:
         raise BadInput("no such study file", where=str(file), do=_siblings(file)) from None
-    except (OSError, ValueError) as problem:
-        raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
+    except OSError as problem:
+        raise BadInput(f"it cannot be read ({problem.strerror})", where=str(file), do="Check the path.") from None
     if not data.strip():
         raise BadInput("the study file is empty", where=str(file), do="`seatruth init LOG.csv` writes one.")
-    if len(data) > _LARGEST:
-        raise BadInput(f"it has {len(data)} bytes, too many for a study file", where=str(file), do="Check the path.")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fnmatch
-import glob
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,13 +10,12 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from seatruth.errors import nearest
+from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.study.file_patterns import is_pattern, matching_files
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
-
-_PATTERN = "*?["
 
 
 class Recording(NamedTuple):
@@ -141,13 +139,15 @@ def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: 
     try:
         if path.is_file():
             return [path]
-        if any(mark in table.file for mark in _PATTERN):
-            taken = sorted(Path(hit) for hit in glob.glob(str(folder / table.file), recursive=True))
-            taken = [hit for hit in taken if hit.is_file()]
+        if is_pattern(table.file):
+            taken = matching_files(table.file, folder)
             if not taken:
                 problems.add(at, f"no file fits {table.file!r}", f"Paths are relative to {folder}.")
             return taken
         siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+    except BadInput as problem:
+        problems.add(at, problem.what, problem.do)
+        return []
     except OSError as problem:
         problems.add(at, f"{table.file!r} cannot be looked for ({problem.strerror})", "Check the path.")
         return []

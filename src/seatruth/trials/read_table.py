@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from seatruth.errors import BadInput, nearest
+from seatruth.storage.regular import read_regular
 from seatruth.trials import binary_files, csv_file
 from seatruth.trials.tables import Table
 
@@ -36,15 +37,15 @@ def read_table(
 
 def _bytes_of(file: Path) -> bytes:
     try:
-        return file.read_bytes()
+        return read_regular(file)
     except FileNotFoundError:
         raise _not_found(file) from None
     except IsADirectoryError:
         raise BadInput("it is a folder", where=str(file), do="Name one file in it.") from None
     except PermissionError:
         raise BadInput("no permission to read it", where=str(file), do="Change its permissions.") from None
-    except (OSError, ValueError) as problem:
-        raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
+    except OSError as problem:
+        raise BadInput(f"it cannot be read ({problem.strerror})", where=str(file), do="Check the path.") from None
 
 
 def _not_found(file: Path) -> BadInput:
