@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import signal
@@ -295,6 +296,7 @@ def test_the_store_opens_with_ordinary_tools_and_says_where_it_comes_from(tmp_pa
         "UPDATE estimates SET value = value + 1e-12 WHERE key = :key AND parameter = 'a'",
         "DELETE FROM estimates WHERE key = :key AND parameter = 'b'",
         "UPDATE runs SET checksum = NULL WHERE key = :key",
+        "UPDATE runs SET value = x'00ff' WHERE key = :key",
     ],
 )
 def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, change: str) -> None:
@@ -312,6 +314,26 @@ def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, chang
     assert seen[0].left == 1
     pd.testing.assert_frame_equal(numbers(again), whole, check_exact=True)
     assert standing(small(seeds=1), tmp_path).left == 0  # without a second warning
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ("ALTER TABLE runs DROP COLUMN reason", "other columns"),
+        ("DROP TABLE estimates", "other columns"),
+        ("ALTER TABLE fits ADD COLUMN more TEXT", "other columns"),
+        ("UPDATE sources SET provenance = 'nonsense'", "damaged and left out"),
+    ],
+)
+def test_a_store_with_other_tables_or_another_origin_of_its_runs_is_noticed(
+    tmp_path: Path, change: str, says: str
+) -> None:
+    compare(small(seeds=1), tmp_path)
+    with contextlib.closing(sqlite3.connect(tmp_path / STORE)) as base:
+        base.execute(change)
+        base.commit()
+    with pytest.raises((BadInput, SeatruthWarning), match=says):
+        standing(small(seeds=1), tmp_path)
 
 
 def test_a_store_that_cannot_be_read_is_said(tmp_path: Path) -> None:
