@@ -16,7 +16,7 @@ import pytest
 
 from seatruth import cli
 from seatruth.commands import common, init, list_installed
-from seatruth.errors import BadInput
+from seatruth.errors import BadInput, SeatruthWarning
 from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.study import parse
 
@@ -366,6 +366,24 @@ def test_the_folder_of_a_study_is_checked_before_anything_is_made(
     assert cli.run(["identify", str(study), "--quiet"]) == 2
     assert "lies outside of its own" in capsys.readouterr().err
     assert not (folder / "outside").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there is no lock there")
+def test_two_runs_do_not_write_into_one_folder(tmp_path: Path) -> None:
+    with common.own_folder(tmp_path / "result"):
+        with pytest.raises(BadInput, match="another run is writing into this folder"):
+            with common.own_folder(tmp_path / "result"):
+                pass
+        assert list((tmp_path / "result").iterdir()) == []
+    with common.own_folder(tmp_path / "result"):
+        (tmp_path / "result" / "file").write_text("")
+    with pytest.raises(BadInput, match="a file stands where"), common.own_folder(tmp_path / "result" / "file"):
+        pass
+
+
+def test_warnings_of_seatruth_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    cli._warned(SeatruthWarning("the \x1b[2Jstore is damaged"), SeatruthWarning, "store.py", 3)
+    assert capsys.readouterr().err == "seatruth: the \\x1b[2Jstore is damaged\n"
 
 
 def test_names_that_act_on_a_terminal_are_shown_as_codes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

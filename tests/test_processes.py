@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 
 import psutil
 import pytest
 
-from seatruth.processes import safe_search_path
+from seatruth.processes import interrupt_at_signals, safe_search_path
 
 
 def test_inside_another_the_environment_is_restored_by_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,3 +39,21 @@ def test_a_worker_ends_with_its_parent() -> None:
         psutil.Process(int(killed.stdout)).wait(timeout=20)
     except psutil.NoSuchProcess:
         return
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_signals_interrupt_as_ctrl_c_does(name: str, capfd: pytest.CaptureFixture[str]) -> None:
+    number = getattr(signal, name)
+    before = signal.getsignal(number)
+    try:
+        signal.signal(number, signal.SIG_IGN)
+        interrupt_at_signals()
+        os.kill(os.getpid(), number)  # as under nohup
+        signal.signal(number, signal.SIG_DFL)
+        interrupt_at_signals()
+        with pytest.raises(KeyboardInterrupt, match=name):
+            os.kill(os.getpid(), number)
+    finally:
+        signal.signal(number, before)
+    assert capfd.readouterr().err == f"seatruth: {name} ends this run; what was reached is kept.\n"

@@ -56,9 +56,8 @@ def test_the_same_numbers_in_other_surroundings(tmp_path: Path, command: str) ->
     found = []
     for number, (folder, environment, options) in enumerate(SURROUNDINGS):
         out = tmp_path / str(number)
-        chosen = [
-            word for option in options.items() if command != "compare" or option[0] == "--workers" for word in option
-        ]
+        taken = {name: value for name, value in options.items() if command != "compare" or name == "--workers"}
+        chosen = [word for option in taken.items() for word in option]
         done = subprocess.run(
             [sys.executable, "-m", "seatruth", command, str(tmp_path / file), "--out", str(out), "--quiet"]
             + COMMANDS[command]

@@ -1,4 +1,4 @@
-"""Processes that a run starts: they run no code from the working directory and do not outlive their parent.
+"""How a run starts and ends processes: safe paths for those that it starts, and its own end on a signal.
 
 Python's own workers (loky's, dask's, the trackers of their resources) start with the working directory in front of
 their search path: a file called pickle.py beside a study would be run instead of Python's own.
@@ -7,10 +7,12 @@ their search path: a file called pickle.py beside a study would be run instead o
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from types import FrameType
 
 _SAFE_PATH = "PYTHONSAFEPATH"
 """Environment variable of Python (3.11 and later): a process puts no folder of its own before its search path."""
@@ -83,3 +85,33 @@ def _is_parent(parent: int) -> bool:
     import psutil
 
     return bool(psutil.pid_exists(parent))
+
+
+def interrupt_at_signals() -> None:
+    """SIGTERM and SIGHUP interrupt this process as Ctrl-C does: what was reached is kept, and one line says why.
+
+    A signal that the caller ignores (`nohup`) stays ignored. For the main thread of a program.
+    """
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    name = signal.Signals(number).name
+    with suppress(OSError):
+        # Not through Python's streams, in whose midst the signal may have come.
+        os.write(2, f"seatruth: {name} ends this run; what was reached is kept.\n".encode())
+    if name == "SIGHUP":
+        _leave_the_terminal()
+    raise KeyboardInterrupt(name)
+
+
+def _leave_the_terminal() -> None:
+    """A terminal that has gone cannot be written to; the result must be saved all the same."""
+    with suppress(OSError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (1, 2):
+            if os.isatty(stream):
+                os.dup2(nowhere, stream)

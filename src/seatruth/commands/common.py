@@ -9,7 +9,8 @@ import math
 import os
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,7 +23,8 @@ from rich.table import Table
 from rich.text import Text
 
 from seatruth.errors import BadInput, SeatruthError
-from seatruth.storage.atomic import CannotWrite, write_file
+from seatruth.storage.atomic import CannotWrite, cannot_write, write_file
+from seatruth.storage.lock import locked_folder
 from seatruth.text import listed, visible
 
 DEBUG = "SEATRUTH_DEBUG"
@@ -157,6 +159,24 @@ def result_folder(asked: Path | None, own: Path, source: Path | None) -> Path:
     if links:
         raise BadInput(f"the folder of its results holds links ({listed(sorted(links))})", where=str(own), do=do)
     return own
+
+
+@contextmanager
+def own_folder(folder: Path) -> Iterator[None]:
+    """Makes the folder of the results, and keeps it to this run.
+
+    Raises:
+        BadInput: it cannot be made, or another run is writing into it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        if problem.errno in (errno.EEXIST, errno.ENOTDIR):
+            what = "a file stands where the results' folder should be"
+            raise BadInput(what, where=str(folder), do="Name another folder with --out, or move the file.") from None
+        raise cannot_write(problem, folder) from None
+    with locked_folder(folder):
+        yield
 
 
 def write_json(

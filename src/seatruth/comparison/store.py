@@ -13,8 +13,8 @@ import json
 import math
 import sqlite3
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing, suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache, cached_property
 from pathlib import Path
@@ -125,20 +125,13 @@ class Store:
 
         Raises SeatruthError where the disk is full; what was written before stays.
         """
-        try:
-            with self._base:
-                for result in results:
-                    self._add(result, hashes[result.run.problem, result.run.cost])
-        except sqlite3.Error as problem:
-            raise SeatruthError(
-                f"the result of a run cannot be written ({problem})",
-                where=str(self.path),
-                do="Free some space and run the same command again. All earlier runs are kept.",
-            ) from None
+        with self._writing():
+            for result in results:
+                self._add(result, hashes[result.run.problem, result.run.cost])
 
     def clear(self, keys: Iterable[str]) -> None:
-        """Deletes these runs and fits."""
-        with self._base:
+        """Deletes these runs and fits, all or none. Raises as `add`."""
+        with self._writing():
             for key in keys:
                 for table, parameters in _PARAMETERS.items():
                     self._delete(table, parameters, key)
@@ -155,10 +148,23 @@ class Store:
         return frame
 
     def describe(self, name: str, content: Mapping[str, Any]) -> None:
-        """Notes the name and the definition of the latest comparison."""
-        with self._base:
+        """Notes the name and the definition of the latest comparison. Raises as `add`."""
+        with self._writing():
             for key, value in {"comparison": name, "definition": json.dumps(content, default=str)}.items():
                 self._base.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """One transaction."""
+        try:
+            with self._base:
+                yield
+        except sqlite3.Error as problem:
+            raise SeatruthError(
+                f"the result of a run cannot be written ({problem})",
+                where=str(self.path),
+                do="Free some space and run the same command again. All earlier runs are kept.",
+            ) from None
 
     def _add(self, result: RunResult, study_hash: str) -> None:
         run, numbers = result.run, result.numbers
