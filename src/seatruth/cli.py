@@ -18,7 +18,7 @@ try:
 
     from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate
     from seatruth.commands.common import Result, Session, fail, note, version, write_json
-    from seatruth.errors import SeatruthWarning
+    from seatruth.errors import PluginError, SeatruthWarning
     from seatruth.processes import interrupt_at_signals
 except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun in it
     sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
@@ -64,6 +64,10 @@ def _carried(command: Callable[..., Result]) -> Callable[..., Result]:
     def carry(*arguments: Any, **options: Any) -> Result:
         try:
             return command(*arguments, **options)
+        except SystemExit:
+            # Ours never do: a model, an effect or a solver of the user's did.
+            ended = PluginError("the code of a plug-in ended the program", do="Let it raise an error instead.")
+            raise _Ended(ended) from None
         except (Exception, KeyboardInterrupt) as problem:
             raise _Ended(problem) from problem
 

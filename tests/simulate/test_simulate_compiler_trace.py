@@ -270,6 +270,7 @@ def test_equations_that_change_from_run_to_run_are_refused(rates: Any) -> None:
         (lambda s, i, p: (np.linalg.norm([s.x, 1.0]),), "plain"),
         (lambda s, i, p: (s.x, s.x), "returns 2 values, 1 are declared"),
         (lambda s, i, p: (s.missing,), "missing"),
+        (lambda s, i, p: (sum((s.x + k) ** 2.3 for k in range(9000)),), "grow beyond"),
         (lambda s, i, p: ("text",), "str"),
         (lambda s, i, p: (math.gamma(s.x),), "plain float"),
         (lambda s, i, p: ((s.x > 0) & s.x,), "only conditions"),
@@ -281,3 +282,11 @@ def test_what_cannot_be_compiled_is_said(rates: Any, words: str) -> None:
     assert "model 'plain'" in caught.value.where
     assert "test_simulate_compiler_trace.py, line" in caught.value.where or "returns" in words or words == "str"
     assert "BlackBox" in caught.value.do
+
+
+def test_equations_that_end_the_program_are_said() -> None:
+    def ends(s: Any, i: Any, p: Any) -> Any:
+        raise SystemExit(0)
+
+    with pytest.raises(PluginError, match="rhs ends the program"):
+        trace(plain_model(ends, ("x",)))

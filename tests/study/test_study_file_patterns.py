@@ -53,6 +53,6 @@ def test_links_are_not_followed_and_many_files_are_refused(folder: Path, monkeyp
     monkeypatch.setattr(file_patterns, "_MOST_ENTRIES", 5)
     with pytest.raises(BadInput, match="more than 5 files below"):
         matching_files("**/*.csv", folder)
-    monkeypatch.setattr(file_patterns, "_MOST_FILES", 1)
+    monkeypatch.setattr(file_patterns, "MOST_FILES", 1)
     with pytest.raises(BadInput, match="takes more than 1 files"):
         matching_files("*.csv", folder)

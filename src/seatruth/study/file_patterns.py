@@ -17,7 +17,7 @@ from seatruth.errors import BadInput
 _MARKS = "*?["
 _MOST_ENTRIES = 200_000
 """Files and folders that one pattern may look at; listing them takes about a second. Chosen here [S]."""
-_MOST_FILES = 10_000
+MOST_FILES = 10_000
 """Files that one pattern may take. A study of so many trials is a slip of the pattern. Chosen here [S]."""
 _MOST_PARTS_ELSEWHERE = 2
 """Parts of a path outside of the study's folder that may be patterns, as "../*/run_*.csv". Chosen here [S]."""
@@ -64,8 +64,8 @@ def matching_files(pattern: str, folder: Path) -> list[Path]:
     for hit in hits:
         if hit.is_file():
             files.append(hit)
-        if len(files) > _MOST_FILES:
-            raise BadInput(f"the pattern {pattern!r} takes more than {_MOST_FILES} files", do="Make it narrower.")
+        if len(files) > MOST_FILES:
+            raise BadInput(f"the pattern {pattern!r} takes more than {MOST_FILES} files", do="Make it narrower.")
     return sorted(files)
 
 

@@ -9,6 +9,7 @@ message, each problem with its line.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from seatruth.study.validation import Problems, add_schema_errors
 
 _LARGEST = 4_000_000
 """Bytes; a study file is written by hand, so anything larger is another kind of file."""
+_LONG_KEY = re.compile(r"""(?<![\w"'.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+"""A dotted key of more parts than any table has: the TOML reader takes memory with the square of their number."""
 
 
 def load_study(path: str | Path) -> Study:
@@ -100,12 +103,20 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
 
 def parsed(text: str, source: str) -> tuple[dict[str, Any], Problems]:
     """A TOML text as tables, and the collector of problems that knows its lines. Raises BadInput where it is none."""
+    long = _LONG_KEY.search(text)
+    if long:
+        line = text.count("\n", 0, long.start()) + 1
+        raise BadInput(
+            "a key has too many parts", where=f"{source}, line {line}", do="A key has at most three or four."
+        )
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise _toml_problem(problem, text, source) from None
     except RecursionError:
         raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
+    except ValueError:  # Python reads no whole number of more than some thousand digits
+        raise BadInput("it holds a number of too many digits", where=source, do="Write it with fewer.") from None
     return data, Problems(source, Lines(text))
 
 

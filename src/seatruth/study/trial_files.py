@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
-from seatruth.study.file_patterns import is_pattern, matching_files
+from seatruth.study.file_patterns import MOST_FILES, is_pattern, matching_files
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, ColumnSpec, Trial, Trials, read_trial
@@ -30,6 +30,9 @@ class Recording(NamedTuple):
 def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Recording]:
     """Every file that [[trials]] names, patterns expanded; names distinct."""
     recorded: list[Recording] = []
+    if len(file.trials) > MOST_FILES:
+        problems.add(("trials",), f"it has {len(file.trials)} trials, more than {MOST_FILES}", "Split the study.")
+        return recorded
     for entry, table in enumerate(file.trials):
         files = paths(table, folder, ("trials", entry, "file"), problems)
         if table.name is not None and len(files) > 1:

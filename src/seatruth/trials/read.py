@@ -29,7 +29,7 @@ from seatruth.trials.condition import rows_where
 from seatruth.trials.places import place
 from seatruth.trials.read_table import read_table
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.trials.tables import Table
+from seatruth.trials.tables import Table, as_text
 from seatruth.trials.trial import Step, Trial
 from seatruth.units import Conversion, inside_unit, to_si
 
@@ -260,7 +260,7 @@ def _time(table: Table, spec: ColumnSpec) -> tuple[Array, dict[str, Any]]:
     if numeric and spec.unit == DATE:
         raise BadInput("it holds numbers, not dates", where=where, do="State their unit, as unit = 's'.")
     about: dict[str, Any] = {}
-    stamps = None if numeric or spec.unit not in (None, DATE) else _dates(series)
+    stamps = None if numeric or spec.unit not in (None, DATE) else _dates(series, where)
     if stamps is not None:
         t, start = stamps
         if start is not None:
@@ -287,12 +287,12 @@ def _time(table: Table, spec: ColumnSpec) -> tuple[Array, dict[str, Any]]:
     return t, about
 
 
-def _dates(series: pd.Series[Any]) -> tuple[Array, str | None] | None:
+def _dates(series: pd.Series[Any], where: str) -> tuple[Array, str | None] | None:
     """Seconds since the first date and that date; None if the column does not hold dates or times of day."""
     if pd.api.types.is_timedelta64_dtype(series.dtype):
         return _seconds(series), None
     if not pd.api.types.is_datetime64_any_dtype(series.dtype):
-        text = series.astype("string").str.strip()
+        text = as_text(series, where).str.strip()
         if bool(text.dropna().str.fullmatch(r"\d{1,2}:\d{2}:\d{2}([.,]\d+)?").all()):
             spans = pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce")
             return _seconds(spans), None

@@ -71,7 +71,7 @@ class Table:
         return values
 
     def _from_text(self, series: pd.Series[Any], name: str) -> pd.Series[Any]:
-        text = series.astype("string").str.strip()
+        text = as_text(series, f"{self.source}, column {name!r}").str.strip()
         if self.decimal != ".":
             text = text.str.replace(self.decimal, ".", regex=False)
         numbers = pd.to_numeric(text, errors="coerce")
@@ -84,6 +84,14 @@ class Table:
                 do="Correct it, or leave a missing value empty.",
             )
         return numbers.astype("Float64")
+
+
+def as_text(series: pd.Series[Any], where: str) -> pd.Series[Any]:
+    """A column as text; BadInput where it holds bytes that are none."""
+    try:
+        return series.astype("string")
+    except (UnicodeError, ValueError, TypeError):
+        raise BadInput("it holds bytes, neither numbers nor text", where=where, do="Choose another column.") from None
 
 
 MISSING = ("", "-", "--", "---", "NaN", "nan", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "#N/A", "*")
@@ -103,17 +111,17 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
 
 def named(headers: Iterable[str], source: str) -> tuple[list[str], dict[str, str]]:
     """Column names without their units, and the units; names must differ."""
-    names: list[str] = []
+    names: dict[str, None] = {}
     units: dict[str, str] = {}
     for position, header in enumerate(headers, 1):
         name, unit = name_and_unit(header)
         name = name or f"column{position}"
         if name in names:
             raise BadInput(f"two columns are called {name!r}", where=source, do="Give each column its own name.")
-        names.append(name)
+        names[name] = None
         if unit:
             units[name] = unit
-    return names, units
+    return list(names), units
 
 
 def runs(numbers: Iterable[int], most: int = 5) -> str:

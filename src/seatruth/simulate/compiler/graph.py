@@ -156,8 +156,9 @@ class Graph:
     """Conditions on variables that one run of the equations may branch on. Chosen here [S]."""
     most_questions = 100_000
     """How often one run may ask for the truth of a condition: `while s.r:` asks for ever. Chosen here [S]."""
-    most_nodes = 200_000
-    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]."""
+    most_nodes = 20_000
+    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]: so
+    many take 4 s of processor time to compile with their derivatives, which grows faster than their number."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Node] = {}
