@@ -104,6 +104,14 @@ def with_a_table(s: Any, i: Any, p: Any) -> Any:
     return (0.25, p.a)[s.x > 0] * s.y, [s.x, s.y][int(s.y > s.x)]
 
 
+def with_a_table_at_a_place_that_is_known(s: Any, i: Any, p: Any) -> Any:
+    return (s.x, s.y)[math.log(2.0) > 0], (s.x, p.a, s.y)[int(math.sqrt(5.0))]
+
+
+def with_a_power_of_nothing(s: Any, i: Any, p: Any) -> Any:
+    return ((s.x > 9) * s.y) ** (1.5 + abs(p.a)), abs(s.x) ** p.a
+
+
 def with_closure(factor: float) -> Callable[..., Any]:
     def scaled(a: Any) -> Any:
         return factor * math.tanh(a)
@@ -139,6 +147,8 @@ COMPARED = [
     with_choices_of_comparisons,
     with_numbers_as_conditions,
     with_a_table,
+    with_a_table_at_a_place_that_is_known,
+    with_a_power_of_nothing,
 ]
 
 

@@ -129,15 +129,22 @@ class Node:
         return self.graph.decide(self)
 
     def __float__(self) -> float:
+        if self.op == "constant":
+            return float(self.value)
         raise NotTraceable("it turns a variable into a plain float")
 
     def __int__(self) -> int:
-        """1 or 0 for a condition, as in `table[s.r > 0]`: an `if` on it. A number cannot become an integer."""
+        """1 or 0 for a condition, as in `table[s.r > 0]`: an `if` on it. A variable number cannot become an integer."""
+        if self.op == "constant":
+            return int(self.value)
         if self.is_condition:
             return int(self.graph.decide(self))
         raise NotTraceable("it turns a variable into an integer")
 
-    __index__ = __int__
+    def __index__(self) -> int:
+        if self.op == "constant" and not float(self.value).is_integer():
+            raise NotTraceable("it takes a number with a fraction for a place in a table")
+        return int(self)
 
     def _do(self, op: str, a: Any, b: Any) -> Node:
         return self.graph.make(op, self.graph.node(a), self.graph.node(b))
