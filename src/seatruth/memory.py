@@ -23,9 +23,11 @@ def require_memory(size: float, what: str, *, where: str = "", do: str) -> None:
         BadInput: there is less.
 
     Example:
-        >>> require_memory(1e30, "its 5 steps", where="trial 'run'", do="Cut it.")
-        Traceback (most recent call last):
-        seatruth.errors.BadInput: trial 'run': its 5 steps need 1e+21 GB of memory, and this machine has ... GB left...
+        >>> try:
+        ...     require_memory(1e30, "its 5 steps", where="trial 'run'", do="Cut it.")
+        ... except BadInput as problem:
+        ...     print(problem.message.partition(",")[0])
+        trial 'run': its 5 steps need 1e+21 GB of memory
     """
     left = float(psutil.virtual_memory().available)
     if size > _SHARE * left:

@@ -29,9 +29,11 @@ def read_regular(path: str | Path, most: int | None = None) -> bytes:
         OSError: It is missing or cannot be read.
 
     Example:
-        >>> read_regular("/dev/null")
-        Traceback (most recent call last):
-        seatruth.errors.BadInput: /dev/null: it is no plain file. It is a device or a pipe: name a file.
+        >>> try:
+        ...     read_regular("/dev/null")
+        ... except BadInput as problem:
+        ...     print(problem)
+        /dev/null: it is no plain file. It is a device or a pipe: name a file.
     """
     name = os.fspath(path)
     check_name(name)

@@ -25,9 +25,11 @@ def sealed(content: Mapping[str, Any], version: int) -> str:
     Example:
         >>> unsealed(sealed({"value": 1.5}, 1), 1)
         {'value': 1.5}
-        >>> unsealed(sealed({"value": 1.5}, 1).replace("1.5", "1.6"), 1)
-        Traceback (most recent call last):
-        ValueError: its checksum does not fit: something has changed it
+        >>> try:
+        ...     unsealed(sealed({"value": 1.5}, 1).replace("1.5", "1.6"), 1)
+        ... except ValueError as problem:
+        ...     print(problem)
+        its checksum does not fit: something has changed it
     """
     whole = {_VERSION: version, **content}
     return json.dumps({**whole, _CHECKSUM: _checksum(whole)}, indent=1, ensure_ascii=False, allow_nan=False)
