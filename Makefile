@@ -21,7 +21,7 @@ PYTEST = $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist lo
 TESTS_MAY := arg-type assignment call-arg call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test test-slow lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
+.PHONY: help demo test test-slow lint types imports experiments experiments-quick attack withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -34,6 +34,7 @@ help:
 	@echo "make imports            the direction of imports (import-linter)"
 	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
+	@echo "make attack             fuzzers, hostile files and kills; says what gave way (ARGS='--quick', ARGS='--cases 1000')"
 	@echo "make withheld           the blind benchmark on a test set of 300 cases, goes on where it stopped (results/withheld-test)"
 	@echo "make withheld-real      the same on recorded runs of real ships (ARGS='--data FOLDER', default ../shared/data)"
 	@echo "make withheld-quick     the same on two development cases, in a minute or two"
@@ -75,6 +76,9 @@ withheld-real: $(DEV)
 
 withheld-quick: $(DEV)
 	@$(PY) experiments/withheld all --set dev --quick $(ARGS)
+
+attack: $(DEV)
+	@$(PY) experiments/attack $(ARGS)
 
 $(RUN): $(PINS)
 	$(call install,-e .)

@@ -16,6 +16,7 @@ import pytest
 
 from seatruth import cli
 from seatruth.commands import common, init, list_installed
+from seatruth.errors import BadInput, SeatruthWarning
 from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.study import parse
 
@@ -341,6 +342,55 @@ def test_an_interrupt_while_loading_is_one_line() -> None:
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert ended.returncode == 130
     assert ended.stderr.splitlines() == ["seatruth: interrupted. Run the same command again."]
+
+
+@pytest.mark.parametrize("place", ["../elsewhere", "/elsewhere-of-a-study", "inside/../../x", "link/below", "linked"])
+def test_a_study_writes_into_its_own_folder_unless_the_command_line_says_otherwise(folder: Path, place: str) -> None:
+    source = folder / "study.toml"
+    (folder / "link").symlink_to("/")
+    (folder / "linked").mkdir()
+    (folder / "linked" / "tables").symlink_to("/")
+    with pytest.raises(BadInput, match=r"--out DIR"):
+        common.result_folder(None, source.parent / place, source)
+    assert common.result_folder(folder / place, folder / "own", source) == folder / place
+    assert common.result_folder(None, folder / "own" / "below", source) == folder / "own" / "below"
+
+
+def test_the_folder_of_a_study_is_checked_before_anything_is_made(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["init", "zigzag.csv", "--model", "ship.py:Nomoto", "-o", "inside/study.toml"]) == 0
+    study = folder / "inside" / "study.toml"
+    study.write_text(study.read_text() + '\n[output]\nfolder = "../outside"\n')
+    capsys.readouterr()
+    assert cli.run(["identify", str(study), "--quiet"]) == 2
+    assert "lies outside of its own" in capsys.readouterr().err
+    assert not (folder / "outside").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there is no lock there")
+def test_two_runs_do_not_write_into_one_folder(tmp_path: Path) -> None:
+    with common.own_folder(tmp_path / "result"):
+        second = common.own_folder(tmp_path / "result")
+        with pytest.raises(BadInput, match="another run is writing into this folder"), second:
+            pass
+        assert list((tmp_path / "result").iterdir()) == []
+    with common.own_folder(tmp_path / "result"):
+        (tmp_path / "result" / "file").write_text("")
+    with pytest.raises(BadInput, match="a file stands where"), common.own_folder(tmp_path / "result" / "file"):
+        pass
+
+
+def test_warnings_of_seatruth_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    cli._warned(SeatruthWarning("the \x1b[2Jstore is damaged"), SeatruthWarning, "store.py", 3)
+    assert capsys.readouterr().err == "seatruth: the \\x1b[2Jstore is damaged\n"
+
+
+def test_names_that_act_on_a_terminal_are_shown_as_codes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["identify", "\x1b[2Jstudy\udcff.toml"]) == 2
+    shown = capsys.readouterr().err
+    assert r"\x1b[2Jstudy\udcff.toml" in shown
+    assert "\x1b" not in shown
 
 
 def test_a_log_that_is_a_link_to_itself_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import math
 import os
 from collections.abc import Callable
@@ -16,10 +17,11 @@ from known_glide import sailed, same, study
 
 import seatruth.analysis
 from seatruth.errors import BadInput, PluginError, SeatruthWarning
-from seatruth.estimate import NAME, Estimate
+from seatruth.estimate import FORMAT, NAME, Estimate
 from seatruth.identification import identify
 from seatruth.optimizers import Budget
 from seatruth.storage.atomic import DiskFull
+from seatruth.storage.sealed import sealed, unsealed
 from seatruth.trials.trial import Step, Trials
 
 
@@ -175,10 +177,26 @@ def test_a_damaged_result_is_said(tmp_path: Path) -> None:
         Estimate.load(folder)
     table.write_bytes(whole)
     text = (folder / NAME).read_text()
-    for broken, words in ((text[:100], "cannot be read"), ("[]", "no estimate"), ('{"format": 1}', "damaged")):
+    content = unsealed(text, FORMAT)
+    changes: dict[str, Any] = {"seed": "one", "channels": 7, "findings": [{"code": "x"}], "steps": [7], "profile": [1]}
+    for broken, words in (
+        *((text[:100], "cannot be read"), ("[" * 10**5, "cannot be read"), ("[]", "no estimate")),
+        ('{"format": 1}', "no estimate"),
+        (text.replace('"seed": ', '"seed": 1', 1), "something has changed it"),
+        (sealed({}, FORMAT), "damaged"),
+        *((sealed({**content, name: value}, FORMAT), "damaged") for name, value in changes.items()),
+    ):
         (folder / NAME).write_text(broken)
         with pytest.raises(BadInput, match=words):
             Estimate.load(folder)
+    (folder / NAME).write_text(text)
+    assert Estimate.load(folder).seed == content["seed"]
+    other = pd.read_parquet(table).rename(columns={"value": "worth"})
+    other.to_parquet(table)
+    content["tables"]["parameters"]["sha256"] = hashlib.sha256(table.read_bytes()).hexdigest()
+    (folder / NAME).write_text(sealed(content, FORMAT))
+    with pytest.raises(BadInput, match="no numbers in value"):
+        Estimate.load(folder)
 
 
 def test_saved_and_reloaded_exactly(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seatruth.text import ORIGINS, listed, origin_legend
+from seatruth.text import ORIGINS, listed, origin_legend, visible
 
 
 def test_names_are_listed_as_in_a_sentence() -> None:
@@ -14,3 +14,10 @@ def test_names_are_listed_as_in_a_sentence() -> None:
 def test_the_legend_explains_the_tags_that_occur() -> None:
     assert origin_legend(["a first guess", "", "[X] of no list"]) == ""
     assert origin_legend(["[S] here; [P] Yan 2005"]) == f"Tags: [P] {ORIGINS['P']}; [S] {ORIGINS['S']}."
+
+
+def test_what_acts_on_a_terminal_is_shown_as_its_code() -> None:
+    assert visible("Ærø, 10°\n\tψ 🚢") == "Ærø, 10°\n\tψ 🚢"
+    for character in "\x00\x07\r\x1b\x7f\x9b\u202e\u2066\u2028\udcff":
+        assert visible(f"a{character}b").isprintable()
+        assert len(visible(f"a{character}b")) > 4

@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +17,9 @@ try:
     import typer
 
     from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate, trials
-    from seatruth.commands.common import Result, Session, fail, version, write_json
+    from seatruth.commands.common import Result, Session, fail, note, version, write_json
+    from seatruth.errors import PluginError, SeatruthWarning
+    from seatruth.processes import interrupt_at_signals
 except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun in it
     sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
     sys.exit(130)
@@ -61,6 +64,10 @@ def _carried(command: Callable[..., Result]) -> Callable[..., Result]:
     def carry(*arguments: Any, **options: Any) -> Result:
         try:
             return command(*arguments, **options)
+        except SystemExit:
+            # Ours never do: a model, an effect or a solver of the user's did.
+            ended = PluginError("the code of a plug-in ended the program", do="Let it raise an error instead.")
+            raise _Ended(ended) from None
         except (Exception, KeyboardInterrupt) as problem:
             raise _Ended(problem) from problem
 
@@ -120,7 +127,20 @@ def _json_file(arguments: Sequence[str]) -> Path | None:
 
 def main() -> None:
     """Entry point of the `seatruth` command."""
+    interrupt_at_signals()
+    warnings.showwarning = _warned
     sys.exit(run(sys.argv[1:]))
+
+
+def _warned(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+    """Shows a warning of seatruth as one line; those of libraries as Python does."""
+    if issubclass(category, SeatruthWarning):
+        note(f"seatruth: {message}", style="yellow")
+    else:
+        _plain_warning(message, category, *place, **more)
+
+
+_plain_warning = warnings.showwarning
 
 
 if __name__ == "__main__":

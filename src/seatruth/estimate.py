@@ -5,22 +5,25 @@ from __future__ import annotations
 import hashlib
 import html
 import io
-import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from pydantic import TypeAdapter
 
 from seatruth.errors import BadInput
 from seatruth.storage.atomic import write_files
+from seatruth.storage.regular import read_regular
+from seatruth.storage.sealed import OtherVersion, sealed, unsealed
+from seatruth.text import listed
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
-FORMAT = 1
+FORMAT = 2
 NAME = "estimate.json"
 _FRAMES = (
     *("parameters", "nuisances", "covariance", "correlation", "sensitivity"),
@@ -31,6 +34,29 @@ PARAMETER_COLUMNS = (
     *("value", "unit", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),
     *("at_bound", "verdict", "source", "description"),
 )
+
+
+_LARGEST = 200_000_000
+"""Bytes of estimate.json. It has some 20 kB, and a few MB with thousands of trials."""
+_TYPES: Mapping[str, Any] = {
+    **dict.fromkeys(("study", "model"), str),
+    **dict.fromkeys(("optimizer", "cost", "identifiability", "outcome", "provenance"), dict[str, Any]),
+    "seed": int,
+    "synthetic": bool,
+    "channels": dict[str, str],
+    "discretisation": dict[str, dict[str, float]],
+    "profile": list[str] | None,
+    "findings": list[Finding],
+}
+"""What the entries of estimate.json are."""
+_NUMBERS: Mapping[str, Sequence[str]] = {
+    **dict.fromkeys(("parameters", "nuisances"), ("value", "stderr", "lower", "upper", "start", "min", "max")),
+    "fit": ("rmse", "rmse_start", "noise", "ratio", "bias", "n"),
+    "cross_validation": ("rmse", "noise"),
+    "history": ("evaluations", "best", "seconds"),
+    "traces": ("t", "measured", "fitted", "start"),
+}
+"""Columns of its tables that hold numbers."""
 
 
 @dataclass(eq=False)
@@ -118,7 +144,6 @@ class Estimate:
             files[f"{name}.parquet"] = data
             tables[name] = {"sha256": hashlib.sha256(data).hexdigest(), **layout}
         content = {
-            "format": FORMAT,
             "tables": tables,
             **{name: getattr(self, name) for name in ("study", "model", "optimizer", "cost", "seed", "synthetic")},
             **{name: getattr(self, name) for name in ("channels", "identifiability", "outcome", "discretisation")},
@@ -127,9 +152,8 @@ class Estimate:
             "findings": [asdict(finding) for finding in self.findings],
             "provenance": self.provenance,
         }
-        text = json.dumps(encoded(content), indent=1, ensure_ascii=False, allow_nan=False)
         # The JSON file last: it names the others' contents, so a stop in between is noticed.
-        write_files(place, {**files, NAME: text.encode()})
+        write_files(place, {**files, NAME: sealed(encoded(content), FORMAT)})
         for path in (place / "cross_validation.parquet", *place.glob("profile_*.parquet")):
             if path.name not in files:
                 path.unlink(missing_ok=True)  # of the estimate that stood there
@@ -142,31 +166,36 @@ class Estimate:
         path = place / NAME if place.is_dir() or place.suffix != ".json" else place
         where = str(path)
         try:
-            content = decoded(json.loads(path.read_text(encoding="utf-8")))
+            content = decoded(unsealed(read_regular(path, _LARGEST), FORMAT))
         except FileNotFoundError:
             raise BadInput("there is no estimate", where=where, do="Name the folder of a result.") from None
-        except (OSError, ValueError) as problem:
+        except BadInput:
+            raise
+        except OtherVersion:
+            what = "it is no estimate of this version of seatruth"
+            raise BadInput(what, where=where, do="Identify again.") from None
+        except (OSError, ValueError, RecursionError) as problem:
             raise BadInput(f"the estimate cannot be read ({problem})", where=where, do="Identify again.") from None
-        if not isinstance(content, dict) or content.get("format") != FORMAT:
-            raise BadInput("it is no estimate of this version of seatruth", where=where, do="Identify again.")
         try:
-            frames = {
-                name: _read(path.parent / f"{name}.parquet", layout) for name, layout in content["tables"].items()
+            names = [f"profile_{k}" for k in range(len(content["profile"] or ()))]
+            tables = {
+                name: _read(path.parent / f"{name}.parquet", content["tables"][name])
+                for name in (*_FRAMES, *names)
+                if name != "cross_validation" or name in content["tables"]
             }
-            profile = content["profile"]
-            fields: dict[str, Any] = {name: frames[name] for name in _FRAMES if name != "cross_validation"}
-            return cls(
-                **fields,
-                **{name: content[name] for name in ("study", "model", "optimizer", "cost", "seed", "synthetic")},
-                **{name: content[name] for name in ("channels", "identifiability", "outcome", "discretisation")},
-                cross_validation=frames.get("cross_validation"),
-                profile=None if profile is None else {name: frames[f"profile_{k}"] for k, name in enumerate(profile)},
-                steps=[(entry.pop("trial"), Step(**entry)) for entry in content["steps"]],
-                findings=[Finding(**entry) for entry in content["findings"]],
-                provenance=content["provenance"],
-            )
-        except (KeyError, TypeError, AttributeError) as problem:
+            steps = [(entry.pop("trial"), Step(**entry)) for entry in content["steps"]]
+            fields: dict[str, Any] = {
+                name: TypeAdapter(kind).validate_python(content[name]) for name, kind in _TYPES.items()
+            }
+        except (KeyError, TypeError, AttributeError, ValueError) as problem:
             raise BadInput(f"the estimate is damaged ({problem})", where=where, do="Identify again.") from None
+        profile = fields.pop("profile")
+        fields |= {name: tables.get(name) for name in _FRAMES}
+        return cls(
+            **fields,
+            profile=None if profile is None else dict(zip(profile, (tables[name] for name in names))),
+            steps=steps,
+        )
 
     def _frames(self) -> dict[str, pd.DataFrame]:
         found = {name: getattr(self, name) for name in _FRAMES if getattr(self, name) is not None}
@@ -232,14 +261,16 @@ def _flat(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, Any]]:
 
 def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     try:
-        data = path.read_bytes()
+        data = read_regular(path)
     except OSError as problem:
         raise BadInput(f"a table of the estimate cannot be read ({problem.strerror})", where=str(path)) from None
     if hashlib.sha256(data).hexdigest() != layout["sha256"]:
         raise BadInput("a table of the estimate is damaged", where=str(path), do="Identify again.")
     frame = pd.read_parquet(io.BytesIO(data))
-    if layout["index"] is None:
-        return frame
-    frame = frame.set_index("index of the table")
-    frame.index.name = layout["index"]["name"]
+    if layout["index"] is not None:
+        frame = frame.set_index("index of the table")
+        frame.index.name = layout["index"]["name"]
+    wrong = [name for name in _NUMBERS.get(path.stem, ()) if name not in frame or frame[name].dtype.kind not in "fiub"]
+    if wrong:
+        raise BadInput(f"the table has no numbers in {listed(wrong)}", where=str(path), do="Identify again.")
     return frame

@@ -29,6 +29,22 @@ def listed(names: Sequence[str], most: int = 6) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
 
 
+_UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Characters that move a terminal's cursor, change its state or reverse the order of what it shows, and half ones."""
+
+
+def visible(text: str) -> str:
+    """A text for a terminal: what would act on the terminal instead of being shown is written as its code.
+
+    Names of trials, channels and files come from files that someone else may have made.
+
+    Example:
+        >>> visible("run\\x1b[2J 1")
+        'run\\\\x1b[2J 1'
+    """
+    return _UNSEEN.sub(lambda found: found.group().encode("unicode_escape").decode("ascii"), text)
+
+
 def origin_legend(sources: Iterable[str]) -> str:
     """What the tags in these sources mean, as one sentence; empty where none has a tag.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import signal
@@ -14,7 +15,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
+from joblib.externals.loky import get_reusable_executor
 from small_comparison import TRUTH, glide, guess, line, numbers, small, solvers, stumble
 
 from seatruth import BadInput, SeatruthError
@@ -46,9 +49,18 @@ def test_runs_end_near_the_truth_and_count_evaluations(tmp_path: Path) -> None:
     )
 
 
-def test_the_number_of_workers_changes_nothing(tmp_path: Path) -> None:
+def test_the_number_of_workers_changes_nothing_and_they_run_no_code_of_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    get_reusable_executor().shutdown(wait=True)  # the workers of this test are new ones
+    here = tmp_path / "received"
+    here.mkdir()
+    for name in ("argparse", "pickle", "queue", "joblib", "numpy"):
+        (here / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write({name!r})\n")
+    monkeypatch.chdir(here)
     one = compare(small(), tmp_path / "one", workers=1)
     two = compare(small(), tmp_path / "two", workers=2)
+    assert not (tmp_path / "executed").exists()
     pd.testing.assert_frame_equal(numbers(one), numbers(two), check_exact=True)
 
 
@@ -166,7 +178,7 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     from small_comparison import slow
 
     code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path / "killed"))
-    process = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    process = subprocess.Popen([sys.executable, "-c", code])
     store = tmp_path / "killed" / STORE
     deadline = time.monotonic() + 60
     while _rows(store) < 4 and time.monotonic() < deadline and process.poll() is None:
@@ -174,8 +186,11 @@ def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) 
     with pytest.raises(BadInput, match="another comparison is writing"):
         compare(slow(), tmp_path / "killed")
     assert standing(slow(), tmp_path / "killed").left < len(slow().runs)  # may be looked at meanwhile
-    os.killpg(process.pid, signal.SIGKILL)
+    workers = psutil.Process(process.pid).children(recursive=True)
+    assert len(workers) > 2
+    process.kill()
     process.wait()
+    assert not psutil.wait_procs(workers, timeout=30)[1]  # they end by themselves
     before = _rows(store)
     assert 4 <= before < len(slow().runs)
     seen: list[ProgressEvent] = []
@@ -281,6 +296,7 @@ def test_the_store_opens_with_ordinary_tools_and_says_where_it_comes_from(tmp_pa
         "UPDATE estimates SET value = value + 1e-12 WHERE key = :key AND parameter = 'a'",
         "DELETE FROM estimates WHERE key = :key AND parameter = 'b'",
         "UPDATE runs SET checksum = NULL WHERE key = :key",
+        "UPDATE runs SET value = x'00ff' WHERE key = :key",
     ],
 )
 def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, change: str) -> None:
@@ -298,6 +314,26 @@ def test_a_changed_digit_is_noticed_and_its_run_made_again(tmp_path: Path, chang
     assert seen[0].left == 1
     pd.testing.assert_frame_equal(numbers(again), whole, check_exact=True)
     assert standing(small(seeds=1), tmp_path).left == 0  # without a second warning
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ("ALTER TABLE runs DROP COLUMN reason", "other columns"),
+        ("DROP TABLE estimates", "other columns"),
+        ("ALTER TABLE fits ADD COLUMN more TEXT", "other columns"),
+        ("UPDATE sources SET provenance = 'nonsense'", "damaged and left out"),
+    ],
+)
+def test_a_store_with_other_tables_or_another_origin_of_its_runs_is_noticed(
+    tmp_path: Path, change: str, says: str
+) -> None:
+    compare(small(seeds=1), tmp_path)
+    with contextlib.closing(sqlite3.connect(tmp_path / STORE)) as base:
+        base.execute(change)
+        base.commit()
+    with pytest.raises((BadInput, SeatruthWarning), match=says):
+        standing(small(seeds=1), tmp_path)
 
 
 def test_a_store_that_cannot_be_read_is_said(tmp_path: Path) -> None:

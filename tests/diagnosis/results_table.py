@@ -25,6 +25,10 @@ _NOT_IN_THE_FILE = ("traces",)
 def table() -> str:
     """The table as Markdown, one row per field of the file."""
     lines = ["| field | is |", "|---|---|", f"| `format` | Version of this layout, {results.FORMAT} |"]
+    lines += [
+        "| `checksum` | Checksum of all else in this file |",
+        "| `traces_checksum` | Checksum of the file of traces |",
+    ]
     lines += [f"| `{path}` | {text} |" for path, text in _rows(results.Diagnosis, "")]
     return "\n".join(lines) + "\n"
 

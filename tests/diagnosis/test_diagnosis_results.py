@@ -14,9 +14,10 @@ import pandas as pd
 import pytest
 import results_table
 
-from seatruth.diagnosis.results import NAME, TRACES, UNKNOWN, Diagnosis, towards
+from seatruth.diagnosis.results import FORMAT, NAME, TRACES, UNKNOWN, Diagnosis, towards
 from seatruth.errors import BadInput
 from seatruth.estimate import encoded
+from seatruth.storage.sealed import sealed, unsealed
 
 
 def text(diagnosis: Diagnosis) -> str:
@@ -69,9 +70,9 @@ def changed(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], obje
     """Damage to the content of diagnosis.json."""
 
     def damage(place: Path) -> None:
-        content = json.loads((place / NAME).read_text())
+        content = unsealed((place / NAME).read_text(), FORMAT)
         change(content)
-        (place / NAME).write_text(json.dumps(content))
+        (place / NAME).write_text(sealed(content, FORMAT))
 
     return damage
 
@@ -87,6 +88,8 @@ def changed(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], obje
         (lambda place: (place / NAME).write_text('{"format": 1}'), "no diagnosis of this version"),
         (lambda place: (place / TRACES).write_bytes(b"x"), "damaged"),
         (lambda place: (place / TRACES).unlink(), "damaged"),
+        (lambda place: (place / TRACES).write_bytes((place / TRACES).read_bytes() + b"x"), "damaged"),
+        (lambda place: (place / NAME).write_text((place / NAME).read_text().replace("0.9", "0.8", 1)), "changed it"),
         (changed(lambda content: content.pop("verdict")), "damaged"),
         (changed(lambda content: content["verdict"].pop("kind")), "damaged"),
         (changed(lambda content: content["verdict"].update(kind="sure")), "damaged"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import small_case as small
 
+from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
@@ -159,3 +160,15 @@ def test_an_effect_that_makes_the_model_diverge_does_not_win(ship_folder: Path, 
     other = search(problem, small.silent)
     assert "explodes" not in other.sets()[0]
     assert "rudder_offset" in other.sets()[0]
+
+
+def test_a_hypothesis_whose_algebra_fails_is_set_aside(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise np.linalg.LinAlgError("not positive definite")
+
+    monkeypatch.setattr(hypothesis_fits, "_fit_forward", fails)
+    monkeypatch.setattr(found, "failed", {})
+    fits = dict(found.fits)
+    hypothesis_fits.fit_both(found, ("gyro_bias",), found.null)
+    assert found.failed == {("gyro_bias",): "not positive definite"}
+    assert found.fits == fits

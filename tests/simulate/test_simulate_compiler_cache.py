@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from known_models import Lag, record_of
 
+from seatruth.errors import SeatruthWarning
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import cache, machine_code
 from seatruth.simulate.compiler.kernels import simulation_kernel
@@ -22,6 +23,7 @@ SCRIPT = """
 import sys, numpy as np
 sys.path.insert(0, {folder!r})
 from mine import Mine
+from seatruth.errors import SeatruthWarning
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import machine_code
 from seatruth.trials.trial import Trial
@@ -86,6 +88,41 @@ def test_torn_and_foreign_files_are_compiled_again(tmp_path: Path, monkeypatch: 
         kernel.write_bytes(damaged)
         assert machine_code._object_code(key, text) == code
         assert kernel.read_bytes() == whole
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights and owners are POSIX")
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Machine code is run as it stands, and its checksum can be computed by anyone."""
+    place = tmp_path / "new" / "kernels"
+    monkeypatch.setenv(cache.CACHE, str(place))
+    assert cache.folder() == place
+    assert place.stat().st_mode & 0o777 == 0o700
+    place.chmod(0o777)
+    with pytest.warns(SeatruthWarning, match=r"others may write to the folder.*chmod 700"):
+        assert cache.folder() is None
+    assert cache.folder() is None  # without a second word
+    place.chmod(0o755)
+    assert cache.folder() == place
+    monkeypatch.setattr(os, "geteuid", lambda: place.stat().st_uid + 1)
+    monkeypatch.setattr(cache, "_refused", set())
+    with pytest.warns(SeatruthWarning, match="belongs to another user"):
+        assert cache.folder() is None
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights, owners and pipes are POSIX")
+def test_a_kernel_that_others_may_have_written_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.kernel"
+    cache.write(path, b"code")
+    assert cache.read(path) == b"code"
+    path.chmod(0o660)
+    assert cache.read(path) is None
+    path.chmod(0o600)
+    (tmp_path / "link.kernel").symlink_to(path)
+    assert cache.read(tmp_path / "link.kernel") is None
+    os.mkfifo(tmp_path / "pipe.kernel")
+    assert cache.read(tmp_path / "pipe.kernel") is None
+    monkeypatch.setattr(os, "geteuid", lambda: path.stat().st_uid + 1)
+    assert cache.read(path) is None
 
 
 def test_without_a_place_to_keep_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -104,6 +104,14 @@ def with_a_table(s: Any, i: Any, p: Any) -> Any:
     return (0.25, p.a)[s.x > 0] * s.y, [s.x, s.y][int(s.y > s.x)]
 
 
+def with_a_table_at_a_place_that_is_known(s: Any, i: Any, p: Any) -> Any:
+    return (s.x, s.y)[math.log(2.0) > 0], (s.x, p.a, s.y)[int(math.sqrt(5.0))]
+
+
+def with_a_power_of_nothing(s: Any, i: Any, p: Any) -> Any:
+    return ((s.x > 9) * s.y) ** (1.5 + abs(p.a)), abs(s.x) ** p.a
+
+
 def with_closure(factor: float) -> Callable[..., Any]:
     def scaled(a: Any) -> Any:
         return factor * math.tanh(a)
@@ -139,6 +147,8 @@ COMPARED = [
     with_choices_of_comparisons,
     with_numbers_as_conditions,
     with_a_table,
+    with_a_table_at_a_place_that_is_known,
+    with_a_power_of_nothing,
 ]
 
 
@@ -270,6 +280,7 @@ def test_equations_that_change_from_run_to_run_are_refused(rates: Any) -> None:
         (lambda s, i, p: (np.linalg.norm([s.x, 1.0]),), "plain"),
         (lambda s, i, p: (s.x, s.x), "returns 2 values, 1 are declared"),
         (lambda s, i, p: (s.missing,), "missing"),
+        (lambda s, i, p: (sum((s.x + k) ** 2.3 for k in range(9000)),), "grow beyond"),
         (lambda s, i, p: ("text",), "str"),
         (lambda s, i, p: (math.gamma(s.x),), "plain float"),
         (lambda s, i, p: ((s.x > 0) & s.x,), "only conditions"),
@@ -281,3 +292,11 @@ def test_what_cannot_be_compiled_is_said(rates: Any, words: str) -> None:
     assert "model 'plain'" in caught.value.where
     assert "test_simulate_compiler_trace.py, line" in caught.value.where or "returns" in words or words == "str"
     assert "BlackBox" in caught.value.do
+
+
+def test_equations_that_end_the_program_are_said() -> None:
+    def ends(s: Any, i: Any, p: Any) -> Any:
+        raise SystemExit(0)
+
+    with pytest.raises(PluginError, match="rhs ends the program"):
+        trace(plain_model(ends, ("x",)))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 from known_models import Lag, exact_lag, record_of, step_record
 
@@ -51,6 +53,19 @@ def test_longest_step() -> None:
     assert simulator(Lag(), [trial], max_step=0.1).steps == 50
     assert simulator(Lag(), [trial], max_step=0.05).steps == 100
     assert simulator(Lag(), [trial], max_step=0.04).steps == 150
+
+
+def test_steps_that_are_too_many_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    t = np.append(np.arange(0.0, 30.0, 0.5), 1e6)
+    trial = Trial("torn", t, {"push": 0 * t}, {})
+    with pytest.raises(BadInput, match=r"'torn'.* after t = 29.5 s need 1.33e\+06 steps. Cut the trial there, or give"):
+        simulator(Lag(), [trial])
+    short = Trial("fine", t[:5], {"push": t[:5]}, {})
+    with pytest.raises(BadInput, match=r"need 5e\+11 steps.*or allow longer steps"):
+        simulator(Lag(), [short], max_step=1e-12)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e6))
+    with pytest.raises(BadInput, match=r"the 1e\+04 steps of the simulation need .* GB of memory"):
+        simulator(Lag(), [short], max_step=2e-4)
 
 
 def test_trials_that_cannot_be_simulated_are_named() -> None:

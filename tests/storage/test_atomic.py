@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from seatruth.errors import BadInput
+from seatruth.storage import atomic
 from seatruth.storage.atomic import CannotWrite, DiskFull, cannot_write, write_file, write_files
 
 
@@ -70,6 +73,19 @@ def test_a_failure_leaves_what_was_there(
     assert problem.value.do
     assert target.read_text() == "before"
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+
+
+def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
+    """Not what a living one is writing, nor what a process of another machine may still write."""
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    name = ".0123456789abcdef-{}-{}.part"
+    abandoned = name.format(atomic._HOST, ended.pid)
+    kept = {name.format(atomic._HOST, os.getpid()), name.format("00000000", ended.pid), "mine.part"}
+    for file in (abandoned, *kept):
+        (tmp_path / file).write_text("")
+    write_files(tmp_path, {"a": "1"})
+    assert {path.name for path in tmp_path.iterdir()} == {*kept, "a"}
 
 
 def test_several_files_change_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,6 +98,30 @@ def test_a_flood_of_problems_is_cut() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (f"[study]\nseed = {'9' * 5000}", "too many digits"),
+        ("a = 1\n" + ".".join(["a"] * 40_000) + " = 1", r"line 2: a key has too many parts"),
+        ("[" + " . ".join(["a"] * 40_000) + "]", "too many parts"),
+        ("x = {" + ".".join(['"a b"'] * 40_000) + " = 1}", "too many parts"),
+        (f"x = {'[' * 490}{']' * 490}", "nested too deeply|unknown key"),
+        ("a" * 3_000_000, "not valid TOML"),
+        ('"' * 1_000_000, "not valid TOML"),
+    ],
+    ids=lambda text: text[:12],
+)
+def test_what_would_take_the_memory_of_the_machine_is_refused(text: str, says: str) -> None:
+    with pytest.raises(BadInput, match=says):
+        parse(text)
+
+
+def test_numbers_and_texts_with_many_points_are_no_keys() -> None:
+    text = f'[study]\ndescription = "{"see 1.2.3, a.b.c ... " * 50}"\n[noise]\nr = [{", ".join(["0.1"] * 500)}]\n'
+    with pytest.raises(BadInput, match=r"line 4, \[noise\] r"):
+        parse(text)
+
+
+@pytest.mark.parametrize(
     ("content", "word"),
     [(b"", "empty"), (b" \n ", "empty"), (b"\xff\xfe\x00", "UTF-8"), (b"a" * 5_000_000, "too many")],
 )

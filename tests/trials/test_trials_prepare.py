@@ -71,6 +71,14 @@ def test_hampel_finds_exactly_the_outliers_put_in() -> None:
     assert np.abs(replaced.outputs["u"] - clean).max() < 0.1
 
 
+def test_windows_and_rates_beyond_all_measure_are_refused() -> None:
+    with pytest.raises(BadInput, match="window 1000000001 is longer than the trial"):
+        prepare.hampel(trial({"u": T}), window=1_000_000_001)
+    for rate in (1e9, float("inf")):
+        with pytest.raises(BadInput, match=r"Hz gives \S+ samples of"):
+            prepare.resample(trial(), rate=rate)
+
+
 def test_hampel_leaves_quantised_and_ramping_data_alone() -> None:
     steps = np.round(np.sin(0.1 * T) * 50) / 50
     found = prepare.hampel(trial({"u": steps, "x": 3 * T, "y": np.where(T > 50, 1.0, 0.0)}))

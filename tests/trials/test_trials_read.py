@@ -218,13 +218,24 @@ def test_bad_specifications(tmp_path: Path) -> None:
     assert "time" in refusal(tmp_path, GOOD, time=Clock("t", "m"))
 
 
+def test_bytes_are_no_numbers_and_many_columns_are_refused_at_once(tmp_path: Path) -> None:
+    pd.DataFrame({"t": [0.0, 1.0], "x": [b"\xff", b"\xfe"]}).to_parquet(tmp_path / "a.parquet")
+    with pytest.raises(BadInput, match="column 'x': it holds bytes"):
+        read_trial(tmp_path / "a.parquet", inputs={}, outputs={"x": "x"})
+    with pytest.raises(BadInput, match="column 'x': it holds bytes"):
+        read_trial(tmp_path / "a.parquet", time="x", inputs={}, outputs={})
+    (tmp_path / "b.csv").write_text(",".join(f"c{k}" for k in range(50_000)) + "\n" + ",".join("1" * 50_000) + "\n")
+    with pytest.raises(BadInput, match="it has 50000 columns"):
+        read_columns(tmp_path / "b.csv")
+
+
 def test_bad_places(tmp_path: Path) -> None:
     (tmp_path / "zigzag.csv").write_text(GOOD)
     places: list[tuple[Path | str, str]] = [
         (tmp_path / "zigzak.csv", "Did you mean 'zigzag.csv'?"),
         (tmp_path / "nowhere" / "a.csv", "does not exist"),
         (tmp_path, "folder"),
-        ("a\0b.csv", "cannot be read"),
+        ("a\0b.csv", "null character"),
     ]
     for path, says in places:
         with pytest.raises(BadInput, match=says.replace("?", r"\?")):

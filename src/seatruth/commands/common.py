@@ -9,7 +9,8 @@ import math
 import os
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,8 +22,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from seatruth.errors import SeatruthError
-from seatruth.storage.atomic import CannotWrite, write_file
+from seatruth.errors import BadInput, SeatruthError
+from seatruth.storage.atomic import CannotWrite, cannot_write, write_file
+from seatruth.storage.lock import locked_folder
+from seatruth.text import listed, visible
 
 DEBUG = "SEATRUTH_DEBUG"
 """Set this environment variable to see the traceback of an unexpected error."""
@@ -91,7 +94,12 @@ def say(text: str, style: str = "", *, whole: bool = False) -> None:
 
     It is broken into lines as wide as the console; `whole` leaves it in one piece, as for a path that someone copies.
     """
-    console().print(Text(text, style=style), soft_wrap=whole)
+    console().print(Text(visible(text), style=style), soft_wrap=whole)
+
+
+def note(text: str, style: str = "", *, whole: bool = False) -> None:
+    """Prints a line of plain text on standard error; see `say`."""
+    error_console().print(Text(visible(text), style=style), soft_wrap=whole)
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = ()) -> Table:
@@ -100,7 +108,7 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Seq
     for column in columns:
         built.add_column(column, justify="right" if column in numbers else "left", overflow="fold")
     for row in rows:
-        built.add_row(*(Text(cell) for cell in row))
+        built.add_row(*(Text(visible(cell)) for cell in row))
     return built
 
 
@@ -132,6 +140,51 @@ def plain(value: Any) -> Any:
     if value is None or isinstance(value, (bool, int, str)):
         return value
     return str(value)
+
+
+def result_folder(asked: Path | None, own: Path, source: Path | None) -> Path:
+    """The folder of the results: the one that the command line names, else the file's own.
+
+    Args:
+        asked: what `--out` says; it may lie anywhere.
+        own: what the study or comparison says, or its default.
+        source: the study or comparison file; None for a study made in Python.
+
+    Raises:
+        BadInput: `own` leads out of the folder of the file that names it, or something in it does. Such a file may
+            come from someone else.
+    """
+    if asked is not None or source is None:
+        return own if asked is None else asked
+    do = "If you want that, say so on the command line: --out DIR."
+    try:
+        inside = own.resolve().is_relative_to(source.parent.resolve())
+        links = [entry.name for entry in os.scandir(own) if entry.is_symlink()] if own.is_dir() else []
+    except (OSError, RuntimeError, ValueError) as problem:
+        raise BadInput(f"the folder of its results cannot be used ({problem})", where=str(source), do=do) from None
+    if not inside:
+        raise BadInput(f"the folder of its results, {str(own)!r}, lies outside of its own", where=str(source), do=do)
+    if links:
+        raise BadInput(f"the folder of its results holds links ({listed(sorted(links))})", where=str(own), do=do)
+    return own
+
+
+@contextmanager
+def own_folder(folder: Path) -> Iterator[None]:
+    """Makes the folder of the results, and keeps it to this run.
+
+    Raises:
+        BadInput: it cannot be made, or another run is writing into it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        if problem.errno in (errno.EEXIST, errno.ENOTDIR):
+            what = "a file stands where the results' folder should be"
+            raise BadInput(what, where=str(folder), do="Name another folder with --out, or move the file.") from None
+        raise cannot_write(problem, folder) from None
+    with locked_folder(folder):
+        yield
 
 
 def write_json(
@@ -202,9 +255,9 @@ def fail(session: Session, problem: BaseException) -> int:
     code, error = explain(problem)
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
-    error_console().print(Text(f"seatruth: {error['message']}"), soft_wrap=not sys.stderr.isatty())
+    note(f"seatruth: {error['message']}", whole=not sys.stderr.isatty())
     try:
         write_json(session, code, None, error)
     except CannotWrite as second:
-        error_console().print(Text(f"seatruth: the JSON file could not be written: {second.what}"))
+        note(f"seatruth: the JSON file could not be written: {second.what}")
     return code

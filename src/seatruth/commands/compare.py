@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from seatruth.commands.common import JsonFile, Result, console, error_console, say, table
+from seatruth.commands.common import JsonFile, Result, console, note, result_folder, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 
@@ -37,12 +37,13 @@ def compare(
     from seatruth.simulate import thread_count
 
     made, folder = read_comparison(comparison)
-    folder = folder if out is None else out
+    folder = result_folder(out, folder, comparison)
     if ranking:
         results = standing(made, folder)
         show(results)
         return Result(summary(results, folder))
-    error_console().print(f"{len(made.runs)} runs: {_size(made)}") if not quiet else None
+    if not quiet:
+        note(f"{len(made.runs)} runs: {_size(made)}")
     with _cluster(scheduler), ProgressLine(quiet=quiet) as line:
         results = run(
             made,

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.text import Text
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, own_folder, result_folder, say, table
 from seatruth.commands.identify import names
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput, nearest
@@ -57,7 +56,7 @@ def diagnose(
     json_file: JsonFile = None,
 ) -> Result:
     """Find the effect that a model lacks. Says where, which, how far the gap shrinks, and what to try next."""
-    folder = out if out is not None else study.parent / f"{study.stem}-diagnosis"
+    folder = result_folder(out, study.parent / f"{study.stem}-diagnosis", study)
     return run(
         load_study(study),
         folder,
@@ -94,49 +93,44 @@ def run(
     from seatruth.storage.atomic import CannotWrite
     from seatruth.storage.checkpoint import StaleCheckpoint
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        what = "a file stands where the results' folder should be"
-        do = "Name another folder with --out, or move the file."
-        raise BadInput(what, where=str(folder), do=do) from None
     checkpoint = folder / CHECKPOINT
-    if fresh:
-        checkpoint.unlink(missing_ok=True)
-    if checkpoint.exists() and not quiet:
-        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
-    place = study.source.parent if study.source is not None else Path.cwd()
-    chosen, specs = select_effects(effects or [], place)
-    with ProgressLine(quiet=quiet) as progress:
-        try:
-            diagnosis = diagnose_study(
-                study,
-                chosen,
-                seed=seed,
-                threads=threads,
-                workers=workers,
-                progress=progress,
-                checkpoint=checkpoint,
-                validate=validate,
-                suggest=suggest,
-            )
-        except StaleCheckpoint as problem:
-            do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
-            raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
-        progress.show("Writing the result", now=False)
-        try:
-            diagnosis.save(folder)
-            report = folder / REPORT
-            write_report(diagnosis, report)
-            written = write_augmented(diagnosis, study, folder, specs)
-        except CannotWrite:
-            # The result is on the screen at least; the same command makes the files from the checkpoint.
-            progress.__exit__(None, None, None)
-            show(diagnosis)
-            raise
-    interrupted = diagnosis.outcome["code"] == "interrupted"
-    if not interrupted:
-        checkpoint.unlink(missing_ok=True)
+    with own_folder(folder):
+        if fresh:
+            checkpoint.unlink(missing_ok=True)
+        if checkpoint.exists() and not quiet:
+            note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
+        place = study.source.parent if study.source is not None else Path.cwd()
+        chosen, specs = select_effects(effects or [], place)
+        with ProgressLine(quiet=quiet) as progress:
+            try:
+                diagnosis = diagnose_study(
+                    study,
+                    chosen,
+                    seed=seed,
+                    threads=threads,
+                    workers=workers,
+                    progress=progress,
+                    checkpoint=checkpoint,
+                    validate=validate,
+                    suggest=suggest,
+                )
+            except StaleCheckpoint as problem:
+                do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
+                raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
+            progress.show("Writing the result", now=False)
+            try:
+                diagnosis.save(folder)
+                report = folder / REPORT
+                write_report(diagnosis, report)
+                written = write_augmented(diagnosis, study, folder, specs)
+            except CannotWrite:
+                # The result is on the screen at least; the same command makes the files from the checkpoint.
+                progress.__exit__(None, None, None)
+                show(diagnosis)
+                raise
+        interrupted = diagnosis.outcome["code"] == "interrupted"
+        if not interrupted:
+            checkpoint.unlink(missing_ok=True)
     show(diagnosis)
     lines = [f"Result: {folder}", f"Report: {report}"]
     if written is not None:

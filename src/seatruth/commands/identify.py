@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import pandas as pd
 import typer
-from rich.text import Text
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, error_console, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, own_folder, result_folder, say, table
 from seatruth.commands.progress import ProgressLine
-from seatruth.errors import BadInput
 from seatruth.storage.atomic import CannotWrite
 from seatruth.study import Study, load_study
 from seatruth.study.load import profile_names
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
-_ELSEWHERE = "Name another folder with --out, or move the file."
 
 
 def identify(
@@ -91,49 +88,45 @@ def run(
     from seatruth.optimizers import StaleCheckpoint
     from seatruth.storage.checkpoint import jobs_file
 
-    folder = folder if folder is not None else study.output.folder or Path(f"{study.name}-result")
+    folder = result_folder(folder, study.output.folder or Path(f"{study.name}-result"), study.source)
     checkpoint = folder / CHECKPOINT
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        what = "a file stands where the results' folder should be"
-        raise BadInput(what, where=str(folder), do=_ELSEWHERE) from None
     kept = (checkpoint, jobs_file(checkpoint))
-    if fresh:
-        for path in kept:
-            path.unlink(missing_ok=True)
-    resumed = checkpoint.exists()
-    if resumed and not quiet:
-        error_console().print(Text(f"Going on with the interrupted run in {folder} (--fresh starts again)."))
-    with ProgressLine(quiet=quiet) as progress:
-        try:
-            estimate = identify_study(
-                study,
-                budget=budget,
-                seed=seed,
-                checkpoint=checkpoint,
-                progress=progress,
-                cross_validate=cross_validate,
-                profile=profile,
-                threads=threads,
-                workers=workers,
-            )
-        except StaleCheckpoint as problem:
-            do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
-            raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
-        progress.show("Writing the result", now=False)
-        try:
-            estimate.save(folder)
-            report = _report(estimate, study, folder)
-        except CannotWrite:
-            # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
-            progress.__exit__(None, None, None)
-            show(estimate)
-            raise
-    code = str(estimate.outcome["code"])
-    if code != "interrupted":
-        for path in kept:
-            path.unlink(missing_ok=True)
+    with own_folder(folder):
+        if fresh:
+            for path in kept:
+                path.unlink(missing_ok=True)
+        resumed = checkpoint.exists()
+        if resumed and not quiet:
+            note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
+        with ProgressLine(quiet=quiet) as progress:
+            try:
+                estimate = identify_study(
+                    study,
+                    budget=budget,
+                    seed=seed,
+                    checkpoint=checkpoint,
+                    progress=progress,
+                    cross_validate=cross_validate,
+                    profile=profile,
+                    threads=threads,
+                    workers=workers,
+                )
+            except StaleCheckpoint as problem:
+                do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
+                raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
+            progress.show("Writing the result", now=False)
+            try:
+                estimate.save(folder)
+                report = _report(estimate, study, folder)
+            except CannotWrite:
+                # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
+                progress.__exit__(None, None, None)
+                show(estimate)
+                raise
+        code = str(estimate.outcome["code"])
+        if code != "interrupted":
+            for path in kept:
+                path.unlink(missing_ok=True)
     show(estimate)
     where = [f"Result: {folder}"] + ([f"Report: {report}"] if report else [])
     for line in where:

@@ -9,8 +9,9 @@ from types import TracebackType
 from rich.live import Live
 from rich.text import Text
 
-from seatruth.commands.common import error_console
+from seatruth.commands.common import error_console, note
 from seatruth.progress import ProgressEvent
+from seatruth.text import visible
 
 _LOG_EVERY_S = 5.0
 """Shortest time between two lines of a log, s (chosen here [S])."""
@@ -49,8 +50,8 @@ class ProgressLine:
         if self._quiet:
             return
         if self._live is not None:
-            self._live.update(Text(text))
+            self._live.update(Text(visible(text)))
             return
         if now or time.monotonic() - self._logged >= _LOG_EVERY_S:
             self._logged = time.monotonic()
-            error_console().print(Text(text))
+            note(text)

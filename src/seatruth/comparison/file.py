@@ -99,7 +99,8 @@ class OutputTable(Table):
     """Files that are written."""
 
     folder: str | None = Field(
-        default=None, description="Folder of store, report and tables; default: NAME-result in the folder of this file."
+        default=None,
+        description="Folder of store, report and tables, in the folder of this file; default: NAME-result there.",
     )
 
 

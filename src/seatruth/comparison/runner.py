@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -18,6 +19,7 @@ from seatruth.comparison.spec import Comparison
 from seatruth.comparison.store import Store
 from seatruth.comparison.worker import Job, RunResult, jobs_of, run_job
 from seatruth.errors import BadInput, Interrupted, SeatruthError
+from seatruth.processes import end_with, safe_search_path
 from seatruth.progress import Progress, ProgressEvent, silent
 
 STORE = "comparison.sqlite"
@@ -146,8 +148,8 @@ def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str])
 
     options: dict[str, Any] = {"backend": backend}
     if backend == "loky":
-        options |= {"n_jobs": workers, "inner_max_num_threads": 1}
-    with joblib.parallel_config(**options):
+        options |= {"n_jobs": workers, "inner_max_num_threads": 1, "initializer": end_with, "initargs": (os.getpid(),)}
+    with joblib.parallel_config(**options), safe_search_path():
         yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="3*n_jobs")(handed_out())
 
 
@@ -155,7 +157,7 @@ def _run_in_own_process(job: Job) -> RunResult:
     """One job in a new process: if that process ends, this job ended it."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    with ProcessPoolExecutor(max_workers=1) as pool:
+    with safe_search_path(), ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)) as pool:
         try:
             result: RunResult = pool.submit(run_job, job).result()
             return result

@@ -3,8 +3,8 @@
 Tables: `runs` (one row a search), `estimates` (its parameters), `fits` (what the runs of an instance are measured
 against), `fit_parameters` (true values and bounds), `sources` (versions, commit, machine), `about`. A run is written
 in one transaction, so whatever ends the program leaves whole runs only. Rows are found by the hash of their run's
-definition: a changed definition makes new rows, and old ones stay. Each run and fit carries a checksum of its row and
-its parameters: one that does not fit (a changed digit) is left out with a warning and made again.
+definition: a changed definition makes new rows, and old ones stay. Each run and fit carries a checksum of its row, its
+parameters and its source: one that does not fit (a changed digit) is left out with a warning and made again.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import json
 import math
 import sqlite3
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -31,7 +31,7 @@ from seatruth.storage.checksum import checksum
 from seatruth.storage.lock import lock_file
 from seatruth.storage.values import to_text
 
-VERSION = 2
+VERSION = 3
 _APPLICATION = 0x5EA7C0DE & 0x7FFFFFFF
 """Marks the file as a store of seatruth (SQLite's application_id)."""
 _PARAMETERS = {"runs": "estimates", "fits": "fit_parameters"}
@@ -125,20 +125,13 @@ class Store:
 
         Raises SeatruthError where the disk is full; what was written before stays.
         """
-        try:
-            with self._base:
-                for result in results:
-                    self._add(result, hashes[result.run.problem, result.run.cost])
-        except sqlite3.Error as problem:
-            raise SeatruthError(
-                f"the result of a run cannot be written ({problem})",
-                where=str(self.path),
-                do="Free some space and run the same command again. All earlier runs are kept.",
-            ) from None
+        with self._writing():
+            for result in results:
+                self._add(result, hashes[result.run.problem, result.run.cost])
 
     def clear(self, keys: Iterable[str]) -> None:
-        """Deletes these runs and fits."""
-        with self._base:
+        """Deletes these runs and fits, all or none. Raises as `add`."""
+        with self._writing():
             for key in keys:
                 for table, parameters in _PARAMETERS.items():
                     self._delete(table, parameters, key)
@@ -155,10 +148,23 @@ class Store:
         return frame
 
     def describe(self, name: str, content: Mapping[str, Any]) -> None:
-        """Notes the name and the definition of the latest comparison."""
-        with self._base:
+        """Notes the name and the definition of the latest comparison. Raises as `add`."""
+        with self._writing():
             for key, value in {"comparison": name, "definition": json.dumps(content, default=str)}.items():
                 self._base.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """One transaction."""
+        try:
+            with self._base:
+                yield
+        except sqlite3.Error as problem:
+            raise SeatruthError(
+                f"the result of a run cannot be written ({problem})",
+                where=str(self.path),
+                do="Free some space and run the same command again. All earlier runs are kept.",
+            ) from None
 
     def _add(self, result: RunResult, study_hash: str) -> None:
         run, numbers = result.run, result.numbers
@@ -228,8 +234,10 @@ class Store:
         parameters: dict[str, list[Any]] = {}
         for row in self._base.execute(f"SELECT * FROM {_PARAMETERS[table]}{where} ORDER BY key, parameter", values):
             parameters.setdefault(row[0], []).append(row[1:])
-        rows = self._base.execute(f"SELECT * FROM {table}{where}", values)  # the checksum is the last column
-        return {row[0]: checksum(to_text([row[:-1], parameters.get(row[0], [])]), table) for row in rows}
+        sources = dict(self._base.execute("SELECT id, provenance FROM sources"))
+        # The last columns are source, finished_utc and checksum.
+        rows = self._base.execute(f"SELECT * FROM {table}{where}", values)
+        return {row[0]: _checksum([row[:-1], parameters.get(row[0], []), sources.get(row[-3])], table) for row in rows}
 
     def _provenance(self) -> int:
         if self._source is None:
@@ -276,6 +284,8 @@ class Store:
                 where=str(self.path),
                 do="Use that version, or start a new store with --out.",
             )
+        if tables and _columns(self._base) != _own_columns():
+            raise self._unreadable(ValueError("its tables have other columns"))
         if not write:
             return
         try:
@@ -289,6 +299,31 @@ class Store:
             raise SeatruthError(
                 f"the store cannot be written ({problem})", where=str(self.path), do="Free some space."
             ) from None
+
+
+def _checksum(row: list[Any], table: str) -> str:
+    """Checksum of a row; none for a row that holds what no run writes, such as bytes."""
+    try:
+        return checksum(to_text(row), table)
+    except TypeError:
+        return "it has none"
+
+
+def _columns(base: sqlite3.Connection) -> set[tuple[str, str]]:
+    """Every column of a database, with its table."""
+    return set(
+        base.execute(
+            "SELECT m.name, c.name FROM sqlite_master m, pragma_table_info(m.name) c "
+            "WHERE m.type = 'table' AND m.name NOT LIKE 'sqlite_%'"
+        )
+    )
+
+
+@cache
+def _own_columns() -> set[tuple[str, str]]:
+    with closing(sqlite3.connect(":memory:")) as base:
+        base.executescript(_SCHEMA)
+        return _columns(base)
 
 
 def _cell(value: Any) -> Any:

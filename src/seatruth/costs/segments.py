@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
@@ -61,6 +62,12 @@ def _edges(trial: Trial, seconds: float | None) -> list[int]:
     """First sample of every segment, then the number of samples."""
     edges = [0]
     if seconds is not None:
+        if trial.duration > seconds * len(trial):
+            raise BadInput(
+                f"segments of {seconds:g} s are shorter than its samples are apart",
+                where=f"trial {trial.name!r}",
+                do="Set `segments` to the time of many samples.",
+            )
         count = max(1, round(trial.duration / seconds))
         for k in range(1, count):
             sample = int(np.searchsorted(trial.t, trial.t[0] + k * seconds - _TIME_TOLERANCE))

@@ -68,7 +68,10 @@ def fit_null(found: Search) -> None:
 
 def fit_both(found: Search, key: Key, near: Fit) -> None:
     """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
-    _fit_forward(found, key, near)
+    try:
+        _fit_forward(found, key, near)
+    except np.linalg.LinAlgError as trouble:
+        found.failed.setdefault(key, str(trouble))
     for on in (False, True):
         parts = [found.fits.get((tuple(n for n in key if n != name), on)) for name in key]
         parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)

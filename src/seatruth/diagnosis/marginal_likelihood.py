@@ -119,7 +119,10 @@ class Likelihood:
         value = self.log_likelihood(sizes, effects, trials)
         if not effects or not math.isfinite(value):
             return value
-        information, pull, sd = self.information(sizes, effects, trials)
+        try:
+            information, pull, sd = self.information(sizes, effects, trials)
+        except np.linalg.LinAlgError:
+            return -math.inf
         groups, k = [], 0
         for name in effects:
             count = len(self.problem.columns[name])
@@ -150,7 +153,9 @@ class Likelihood:
         reduced = self._reduce(sizes)
         factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
         own = np.zeros(len(self.columns))
-        own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0])
+        own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0], check_finite=False)
+        if not np.isfinite(own).all():
+            raise np.linalg.LinAlgError("the most probable step is not finite")
         shared = np.zeros(len(self.problem.unknowns))
         shared[self.columns] = self._offset + own
         right = -(reduced.halves @ np.concatenate([[1.0], own]))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
-from seatruth.errors import BadInput
+from seatruth.errors import BadInput, SeatruthError
 from seatruth.progress import Progress, ProgressEvent, remaining, silent
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.study import Study
@@ -104,9 +105,11 @@ def diagnose(
         validation = suggestion = None
         try:
             if validate and not found.interrupted:
-                validation = assembly.validation(say("Trials left out"))
+                with _set_aside_where_it_fails("the prediction of trials left out", study, findings):
+                    validation = assembly.validation(say("Trials left out"))
             if suggest and not found.interrupted:
-                suggestion = assembly.suggestion(say("Next trial"))
+                with _set_aside_where_it_fails("the search for the next trial", study, findings):
+                    suggestion = assembly.suggestion(say("Next trial"))
         except KeyboardInterrupt:
             code, reason = "interrupted", _CUT
         outcome = {
@@ -118,7 +121,25 @@ def diagnose(
             "cpu_s": time.process_time() - cpu,
             "settings": {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(settings).items()},
         }
-        return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
+        try:
+            return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
+        except (np.linalg.LinAlgError, ArithmeticError) as trouble:
+            raise SeatruthError(
+                f"the hypotheses were fitted, but what they say cannot be computed ({trouble})",
+                where=f"study {study.name!r}",
+                do="Look for wild values in the trials (`seatruth check`), or leave effects out with --effects.",
+            ) from None
+
+
+@contextmanager
+def _set_aside_where_it_fails(what: str, study: Study, findings: list[Finding]) -> Iterator[None]:
+    """A part of the diagnosis whose algebra fails is left out, and a finding says so."""
+    try:
+        yield
+    except (np.linalg.LinAlgError, ArithmeticError) as trouble:
+        text = f"Left out: {what}, because its algebra failed ({trouble})."
+        do = "Look for wild values in the trials (`seatruth check`)."
+        findings.append(Finding("warning", "part-missing", text, f"study {study.name!r}", do))
 
 
 class _Stage:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,12 +20,17 @@ from pydantic import TypeAdapter, ValidationError
 from seatruth.errors import BadInput
 from seatruth.estimate import decoded, encoded
 from seatruth.storage.atomic import write_files
+from seatruth.storage.checksum import checksum
+from seatruth.storage.regular import read_regular
+from seatruth.storage.sealed import OtherVersion, sealed, unsealed
 from seatruth.trials.finding import Finding
 
-FORMAT = 2
+FORMAT = 3
 """Version of the layout of diagnosis.json."""
 NAME = "diagnosis.json"
 TRACES = "diagnosis_traces.parquet"
+_LARGEST = 1_000_000_000
+"""Bytes of diagnosis.json. It has some 200 kB, and some MB with many trials and effects."""
 UNKNOWN = "unknown"
 """Stands among effects for a cause that is not in the library."""
 
@@ -476,7 +480,7 @@ class Diagnosis:
 
     def content(self) -> dict[str, Any]:
         """Everything but the traces, as diagnosis.json holds it."""
-        found: dict[str, Any] = {"format": FORMAT}
+        found: dict[str, Any] = {}
         for entry in dataclasses.fields(self):
             value = getattr(self, entry.name)
             if entry.name == "traces":
@@ -494,10 +498,11 @@ class Diagnosis:
         """Writes diagnosis.json and the traces (Parquet) into a folder; OSError where they cannot be written."""
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(encoded(self.content()), indent=1, ensure_ascii=False, allow_nan=False)
         buffer = io.BytesIO()
         self.traces.to_parquet(buffer, index=False)
-        write_files(place, {TRACES: buffer.getvalue(), NAME: text.encode()})
+        traces = buffer.getvalue()
+        text = sealed({**encoded(self.content()), "traces_checksum": checksum(traces)}, FORMAT)
+        write_files(place, {TRACES: traces, NAME: text})
         return place
 
     @classmethod
@@ -506,15 +511,21 @@ class Diagnosis:
         place = Path(folder)
         path = place / NAME if place.is_dir() or place.suffix != ".json" else place
         try:
-            content = decoded(json.loads(path.read_text(encoding="utf-8")))
+            content = decoded(unsealed(read_regular(path, _LARGEST), FORMAT))
         except FileNotFoundError:
             raise BadInput("there is no diagnosis", where=str(path), do="Name the folder of a diagnosis.") from None
+        except BadInput:
+            raise
+        except OtherVersion:
+            what = "it is no diagnosis of this version of seatruth"
+            raise BadInput(what, where=str(path), do="Diagnose again.") from None
         except (OSError, ValueError, RecursionError) as problem:
             raise BadInput(f"it cannot be read ({problem})", where=str(path), do="Diagnose again.") from None
-        if not isinstance(content, dict) or content.get("format") != FORMAT:
-            raise BadInput("it is no diagnosis of this version of seatruth", where=str(path), do="Diagnose again.")
         try:
-            traces = pd.read_parquet(path.parent / TRACES)
+            data = read_regular(path.parent / TRACES)
+            if checksum(data) != content["traces_checksum"]:
+                raise ValueError(f"{TRACES} has changed")
+            traces = pd.read_parquet(io.BytesIO(data))
             parts: dict[str, Any] = {"traces": traces}
             for entry in dataclasses.fields(cls):
                 if entry.name == "traces":

@@ -85,18 +85,22 @@ def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expec
         if found.hopeful((name,)):
             fit_both(found, (name,), near)
 
-    if workers == 1 or len(names) < 2:
-        for number, name in enumerate(names):
-            run(number, name)
-        return
-    with ThreadPoolExecutor(workers, thread_name_prefix="diagnosis") as pool:
-        jobs = [pool.submit(run, number, name) for number, name in enumerate(names)]
-        try:
-            for job in jobs:
-                job.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    try:
+        if workers == 1 or len(names) < 2:
+            for number, name in enumerate(names):
+                run(number, name)
+            return
+        with ThreadPoolExecutor(workers, thread_name_prefix="diagnosis") as pool:
+            jobs = [pool.submit(run, number, name) for number, name in enumerate(names)]
+            try:
+                for job in jobs:
+                    job.result()
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+    finally:
+        # In the order of their names, not of their ends: sums over them have the same digits with any workers.
+        found.fits = dict(sorted(found.fits.items()))
 
 
 def _fit_each_trial(found: Search) -> None:

@@ -12,6 +12,10 @@ from types import ModuleType
 from typing import Any
 
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
+from seatruth.storage.regular import read_regular
+
+_LARGEST = 4_000_000
+"""Bytes; a model is written by hand, so anything larger is another kind of file."""
 
 
 def is_file(spec: str) -> bool:
@@ -30,13 +34,15 @@ def load_object(spec: str, folder: Path, kind: str = "model") -> Any:
     if path.suffix != ".py":
         raise BadInput(f"{spec!r} names no Python file", do='Write it as "file.py:ClassName".')
     try:
-        source = path.read_text(encoding="utf-8")
+        source = read_regular(path, _LARGEST).decode("utf-8-sig")
     except FileNotFoundError:
         beside = [entry.name for entry in path.parent.glob("*.py")] if path.parent.is_dir() else []
         raise BadInput(
             f"there is no {kind} file {path_text!r}", do=nearest(path.name, beside) or f"Looked in {folder}."
         ) from None
-    except (OSError, UnicodeDecodeError, ValueError) as problem:
+    except BadInput as problem:
+        raise BadInput(f"the {kind} file {path_text!r} cannot be read: {problem.what}", do=problem.do) from None
+    except (OSError, UnicodeDecodeError) as problem:
         raise BadInput(f"the {kind} file {path_text!r} cannot be read ({problem})") from None
     known = _defined(source, path_text, kind)
     if not name:

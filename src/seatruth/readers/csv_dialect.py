@@ -56,14 +56,14 @@ def guess(head: bytes, source: str, separator: str | None = None, decimal: str |
     rows = [_split(text, separator) for _, text in sample]
     rows[0] = _without_last_empty(rows[0])
     rows[1:] = [row[: len(rows[0])] for row in rows[1:]]
+    if len(rows[0]) > _MOST_COLUMNS:
+        raise BadInput(f"it has {len(rows[0])} columns", where=source, do="Check the separator.")
     decimal = _guess_decimal(rows, separator) if decimal is None else decimal
     if decimal not in (".", ",") or decimal == separator:
         raise BadInput(
             f"decimal mark {decimal!r} cannot be used with separator {separator!r}", where=source, do="Use . or ,"
         )
     header, skip = _header(rows, comments, separator, decimal)
-    if len(rows[0]) > _MOST_COLUMNS:
-        raise BadInput(f"it has {len(rows[0])} columns", where=source, do="Check the separator.")
     names, units = named(header or [str(k + 1) for k in range(len(rows[0]))], source)
     if len(rows) > skip and header and _is_unit_row(rows[skip], decimal):
         units.update({name: unit for name, unit in zip(names, rows[skip], strict=False) if unit not in ("", "-")})

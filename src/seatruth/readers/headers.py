@@ -24,14 +24,14 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
 
 def named(headers: Iterable[str], source: str) -> tuple[list[str], dict[str, str]]:
     """Column names without their units, and the units; names must differ."""
-    names: list[str] = []
+    names: dict[str, None] = {}
     units: dict[str, str] = {}
     for position, header in enumerate(headers, 1):
         name, unit = name_and_unit(header)
         name = name or f"column{position}"
         if name in names:
             raise BadInput(f"two columns are called {name!r}", where=source, do="Give each column its own name.")
-        names.append(name)
+        names[name] = None
         if unit:
             units[name] = unit
-    return names, units
+    return list(names), units

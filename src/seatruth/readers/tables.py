@@ -89,7 +89,7 @@ class Table:
         return values
 
     def _from_text(self, series: pd.Series[Any], name: str) -> pd.Series[Any]:
-        text = series.astype("string").str.strip()
+        text = as_text(series, f"{self.source}, column {name!r}").str.strip()
         if self.decimal != ".":
             text = text.str.replace(self.decimal, ".", regex=False)
         numbers = pd.to_numeric(text, errors="coerce")
@@ -102,6 +102,14 @@ class Table:
                 do="Correct it, or leave a missing value empty.",
             )
         return numbers.astype("Float64")
+
+
+def as_text(series: pd.Series[Any], where: str) -> pd.Series[Any]:
+    """A column as text; BadInput where it holds bytes that are none."""
+    try:
+        return series.astype("string")
+    except (UnicodeError, ValueError, TypeError):
+        raise BadInput("it holds bytes, neither numbers nor text", where=where, do="Choose another column.") from None
 
 
 def runs(numbers: Iterable[int], most: int = 5) -> str:

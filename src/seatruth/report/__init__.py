@@ -6,6 +6,10 @@ write_report(estimate, Path("report.html"))
 figures.traces(estimate, "zigzag_10_10")
 """
 
-from seatruth.report.page import render, write_report
+from seatruth.report.plotting_library import import_matplotlib
+
+import_matplotlib()  # before any other module of this package imports it
+
+from seatruth.report.page import render, write_report  # noqa: E402
 
 __all__ = ["render", "write_report"]

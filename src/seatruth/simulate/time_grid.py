@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
+from seatruth.memory import require_memory
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
@@ -20,8 +21,12 @@ Integers = NDArray[np.int64]
 Hold = Literal["foh", "zoh"]
 _GAP = 1.5
 """An interval longer than this many median sampling intervals is a gap and takes several steps. Chosen here [S]."""
-_MOST_STEPS = 200_000_000
-"""Steps of one trial: their times and inputs take several GB beyond that. Chosen here [S]."""
+_MOST_IN_A_GAP = 100_000
+"""Steps through one interval between samples. A gap of so many is no part of a trial: nothing is known of it, and what
+was before it no longer matters after it. Chosen here [S]."""
+_BYTES = 112
+"""Bytes that a step takes for its times, and again for each input: 14 numbers while the grid is made (the interval, the
+step's number in it, and at three stages the share, the time, what they are made from, and the grid of all trials)."""
 _ROUNDING = 1e-6
 """A step may be longer than allowed by this part, so that 0.1 s sampling written in decimals does not double its
 steps for max_step = 0.1."""
@@ -70,6 +75,7 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
         raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("foh", "zoh")))
     if max_step is not None and not (math.isfinite(max_step) and max_step > 0.0):
         raise BadInput(f"the longest step is {max_step} s", do="Give a positive number of seconds.")
+    _require_memory(model, trials, max_step, finer)
     grids = [_of_trial(model, trial, hold, max_step, finer) for trial in trials]
     sizes = np.array([len(trial) for trial in trials], dtype=np.int64)
     start = np.concatenate([[0], np.cumsum(sizes)])
@@ -117,13 +123,7 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     intervals = np.diff(t)
     if intervals.size and not (np.isfinite(intervals).all() and (intervals > 0).all()):
         raise BadInput("its time does not increase", where=where, do="See `seatruth check`.")
-    counts = _counts(intervals, max_step, model.longest_step) * finer
-    if counts.sum() > _MOST_STEPS:
-        raise BadInput(
-            f"it needs {int(counts.sum())} steps of {max_step} s",
-            where=where,
-            do="Allow longer steps or cut the trial.",
-        )
+    counts = _counts(intervals, max_step, model.longest_step).astype(np.int64) * finer
     length = np.append(intervals / np.maximum(counts, 1), 1.0)
     interval = np.repeat(np.arange(intervals.size), counts)
     number = np.arange(interval.size) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -158,9 +158,32 @@ def _delayed(t: Array, values: Array, at: Array, hold: Hold) -> Array:
     return np.asarray(values[np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 1)])
 
 
-def _counts(intervals: Array, max_step: float | None, allowed: float) -> Integers:
-    """Steps in each interval of lengths `intervals` (n - 1,) s; none is longer than `allowed` s."""
+def _require_memory(model: Model, trials: Sequence[Trial], max_step: float | None, finer: int) -> None:
+    """Refuses steps that are too many, before they are made."""
+    total = 0.0
+    for trial in trials:
+        intervals = np.diff(trial.t)
+        counts = _counts(intervals, max_step, model.longest_step) * finer
+        total += float(counts.sum())
+        longest = int(counts.argmax()) if counts.size else 0
+        if counts.size and counts[longest] > _MOST_IN_A_GAP:
+            raise BadInput(
+                f"the {intervals[longest]:g} s after t = {trial.t[longest]:g} s need {counts[longest]:.3g} steps",
+                where=f"trial {trial.name!r}",
+                do="Cut the trial there, or give each part a file of its own"
+                + (", or allow longer steps (`max_step`)." if max_step is not None else "."),
+            )
+    require_memory(
+        _BYTES * (1.0 + len(model.inputs)) * total,
+        f"the {total:.3g} steps of the simulation",
+        do="Cut or thin the trials (steps `cut`, `decimate`), or allow longer steps.",
+    )
+
+
+def _counts(intervals: Array, max_step: float | None, allowed: float) -> Array:
+    """Steps in each interval of lengths `intervals` (n - 1,) s, as numbers; none is longer than `allowed` s."""
     if not intervals.size:
-        return np.zeros(0, dtype=np.int64)
+        return np.zeros(0)
     longest = min(allowed, max_step if max_step is not None else _GAP * float(np.median(intervals)))
-    return np.maximum(1, np.ceil(intervals / longest - _ROUNDING)).astype(np.int64)
+    with np.errstate(all="ignore"):  # times that overflow are refused later
+        return np.maximum(1.0, np.ceil(intervals / longest - _ROUNDING))

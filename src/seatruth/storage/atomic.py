@@ -16,7 +16,10 @@ Example:
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import platform
+import re
 import secrets
 from collections.abc import Mapping
 from contextlib import suppress
@@ -24,6 +27,9 @@ from pathlib import Path
 
 from seatruth.errors import BadInput
 
+_HOST = hashlib.sha256(platform.node().encode("utf-8", "replace")).hexdigest()[:8]
+"""This machine: a folder may be shared with others, whose processes have the same numbers."""
+_TEMPORARY = re.compile(r"\.[0-9a-f]{16}-(?P<host>[0-9a-f]{8})-(?P<process>\d{1,9})\.part")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Error numbers of a full disk, a used-up quota and a file-size limit."""
 
@@ -117,13 +123,16 @@ def cannot_write(problem: OSError, path: str | Path) -> CannotWrite:
 
 
 def _bytes(content: bytes | str) -> bytes:
-    return content.encode("utf-8") if isinstance(content, str) else content
+    # Half characters, which names of files may hold, are written as their codes.
+    return content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
 
 
 def _write_beside(target: Path, data: bytes, mode: int, durable: bool) -> Path:
     """A new temporary file with this content, in the folder of the target."""
-    # The name does not contain the target's, which may already be as long as the file system allows.
-    temporary = target.with_name(f".{secrets.token_hex(8)}.part")
+    _remove_abandoned(target.parent)
+    # The name does not contain the target's, which may already be as long as the file system allows. It says which
+    # process writes, so that what a killed one leaves is known.
+    temporary = target.with_name(f".{secrets.token_hex(8)}-{_HOST}-{os.getpid()}.part")
     handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode)
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -135,6 +144,29 @@ def _write_beside(target: Path, data: bytes, mode: int, durable: bool) -> Path:
         temporary.unlink(missing_ok=True)
         raise
     return temporary
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Removes temporary files that killed processes of this machine left in a folder."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            found = _TEMPORARY.fullmatch(entry.name)
+            if found and found["host"] == _HOST and not _runs(int(found["process"])):
+                with suppress(OSError):
+                    os.unlink(entry.path)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process with this number runs; True where the system does not say."""
+    if os.name != "posix":
+        return True  # there, signal 0 would end it
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 def _replace(temporary: Path, target: Path) -> None:

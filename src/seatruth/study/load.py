@@ -9,6 +9,7 @@ message, each problem with its line.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
+from seatruth.storage.regular import read_regular
 from seatruth.study import build, solver
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import OutputSettings, Study
@@ -24,6 +26,8 @@ from seatruth.study.validation import Problems, add_schema_errors
 
 _LARGEST = 4_000_000
 """Bytes; a study file is written by hand, so anything larger is another kind of file."""
+_LONG_KEY = re.compile(r"""(?<![\w"'.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+"""A dotted key of more parts than any table has: the TOML reader takes memory with the square of their number."""
 
 
 def load_study(path: str | Path) -> Study:
@@ -99,12 +103,20 @@ def parse(text: str, source: str = "the study file") -> tuple[StudyFile, Problem
 
 def parsed(text: str, source: str) -> tuple[dict[str, Any], Problems]:
     """A TOML text as tables, and the collector of problems that knows its lines. Raises BadInput where it is none."""
+    long = _LONG_KEY.search(text)
+    if long:
+        line = text.count("\n", 0, long.start()) + 1
+        raise BadInput(
+            "a key has too many parts", where=f"{source}, line {line}", do="A key has at most three or four."
+        )
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise _toml_problem(problem, text, source) from None
     except RecursionError:
         raise BadInput("it is nested too deeply", where=source, do="Write it flatter.") from None
+    except ValueError:  # Python reads no whole number of more than some thousand digits
+        raise BadInput("it holds a number of too many digits", where=source, do="Write it with fewer.") from None
     return data, Problems(source, Lines(text))
 
 
@@ -126,17 +138,15 @@ def read_text(path: str | Path) -> str:
     """The text of a study file; BadInput where there is none."""
     file = Path(path)
     try:
-        if file.is_dir():
-            raise BadInput("it is a folder", where=str(file), do="Name the study file in it.")
-        data = file.read_bytes()
+        data = read_regular(file, _LARGEST)
+    except IsADirectoryError:
+        raise BadInput("it is a folder", where=str(file), do="Name the study file in it.") from None
     except FileNotFoundError:
         raise BadInput("no such study file", where=str(file), do=_siblings(file)) from None
-    except (OSError, ValueError) as problem:
-        raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
+    except OSError as problem:
+        raise BadInput(f"it cannot be read ({problem.strerror})", where=str(file), do="Check the path.") from None
     if not data.strip():
         raise BadInput("the study file is empty", where=str(file), do="`seatruth init LOG.csv` writes one.")
-    if len(data) > _LARGEST:
-        raise BadInput(f"it has {len(data)} bytes, too many for a study file", where=str(file), do="Check the path.")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:

@@ -365,7 +365,7 @@ class OutputTable(Table):
     """Files that are written, and results that are computed in addition to the fit."""
 
     folder: str | None = Field(
-        default=None, description="Folder of the result; default: NAME-result in the folder of the study file."
+        default=None, description="Folder of the result, in the folder of the study file; default: NAME-result there."
     )
     report: bool = Field(default=True, description="Write report.html.")
     cross_validate: bool = Field(

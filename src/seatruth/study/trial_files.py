@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fnmatch
-import glob
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,8 +10,9 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from seatruth.errors import nearest
+from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.study.file_patterns import MOST_FILES, is_pattern, matching_files
 from seatruth.study.observations import plain_outputs, turned_with_heading
 from seatruth.study.quantity import number
 from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
@@ -20,7 +20,6 @@ from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
 from seatruth.trials.frames import POSITIONS, with_origin
 
-_PATTERN = "*?["
 ROS2_BAG = "metadata.yaml"
 """File in a folder that is a ROS 2 bag."""
 
@@ -37,6 +36,9 @@ class Recording(NamedTuple):
 def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Recording]:
     """Every file that [[trials]] names, patterns expanded; names distinct."""
     recorded: list[Recording] = []
+    if len(file.trials) > MOST_FILES:
+        problems.add(("trials",), f"it has {len(file.trials)} trials, more than {MOST_FILES}", "Split the study.")
+        return recorded
     for entry, table in enumerate(file.trials):
         files = paths(table, folder, ("trials", entry, "file"), problems)
         if table.name is not None and len(files) > 1:
@@ -170,13 +172,15 @@ def paths(table: TrialTable, folder: Path, at: tuple[str | int, ...], problems: 
     try:
         if path.is_file() or (path / ROS2_BAG).is_file():
             return [path]
-        if any(mark in table.file for mark in _PATTERN):
-            taken = sorted(Path(hit) for hit in glob.glob(str(folder / table.file), recursive=True))
-            taken = [hit for hit in taken if hit.is_file() or (hit / ROS2_BAG).is_file()]
+        if is_pattern(table.file):
+            taken = matching_files(table.file, folder, ROS2_BAG)
             if not taken:
                 problems.add(at, f"no file fits {table.file!r}", f"Paths are relative to {folder}.")
             return taken
         siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+    except BadInput as problem:
+        problems.add(at, problem.what, problem.do)
+        return []
     except OSError as problem:
         problems.add(at, f"{table.file!r} cannot be looked for ({problem.strerror})", "Check the path.")
         return []

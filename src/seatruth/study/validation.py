@@ -39,7 +39,8 @@ class Problems:
     def __init__(self, source: str, lines: Lines | None = None) -> None:
         self.source = source
         self.lines = lines
-        self._entries: list[_Problem] = []
+        self._entries: dict[_Problem, None] = {}
+        """In the order in which they were found, each once."""
 
     def __bool__(self) -> bool:
         return bool(self._entries)
@@ -49,8 +50,7 @@ class Problems:
         line = self.lines.of(path) if self.lines else None
         place = ", ".join(part for part in (f"line {line}" if line else "", named(path)) if part)
         entry = _Problem(line or 0, place, what, do, kind)
-        if entry not in self._entries:
-            self._entries.append(entry)
+        self._entries[entry] = None
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
@@ -68,7 +68,7 @@ class Problems:
         kinds = [problem.kind for problem in self._entries]
         kind = BadInput if any(issubclass(k, BadInput) for k in kinds) else kinds[0]
         if len(self._entries) == 1:
-            only = self._entries[0]
+            (only,) = self._entries
             where = f"{self.source}, {only.place}" if only.place else self.source
             raise kind(only.what, where=where, do=only.do)
         ordered = sorted(self._entries, key=lambda problem: problem.line)

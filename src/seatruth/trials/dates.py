@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.readers.tables import Table
+from seatruth.readers.tables import Table, as_text
 
 DATED = "Write dates as 2025-07-31T13:14:21.5, with Z or +02:00 where the zone is known."
 _TIME = r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?)?"
@@ -41,7 +41,7 @@ def read_dates(series: pd.Series[Any], table: Table, column: str, order: str | N
     if pd.api.types.is_datetime64_any_dtype(series.dtype):
         zoned = getattr(series.dtype, "tz", None) is not None
         return _stamps(series.dt.tz_convert(None) if zoned else series, ())
-    text = series.astype("string").str.strip()
+    text = as_text(series, f"{table.source}, column {column!r}").str.strip()
     text = text.where(text != "")
     if text.isna().all():
         return None

@@ -16,7 +16,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.readers.tables import Table
+from seatruth.readers.tables import Table, as_text
 from seatruth.trials.dates import DATED, Stamps, read_dates
 from seatruth.units import to_si
 
@@ -93,7 +93,7 @@ def time_axis(table: Table, clock: Clock) -> TimeAxis:
     if pd.api.types.is_numeric_dtype(series.dtype):
         return _numbers(table, clock, where)
     if clock.unit in (None, DATE):
-        of_day = _times_of_day(series)
+        of_day = _times_of_day(series, where)
         if of_day is not None:
             return _axis(*_through_midnight(of_day), clock, where)
         stamps = read_dates(series, table, clock.column, clock.dates)
@@ -172,13 +172,16 @@ def _axis(
 def _joined(table: Table, clock: Clock) -> pd.Series[Any]:
     """Dates and times of day as one text."""
     assert clock.date is not None
-    both = [table.column(name).astype("string").str.strip() for name in (clock.date, clock.column)]
+    both = [
+        as_text(table.column(name), f"{table.source}, column {name!r}").str.strip()
+        for name in (clock.date, clock.column)
+    ]
     return both[0] + " " + both[1]
 
 
-def _times_of_day(series: pd.Series[Any]) -> Array | None:
+def _times_of_day(series: pd.Series[Any], where: str) -> Array | None:
     """Seconds (n,) of times such as 23:59:58.5, None where the column holds something else."""
-    text = series.astype("string").str.strip()
+    text = as_text(series, where).str.strip()
     if text.isna().all() or not bool(text.dropna().str.fullmatch(r"\d{1,2}:\d{2}:\d{2}([.,]\d+)?").all()):
         return None
     spans = pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce")

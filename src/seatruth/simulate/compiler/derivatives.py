@@ -101,7 +101,9 @@ def _power_derivative(node: Node, d: list[Node]) -> Node:
     a, b = node.args
     total = b * node.graph.make("pow", a, b - 1.0) * d[0]
     if not is_constant(d[1], 0.0):
-        total = total + node * node.graph.make("log", a) * d[1]
+        # A power that is zero stays zero whatever its exponent, though its logarithm has no value.
+        along = node * node.graph.make("log", a) * d[1]
+        total = total + node.graph.select(node == 0.0, node.graph.node(0.0), along)
     return total
 
 

@@ -129,15 +129,22 @@ class Node:
         return self.graph.decide(self)
 
     def __float__(self) -> float:
+        if self.op == "constant":
+            return float(self.value)
         raise NotTraceable("it turns a variable into a plain float")
 
     def __int__(self) -> int:
-        """1 or 0 for a condition, as in `table[s.r > 0]`: an `if` on it. A number cannot become an integer."""
+        """1 or 0 for a condition, as in `table[s.r > 0]`: an `if` on it. A variable number cannot become an integer."""
+        if self.op == "constant":
+            return int(self.value)
         if self.is_condition:
             return int(self.graph.decide(self))
         raise NotTraceable("it turns a variable into an integer")
 
-    __index__ = __int__
+    def __index__(self) -> int:
+        if self.op == "constant" and not float(self.value).is_integer():
+            raise NotTraceable("it takes a number with a fraction for a place in a table")
+        return int(self)
 
     def _do(self, op: str, a: Any, b: Any) -> Node:
         return self.graph.make(op, self.graph.node(a), self.graph.node(b))
@@ -156,8 +163,9 @@ class Graph:
     """Conditions on variables that one run of the equations may branch on. Chosen here [S]."""
     most_questions = 100_000
     """How often one run may ask for the truth of a condition: `while s.r:` asks for ever. Chosen here [S]."""
-    most_nodes = 200_000
-    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]."""
+    most_nodes = 20_000
+    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]: so
+    many take 4 s of processor time to compile with their derivatives, which grows faster than their number."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Node] = {}

@@ -160,6 +160,10 @@ def _explore(
         return follow(())
     except SeatruthError:
         raise
+    except SystemExit:
+        raise PluginError(
+            f"{role} ends the program", where=f"model {model.name!r}", do="Raise nothing in it."
+        ) from None
     except Exception as problem:
         raise PluginError(
             f"{role} cannot be compiled: {_reason(problem)}",

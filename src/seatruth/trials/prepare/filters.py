@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.memory import require_memory
 from seatruth.trials.prepare.base import (
     Options,
     bridged,
@@ -60,6 +61,8 @@ def hampel(trial: Trial, options: Hampel) -> tuple[Trial, str]:
     counts: dict[str, int] = {}
     for name in names:
         values = trial.channel(name)
+        if options.window > len(trial):
+            raise BadInput(f"window {options.window} is longer than the trial, {len(trial)} samples", do="Shorten it.")
         bad, median = hampel_outliers(values, options.window, options.sigmas, options.least)
         use_median = options.replace == "median" or name in trial.inputs
         changed[name] = np.where(bad, median if use_median else np.nan, values)
@@ -167,6 +170,10 @@ class Resample(Options):
     anti_alias: bool = True
 
 
+_FINEST = 1000
+"""Samples that a resampling may make of one: more say nothing, and take memory. Chosen here [S]."""
+
+
 @preparation("resample", Resample)
 def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     """Resamples a trial at an even rate; before a lower rate, it filters inputs and outputs alike."""
@@ -179,9 +186,14 @@ def resample(trial: Trial, options: Resample) -> tuple[Trial, str]:
     for name, values in trial.inputs.items():
         if not np.isfinite(values).all():
             raise BadInput(f"input {name!r} has missing samples", do="Run the step 'fill_gaps' before it.")
-    count = int(np.floor((trial.t[-1] - trial.t[0]) * options.rate * (1 + 1e-12) + 1e-9)) + 1
-    if not 2 <= count <= 50_000_000:
-        raise BadInput(f"{options.rate:g} Hz gives {count} samples", do="Choose another rate.")
+    samples = np.floor(trial.duration * options.rate * (1 + 1e-12) + 1e-9) + 1
+    if not 2 <= samples <= _FINEST * len(trial):
+        raise BadInput(f"{options.rate:g} Hz gives {samples:g} samples of {len(trial)}", do="Choose another rate.")
+    # Of every channel the values, and about three more while they are made.
+    require_memory(
+        32.0 * samples * (len(names) + 1), "the samples", where=f"trial {trial.name!r}", do="Lower the rate."
+    )
+    count = int(samples)
     source = {name: trial.channel(name) for name in names}
     filtered = options.anti_alias and options.rate * step < 0.9
     if filtered:

@@ -1,0 +1,121 @@
+"""The parts of an attack, each run in a process of its own: one that a fault ends is known by its name."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+from attack import boat, fuzz, guard, hostile, inputs, kills, models
+from attack.fuzz import Tally
+
+FUZZED = ("expressions", "study files", "comparison files", "logs", "results", "checkpoints", "stores")
+MODELS, HOSTILE = "models against Python", "hostile files"
+KILLED = tuple(f"kill -9: {command}" for command in kills.COMMANDS)
+NAMES = (MODELS, *FUZZED, HOSTILE, *KILLED)
+
+
+def cases_of(part: str, quick: bool, asked: int | None) -> int:
+    """How many cases a part gets: as asked, else what its kind needs and a machine has time for."""
+    if part == HOSTILE:
+        return 0  # all that there are
+    if asked is not None:
+        return asked
+    if part == MODELS:
+        return 1000
+    if part in KILLED:
+        return 1 if quick else 100
+    return 60 if quick else 20_000
+
+
+def in_own_process(part: str, cases: int, seed: int, out: Path, guided: bool) -> Tally:
+    """Runs a part; a process that ends without an answer is itself what gave way."""
+    answer = out / f"{part.replace(':', '').replace(',', '').replace(' ', '_')}.json"
+    answer.unlink(missing_ok=True)
+    line = [sys.executable, "-P", "-W", "ignore", str(Path(__file__).parent), "--part", part, "--cases", str(cases)]
+    begun = time.perf_counter()
+    done = subprocess.run(
+        [*line, "--seed", str(seed), "--out", str(out), *(["--guided"] if guided else [])],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    if not answer.exists():
+        reason = f"the process ended with {done.returncode}: {done.stderr.strip()[-300:]}"
+        return Tally(part, cases, failed=1, gave_way=[reason], seconds=time.perf_counter() - begun)
+    return Tally(**json.loads(answer.read_text()))
+
+
+def run(part: str, cases: int, seed: int, out: Path, guided: bool) -> None:
+    """Runs a part here and writes its tally."""
+    os.environ.setdefault("SEATRUTH_THREADS", "1")
+    place = Path(tempfile.mkdtemp(prefix="attack-"))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tally = _tally(part, cases, seed, place, out / "gave way", guided)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+    name = part.replace(":", "").replace(",", "").replace(" ", "_")
+    (out / f"{name}.json").write_text(json.dumps(dataclasses.asdict(tally)))
+
+
+def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, guided: bool) -> Tally:
+    if part == MODELS:
+        return _models(cases, seed)
+    if part == HOSTILE:
+        return _hostile(place)
+    if part in KILLED:
+        return kills.run(part.removeprefix("kill -9: "), cases, seed, place)
+    (target,) = (one for one in inputs.targets(place, [part]))
+    return (fuzz.guided if guided else fuzz.run)(target, cases, seed, kept)
+
+
+def _models(cases: int, seed: int) -> Tally:
+    os.environ["SEATRUTH_CACHE"] = "off"
+    tally, begun = Tally(MODELS), time.perf_counter()
+    for number in range(seed * 1_000_000, seed * 1_000_000 + cases):
+        at = time.perf_counter()
+        try:
+            found = models.compare(number)
+            reason = f"{found.what}\n{found.source}" if found else ""
+        except Exception as problem:
+            reason = f"{type(problem).__name__}: {problem}"
+        took = time.perf_counter() - at
+        tally.note(f"model {number}", guard.Verdict("gave way" if reason else "answered", reason, took))
+    tally.seconds = time.perf_counter() - begun
+    return tally
+
+
+def _hostile(place: Path) -> Tally:
+    tally, begun = Tally(HOSTILE), time.perf_counter()
+    guard.command(["check", str(boat.build(place / "warm"))], seconds=120.0)  # loads what every command loads
+    for number, (name, case) in enumerate(hostile.cases()):
+        folder = place / str(number)
+        boat.build(folder)
+        tally.note(name, guard.command(case(folder)))
+        shutil.rmtree(folder, ignore_errors=True)
+    tally.seconds = time.perf_counter() - begun
+    return tally
+
+
+def table(tallies: Sequence[Tally]) -> str:
+    """What was tried and what came of it, as Markdown."""
+    lines = ["| attack | inputs | refused | seconds | slowest, s | gave way |", "|---|---:|---:|---:|---:|---:|"]
+    lines += [
+        f"| {t.name} | {t.tried} | {t.refused} | {t.seconds:.0f} | {t.slowest:.2f} | {t.failed or 'nothing'} |"
+        for t in tallies
+    ]
+    whole = sum(t.tried for t in tallies), sum(t.refused for t in tallies), sum(t.seconds for t in tallies)
+    failed = sum(t.failed for t in tallies)
+    lines.append(f"| **together** | **{whole[0]}** | {whole[1]} | {whole[2]:.0f} | | **{failed or 'nothing'}** |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,59 @@
+"""Processes that a run starts: where they find code, and when they end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+import psutil
+import pytest
+
+from seatruth.processes import interrupt_at_signals, safe_search_path
+
+
+def test_inside_another_the_environment_is_restored_by_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    with safe_search_path():
+        with safe_search_path():
+            pass
+        assert os.environ["PYTHONSAFEPATH"] == "1"
+    assert "PYTHONSAFEPATH" not in os.environ
+    monkeypatch.setenv("PYTHONSAFEPATH", "0")
+    with safe_search_path():
+        assert os.environ["PYTHONSAFEPATH"] == "1"
+    assert os.environ["PYTHONSAFEPATH"] == "0"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there a process keeps the number of its parent")
+def test_a_worker_ends_with_its_parent() -> None:
+    worker = "import os, time; from seatruth.processes import end_with; end_with(os.getppid()); time.sleep(60)"
+    parent = (
+        "import subprocess, sys; w = subprocess.Popen([sys.executable, '-c', sys.argv[1]], stdout=subprocess.PIPE);"
+        "print(w.pid, flush=True); import time; time.sleep(0.3); import os; os.kill(os.getpid(), 9)"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    killed = subprocess.run([sys.executable, "-c", parent, worker], capture_output=True, text=True, env=environment)
+    try:
+        psutil.Process(int(killed.stdout)).wait(timeout=20)
+    except psutil.NoSuchProcess:
+        return
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_signals_interrupt_as_ctrl_c_does(name: str, capfd: pytest.CaptureFixture[str]) -> None:
+    number = getattr(signal, name)
+    before = signal.getsignal(number)
+    try:
+        signal.signal(number, signal.SIG_IGN)
+        interrupt_at_signals()
+        os.kill(os.getpid(), number)  # as under nohup
+        signal.signal(number, signal.SIG_DFL)
+        interrupt_at_signals()
+        with pytest.raises(KeyboardInterrupt, match=name):
+            os.kill(os.getpid(), number)
+    finally:
+        signal.signal(number, before)
+    assert capfd.readouterr().err == f"seatruth: {name} ends this run; what was reached is kept.\n"
