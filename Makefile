@@ -21,7 +21,7 @@ PYTEST = $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist lo
 TESTS_MAY := arg-type assignment call-arg call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test test-slow coverage docs docs-links lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
+.PHONY: help demo test test-slow test-lowest coverage docs docs-links lint types imports experiments experiments-quick withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -29,6 +29,7 @@ help:
 	@echo "make demo               identifies and diagnoses trials that come with seatruth, in a minute (reports in seatruth-demo/)"
 	@echo "make test               the fast tests; ARGS='-k driver -x' goes to pytest, ARGS=--cpu lists what takes long"
 	@echo "make test-slow          the others: whole experiments, examples of the documents, interrupts and full disks"
+	@echo "make test-lowest        the fast tests with the lowest versions that pyproject.toml promises, in an environment of their own"
 	@echo "make coverage           the fast tests, with the lines of src that none of them runs (fails below 92 %)"
 	@echo "make docs               the documentation site, with every example run (build/docs/index.html)"
 	@echo "make docs-links         asks every link to the outside whether it still leads somewhere"
@@ -50,6 +51,13 @@ test: $(DEV)
 
 test-slow: $(DEV)
 	$(PYTEST) -m slow $(ARGS)
+
+# An environment of its own, made anew: nothing newer may be left in it.
+test-lowest: $(DEV)
+	$(PY) -m venv --clear build/lowest
+	$(PY) tools/lowest_versions.py > build/lowest.txt
+	build/lowest/bin/python -m pip --disable-pip-version-check install --quiet --constraint build/lowest.txt hatchling editables ".[dev]"
+	build/lowest/bin/python -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope -m "not slow" $(ARGS)
 
 # What is left is named at the end, line by line.
 coverage: $(DEV)

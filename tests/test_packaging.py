@@ -21,6 +21,7 @@ import seatruth
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 import licences  # noqa: E402  (the folder of tools is no package)
+import lowest_versions  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
@@ -65,7 +66,16 @@ def test_a_plain_install_needs_no_compiler_and_no_heavy_framework() -> None:
 
 
 def test_the_table_of_licences_names_every_package_and_permits_each() -> None:
+    pytest.importorskip("myst_nb", reason="the table also names what the documentation needs")
     assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run: python tools/licences.py --write"
+
+
+def test_each_dependency_promises_a_lowest_version() -> None:
+    pins = lowest_versions.lowest(PROJECT["project"]["dependencies"])
+    assert len(pins) == len(PROJECT["project"]["dependencies"])
+    assert all(re.fullmatch(r"[\w.-]+==[\d.]+", pin) for pin in pins)
+    with pytest.raises(ValueError, match="no lower bound"):
+        lowest_versions.lowest(["numpy"])
 
 
 def test_a_licence_that_nobody_has_read_is_refused() -> None:

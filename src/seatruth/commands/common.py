@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import pandas as pd
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -106,6 +104,9 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Seq
 
 def plain(value: Any) -> Any:
     """A value as JSON knows it: frames as lists of rows, arrays as lists, not-a-number as null, paths as text."""
+    import numpy as np
+    import pandas as pd
+
     if isinstance(value, pd.DataFrame):
         frame = value.reset_index() if value.index.name or value.index.nlevels > 1 else value
         return [plain(dict(zip(frame.columns, row))) for row in frame.itertuples(index=False, name=None)]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from seatruth.arrays import Array
 
@@ -99,6 +99,6 @@ def _predictions(values: Array, gain: Array, fade: Array) -> Array:
         found[k + 1] = state
     if last < n - 1:
         pole, weight = fade[last] * (1.0 - gain[last]), fade[last] * gain[last]
-        rest, _ = lfilter([weight], [1.0, -pole], values[last : n - 1], axis=0, zi=pole * state[None])
+        rest, _ = scipy.signal.lfilter([weight], [1.0, -pole], values[last : n - 1], axis=0, zi=pole * state[None])
         found[last + 1 :] = rest
     return found
