@@ -83,7 +83,7 @@ def answered(path: Path) -> dict[str, Any]:
     assert set(content) == {"seatruth", "command", "ok", "exit_code", "result", "error"}
     assert content["ok"] == (content["exit_code"] == 0)
     if content["error"] is not None:
-        assert set(content["error"]) == {"kind", "message", "what", "where", "do"}
+        assert set(content["error"]) == {"kind", "message", "what", "where", "do", "code"}
     return content
 
 

@@ -1,4 +1,4 @@
-"""The command line: `seatruth identify|diagnose|compare|init|check|simulate|list|demo`.
+"""The command line: `seatruth identify|diagnose|compare|init|check|simulate|list|explain|demo`.
 
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted. Whatever happens ends in one message, never in a traceback.
 The module of a command is loaded when the command is called, so that `--help` need not wait for numerical libraries.
@@ -31,6 +31,7 @@ COMMANDS = {
     "compare": ("compare", "Compare solvers on problems under noise."),
     "simulate": ("simulate", "Simulate the model against the trials, without a fit."),
     "list": ("list_installed", "List what is installed, plug-ins included."),
+    "explain": ("explain", "Say what an error or a finding means, and what to do."),
     "demo": ("demo", "Identify and diagnose synthetic example trials."),
 }
 """Commands by name: the module of `seatruth.commands` that holds a function of the same name, and what it does."""

@@ -7,7 +7,7 @@ import importlib.util
 import os
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import pytest
 
@@ -53,8 +53,7 @@ def windows_lock(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """The module as Windows loads it: without fcntl, with msvcrt."""
     monkeypatch.setitem(sys.modules, "fcntl", None)
     monkeypatch.setitem(sys.modules, "msvcrt", Windows())  # type: ignore[arg-type]  # stands in for a module
-    stand_in = SimpleNamespace(**{**vars(os), "name": "nt"})
-    monkeypatch.setitem(sys.modules, "os", stand_in)  # type: ignore[arg-type]  # stands in for a module
+    monkeypatch.setattr(sys, "platform", "win32")
     specification = importlib.util.spec_from_file_location("lock_on_windows", lock.__file__)
     assert specification is not None
     assert specification.loader is not None

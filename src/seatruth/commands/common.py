@@ -148,7 +148,7 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
     """Exit code and message of anything that ended a command."""
     if isinstance(problem, SeatruthError):
         kind = type(problem).__name__
-        parts = {"what": problem.what, "where": problem.where, "do": problem.do}
+        parts = {"what": problem.what, "where": problem.where, "do": problem.do, "code": problem.code}
         return problem.exit_code, {"kind": kind, "message": problem.message, **parts}
     if isinstance(problem, (KeyboardInterrupt, typer.Abort)):
         return 130, _message("Interrupted", "interrupted", "Run the same command again to go on.")
@@ -181,7 +181,7 @@ def _os_problem(problem: OSError) -> tuple[int, dict[str, str]]:
 
 def _message(kind: str, what: str, do: str) -> dict[str, str]:
     end = "" if what.endswith((".", "!", "?")) else "."
-    return {"kind": kind, "message": f"{what}{end} {do}".strip(), "what": what, "where": "", "do": do}
+    return {"kind": kind, "message": f"{what}{end} {do}".strip(), "what": what, "where": "", "do": do, "code": ""}
 
 
 def _help_hint(problem: BaseException) -> str:
@@ -192,12 +192,13 @@ def _help_hint(problem: BaseException) -> str:
 
 def fail(session: Session, problem: BaseException) -> int:
     """Prints one message, writes it to `--json`, and gives the exit code."""
-    code, error = explain(problem)
+    exit_code, error = explain(problem)
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
-    error_console().print(Text(f"seatruth: {error['message']}"), soft_wrap=not sys.stderr.isatty())
+    code = f" [{error['code']}]" if error["code"] else ""
+    error_console().print(Text(f"seatruth: {error['message']}{code}"), soft_wrap=not sys.stderr.isatty())
     try:
-        write_json(session, code, None, error)
+        write_json(session, exit_code, None, error)
     except CannotWrite as second:
         error_console().print(Text(f"seatruth: the JSON file could not be written: {second.what}"))
-    return code
+    return exit_code

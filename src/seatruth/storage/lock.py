@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from typing import IO, Any
 
-if os.name == "nt":  # each system has one of the two modules
+if sys.platform == "win32":  # each system has one of the two modules
     import msvcrt
 
     _BEYOND = 1 << 40
