@@ -65,11 +65,11 @@ coverage: $(DEV)
 
 # Every warning is an error, and so is every link inside the site that leads nowhere.
 docs: $(DEV)
-	$(PY) -m sphinx --builder html --fail-on-warning --keep-going --quiet docs build/docs
+	$(PY) tools/documentation html
 	@echo "The documentation is build/docs/index.html"
 
 docs-links: $(DEV)
-	$(PY) -m sphinx --builder linkcheck --quiet docs build/links
+	$(PY) tools/documentation linkcheck -D nb_execution_mode=off
 
 lint: $(DEV)
 	$(PY) -m ruff check .
