@@ -9,7 +9,7 @@ HERE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 RUN := $(VENV)/.installed-$(HERE)
 DEV := $(VENV)/.installed-dev-$(HERE)
 # All that a test may ask for, so that none is skipped.
-EXTRAS := dev,dask,benchmark
+EXTRAS := dev,docs,dask,benchmark
 PINS := pyproject.toml constraints.txt
 PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-bar off --constraint constraints.txt
 # At most so many processes run tests side by side. More do not pay: each loads the numerical libraries anew.
@@ -21,7 +21,7 @@ PYTEST = $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist lo
 TESTS_MAY := arg-type assignment call-arg call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test test-slow lint types imports experiments experiments-quick attack withheld withheld-real withheld-quick clean
+.PHONY: help demo test test-slow test-lowest coverage docs docs-links lint types imports experiments experiments-quick attack withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -29,6 +29,10 @@ help:
 	@echo "make demo               identifies and diagnoses trials that come with seatruth, in a minute (reports in seatruth-demo/)"
 	@echo "make test               the fast tests; ARGS='-k driver -x' goes to pytest, ARGS=--cpu lists what takes long"
 	@echo "make test-slow          the others: whole experiments, examples of the documents, interrupts and full disks"
+	@echo "make test-lowest        the fast tests with the lowest versions that pyproject.toml promises, in an environment of their own"
+	@echo "make coverage           the fast tests, with the lines of src that none of them runs (fails below 92 %)"
+	@echo "make docs               the documentation site, with every example run (build/docs/index.html)"
+	@echo "make docs-links         asks every link to the outside whether it still leads somewhere"
 	@echo "make lint               style and format of the code (ruff)"
 	@echo "make types              static types (mypy)"
 	@echo "make imports            the direction of imports (import-linter)"
@@ -49,6 +53,25 @@ test: $(DEV)
 test-slow: $(DEV)
 	$(PYTEST) -m slow $(ARGS)
 
+# An environment of its own, made anew: nothing newer may be left in it.
+test-lowest: $(DEV)
+	$(PY) -m venv --clear build/lowest
+	$(PY) tools/lowest_versions.py > build/lowest.txt
+	build/lowest/bin/python -m pip --disable-pip-version-check install --quiet --constraint build/lowest.txt hatchling editables ".[dev]"
+	build/lowest/bin/python -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope -m "not slow" $(ARGS)
+
+# What is left is named at the end, line by line.
+coverage: $(DEV)
+	$(PYTEST) -m "not slow" --cov --cov-report=term-missing:skip-covered --cov-report=html:build/coverage $(ARGS)
+
+# Every warning is an error, and so is every link inside the site that leads nowhere.
+docs: $(DEV)
+	$(PY) tools/documentation html
+	@echo "The documentation is build/docs/index.html"
+
+docs-links: $(DEV)
+	$(PY) tools/documentation linkcheck -D nb_execution_mode=off
+
 lint: $(DEV)
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
@@ -56,6 +79,7 @@ lint: $(DEV)
 types: $(DEV)
 	$(PY) -m mypy
 	$(PY) -m mypy experiments
+	$(PY) -m mypy tools
 	$(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --no-warn-unused-ignores --exclude tests/diagnosis/conftest.py tests
 
 imports: $(DEV)

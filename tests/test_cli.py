@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import importlib
+import inspect
 import json
 import os
 import subprocess
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import seatruth
 from seatruth import cli
 from seatruth.commands import common, init, list_installed
 from seatruth.errors import BadInput, SeatruthWarning
@@ -81,7 +84,7 @@ def answered(path: Path) -> dict[str, Any]:
     assert set(content) == {"seatruth", "command", "ok", "exit_code", "result", "error"}
     assert content["ok"] == (content["exit_code"] == 0)
     if content["error"] is not None:
-        assert set(content["error"]) == {"kind", "message", "what", "where", "do"}
+        assert set(content["error"]) == {"kind", "message", "what", "where", "do", "code"}
     return content
 
 
@@ -397,3 +400,20 @@ def test_a_log_that_is_a_link_to_itself_is_said(folder: Path, capsys: pytest.Cap
     (folder / "loop.csv").symlink_to("loop.csv")
     assert cli.run(["init", "loop.csv"]) == 2
     assert "loop.csv" in capsys.readouterr().err
+
+
+def test_the_list_of_commands_says_what_each_says_itself() -> None:
+    for name, (module, text) in cli.COMMANDS.items():
+        function = getattr(importlib.import_module(f"seatruth.commands.{module}"), module)
+        assert inspect.getdoc(function).startswith(text), name
+
+
+def test_help_loads_no_numerical_library_and_check_only_what_it_needs() -> None:
+    heavy = {"numpy", "pandas", "scipy", "pydantic", "pint", "matplotlib", "sklearn", "llvmlite"}
+    code = "import sys; from seatruth.cli import run; run(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code, "--help"], capture_output=True, text=True, check=True)
+    assert "diagnose" in done.stdout
+    assert not heavy & set(done.stderr.split())
+    study = Path(seatruth.__file__).parent / "sample" / "study.toml"
+    done = subprocess.run([sys.executable, "-c", code, "check", str(study)], capture_output=True, text=True, check=True)
+    assert not {"scipy.stats", "scipy.signal", "pint", "sklearn", "joblib", "matplotlib"} & set(done.stderr.split())

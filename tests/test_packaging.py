@@ -1,26 +1,89 @@
-"""What is shipped and installed: the wheel is whole, and every package that comes along has an exact version."""
+"""What is shipped: a whole and light wheel, its version in one place, known versions and licences of what it needs."""
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 
+import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import seatruth
+
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+import licences  # noqa: E402  (the folder of tools is no package)
+import lowest_versions  # noqa: E402
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 
 
-def test_the_wheel_holds_every_file_of_both_packages(tmp_path: Path) -> None:
-    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "wheel"]
-    command = [*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", str(tmp_path), str(ROOT)]
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [*PIP, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
     subprocess.run(command, check=True, capture_output=True)
-    (wheel,) = tmp_path.glob("*.whl")
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def test_the_version_stands_in_one_place() -> None:
+    version = PROJECT["project"]["version"]
+    assert seatruth.__version__ == version
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    released = re.search(
+        r"^## \[(\d[^]]*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert released is not None
+    assert released[1] == version
+    assert f"\ndate-released: {released[2]}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_a_plain_install_needs_no_compiler_and_no_heavy_framework() -> None:
+    needed = licences.closure(PROJECT["project"]["dependencies"])
+    assert "numpy" in needed
+    assert not needed & {
+        "jax",
+        "jaxlib",
+        "casadi",
+        "numba",
+        "torch",
+        "tensorflow",
+        "cython",
+        "pythran",
+        "dask",
+        "sphinx",
+    }
+
+
+def test_the_table_of_licences_names_every_package_and_permits_each() -> None:
+    pytest.importorskip("myst_nb", reason="the table also names what the documentation needs")
+    assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run: python tools/licences.py --write"
+
+
+def test_each_dependency_promises_a_lowest_version() -> None:
+    pins = lowest_versions.lowest(PROJECT["project"]["dependencies"])
+    assert len(pins) == len(PROJECT["project"]["dependencies"])
+    assert all(re.fullmatch(r"[\w.-]+==[\d.]+", pin) for pin in pins)
+    with pytest.raises(ValueError, match="no lower bound"):
+        lowest_versions.lowest(["numpy"])
+
+
+def test_a_licence_that_nobody_has_read_is_refused() -> None:
+    assert licences.parts("MIT AND (Apache-2.0 OR GPL-3.0-only)") == ["MIT", "Apache-2.0", "GPL-3.0-only"]
+    assert "GPL-3.0-only" not in licences.COMPATIBLE
+
+
+def test_the_wheel_holds_every_file_of_both_packages(wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     for package in (ROOT / "src" / "seatruth", ROOT / "optimizers" / "seatruth_optimizers"):
         wanted = {
@@ -30,7 +93,43 @@ def test_the_wheel_holds_every_file_of_both_packages(tmp_path: Path) -> None:
             and path.suffix in (".py", ".typed", ".csv", ".toml", ".json", ".md", ".html", ".css", ".js")
         }
         assert wanted <= packed, wanted - packed
-    assert not [name for name in packed if name.startswith(("tests/", "experiments/"))]
+    assert not [name for name in packed if name.startswith(("tests/", "experiments/", "docs/", "tools/"))]
+    assert [name for name in packed if name.endswith(".dist-info/licenses/LICENSE")]
+
+
+@pytest.mark.slow
+def test_the_wheel_works_outside_the_repository(wheel: Path, tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(tmp_path / "own")], check=True)
+    binaries = tmp_path / "own" / ("Scripts" if os.name == "nt" else "bin")
+    python = binaries / ("python.exe" if os.name == "nt" else "python")
+    # Dependencies come from the packages that are installed here; seatruth itself from the wheel, which stands first.
+    libraries = Path(
+        subprocess.check_output(
+            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True
+        ).strip()
+    )
+    (libraries / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    subprocess.run([*PIP, "--python", str(python), "install", "--no-deps", "--no-index", str(wheel)], check=True)
+
+    def run(*arguments: str) -> str:
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        return subprocess.run(
+            [str(binaries / "seatruth"), *arguments],
+            cwd=tmp_path,
+            env=environment,
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+
+    where = "import seatruth, seatruth.sample, seatruth_optimizers as solvers; seatruth.sample.copy_to('.')"
+    where += "; print(seatruth.__file__, solvers.__file__)"
+    found = subprocess.check_output([str(python), "-I", "-c", where], cwd=tmp_path, text=True).split()
+    assert all(Path(path).is_relative_to(libraries) for path in found), found
+    assert run("--version").strip() == f"seatruth {seatruth.__version__}"
+    assert "cma_es" in run("list", "optimizers")
+    run("identify", "study.toml", "--evaluations", "60", "--quiet", "--out", "result")
+    assert (tmp_path / "result" / "report.html").stat().st_size > 10_000
 
 
 def test_every_package_that_is_installed_has_an_exact_version() -> None:
@@ -39,9 +138,9 @@ def test_every_package_that_is_installed_has_an_exact_version() -> None:
         if line and not line.startswith("#"):
             name, version = re.fullmatch(r"([\w.-]+)==([\w.]+)", line).groups()  # type: ignore[union-attr]
             pinned[canonicalize_name(name)] = version
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]
-    wanted += [*project["build-system"]["requires"], "editables"]
+    wanted = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], "editables"]
+    for extra in ("dev", "docs", "dask", "benchmark"):
+        wanted += PROJECT["project"]["optional-dependencies"][extra]
     missing, seen = set(), set()
     while wanted:
         requirement = Requirement(wanted.pop())

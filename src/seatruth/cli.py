@@ -1,11 +1,13 @@
-"""The command line: `seatruth identify|diagnose|compare|init|trials|check|simulate|list|demo`.
+"""The command line: `seatruth identify|diagnose|compare|init|trials|check|simulate|list|explain|demo`.
 
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted. Whatever happens ends in one message, never in a traceback.
+The module of a command is loaded when the command is called, so that `--help` need not wait for numerical libraries.
 """
 
 from __future__ import annotations
 
 import functools
+import importlib
 import os
 import sys
 import warnings
@@ -15,8 +17,8 @@ from typing import Annotated, Any
 
 try:
     import typer
+    from typer.core import TyperGroup
 
-    from seatruth.commands import check, compare, demo, diagnose, identify, init, list_installed, simulate, trials
     from seatruth.commands.common import Result, Session, fail, note, version, write_json
     from seatruth.errors import PluginError, SeatruthWarning
     from seatruth.processes import interrupt_at_signals
@@ -24,13 +26,51 @@ except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun 
     sys.stderr.write("seatruth: interrupted. Run the same command again.\n")
     sys.exit(130)
 
+COMMANDS = {
+    "identify": ("identify", "Identify a study's parameters and write a report."),
+    "diagnose": ("diagnose", "Find the effect that a model lacks."),
+    "init": ("init", "Guess the columns of a log and write a commented study file."),
+    "trials": ("trials", "Split a long log into trials and write their tables."),
+    "check": ("check", "List the faults of a study and its data."),
+    "compare": ("compare", "Compare solvers on problems under noise."),
+    "simulate": ("simulate", "Simulate the model against the trials, without a fit."),
+    "list": ("list_installed", "List what is installed, plug-ins included."),
+    "explain": ("explain", "Say what an error or a finding means, and what to do."),
+    "demo": ("demo", "Identify and diagnose synthetic example trials."),
+}
+"""Commands by name: the module of `seatruth.commands` that holds a function of the same name, and what it does."""
+
+
+class _Commands(TyperGroup):
+    """Loads a command when it is called; lists all without loading any."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name not in COMMANDS:
+            return None
+        module = COMMANDS[cmd_name][0]
+        command = getattr(importlib.import_module(f"seatruth.commands.{module}"), module)
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=_HELP)
+        alone.command(cmd_name)(_carried(command))
+        return typer.main.get_command(alone)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+_HELP = {"help_option_names": ["-h", "--help"]}
+
 app = typer.Typer(
     name="seatruth",
+    cls=_Commands,
     help="Identifies the parameters of a marine vehicle's model from its trials and says where the two disagree.",
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP,
 )
 
 
@@ -72,20 +112,6 @@ def _carried(command: Callable[..., Result]) -> Callable[..., Result]:
             raise _Ended(problem) from problem
 
     return carry
-
-
-for _name, _command in (
-    ("identify", identify.identify),
-    ("diagnose", diagnose.diagnose),
-    ("init", init.init),
-    ("trials", trials.trials),
-    ("check", check.check),
-    ("compare", compare.compare),
-    ("simulate", simulate.simulate),
-    ("list", list_installed.list_installed),
-    ("demo", demo.demo),
-):
-    app.command(_name)(_carried(_command))
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -7,6 +7,7 @@ with code 2 for bad input, 1 for a run that failed.
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Iterable
 
 
@@ -17,6 +18,7 @@ class SeatruthError(Exception):
         what: what was wrong.
         where: file, line, column or channel, such as "trial.csv, line 14, column 'u'".
         do: the next step, as a sentence.
+        code: the code whose page explains it (`seatruth explain CODE`); by default that of the module that raises it.
 
     Example:
         >>> from seatruth import SeatruthError
@@ -26,8 +28,9 @@ class SeatruthError(Exception):
 
     exit_code = 1
 
-    def __init__(self, what: str, *, where: str = "", do: str = "") -> None:
+    def __init__(self, what: str, *, where: str = "", do: str = "", code: str = "") -> None:
         self.what, self.where, self.do = what, where, do
+        self.code = code or code_of_module(_raiser(self))
         super().__init__(self.message)
 
     @property
@@ -37,7 +40,7 @@ class SeatruthError(Exception):
         return f"{head} {self.do}".strip()
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_rebuild, (type(self), self.what, self.where, self.do))
+        return (_rebuild, (type(self), self.what, self.where, self.do, self.code))
 
 
 class BadInput(SeatruthError, ValueError):
@@ -85,8 +88,28 @@ class SeatruthWarning(UserWarning):
     """
 
 
-def _rebuild(kind: type[SeatruthError], what: str, where: str, do: str) -> SeatruthError:
-    return kind(what, where=where, do=do)
+def _rebuild(kind: type[SeatruthError], what: str, where: str, do: str, code: str) -> SeatruthError:
+    return kind(what, where=where, do=do, code=code)
+
+
+def _raiser(error: SeatruthError) -> str:
+    """The module that makes this error: the caller of its constructor and of those of its subclasses."""
+    frame = sys._getframe(2)
+    while frame.f_back is not None and frame.f_code.co_name == "__init__" and frame.f_locals.get("self") is error:
+        frame = frame.f_back
+    return str(frame.f_globals.get("__name__", ""))
+
+
+def code_of_module(module: str) -> str:
+    """The code of the errors that a module raises; "plug-in" for modules outside seatruth.
+
+    Example:
+        >>> code_of_module("seatruth.trials.csv_file"), code_of_module("my_ship")
+        ('trials-csv-file', 'plug-in')
+    """
+    if not module.startswith("seatruth."):
+        return "plug-in"
+    return module.removeprefix("seatruth.").replace(".", "-").replace("_", "-")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

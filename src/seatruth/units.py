@@ -6,6 +6,7 @@ a propeller speed is counted in revolutions, so "1/s" or "Hz" for a channel in r
 
 from __future__ import annotations
 
+import math
 import re
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -44,6 +45,10 @@ _HOSTILE = re.compile(r"\d{3}|\*\*\s*[-+]?\(|\d\s*\*\*|\*\*[^*]*\*\*[^*/]*\*\*")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([+-]?[1-9])(?![A-Za-z0-9])")
 
 
+_FREQUENT = frozenset({"1", "m", "m/s", "rad", "rad/s", "deg", "deg/s", "rev/s", "s"})
+"""Units of nearly every log. They are known without pint, whose table takes half a second to load."""
+
+
 class Conversion(NamedTuple):
     """value inside seatruth = factor * value in the file + offset."""
 
@@ -54,6 +59,10 @@ class Conversion(NamedTuple):
         if self.factor == 1.0 and self.offset == 0.0:
             return values
         return values * self.factor + self.offset
+
+
+_DEGREES = Conversion(math.pi / 180.0, 0.0)
+_QUICK = {("deg", "rad"): _DEGREES, ("deg/s", "rad/s"): _DEGREES}
 
 
 @lru_cache(maxsize=1)
@@ -72,8 +81,12 @@ def to_si(unit_from: str, channel_unit: str) -> Conversion:
     Degrees to radians, rpm to rev/s (exactly 1/60), knots to m/s, degC to K with its offset. Raises BadInput for an
     unknown unit, naming the nearest, and for units of different dimensions, naming both.
     """
-    if unit_from.strip() == channel_unit.strip():
-        parse_unit(unit_from)
+    given = unit_from.strip(), channel_unit.strip()
+    if given in _QUICK:
+        return _QUICK[given]
+    if given[0] == given[1]:
+        if given[0] not in _FREQUENT:
+            parse_unit(unit_from)
         return Conversion(1.0, 0.0)
     source, target = parse_unit(unit_from), parse_unit(channel_unit)
     registry = _registry()
@@ -93,8 +106,9 @@ def parse_unit(unit: str) -> Any:
     """pint's unit for a unit's text; BadInput naming the nearest known unit if there is none."""
     text = _spelt(unit)
     if _ALLOWED.fullmatch(text) and not _HOSTILE.search(text):
+        registry = _registry()  # outside: a pint that cannot start is no fault of the unit
         try:
-            return _registry().parse_units(text)
+            return registry.parse_units(text)
         except Exception:  # pint raises many kinds for text that is no unit; all mean the same to the user
             pass
     raise BadInput(f"unknown unit {unit!r}", do=nearest(unit, _COMMON))
@@ -111,6 +125,8 @@ def inside_unit(unit: str) -> str:
 
 def is_unit(text: str) -> bool:
     """Whether a piece of text is a unit ("m/s", "deg", "-"), as in a header or a row of units."""
+    if text in _FREQUENT:
+        return True
     try:
         parse_unit(text)
     except BadInput:

@@ -226,7 +226,7 @@ def test_bytes_are_no_numbers_and_many_columns_are_refused_at_once(tmp_path: Pat
         read_trial(tmp_path / "a.parquet", time="x", inputs={}, outputs={})
     (tmp_path / "b.csv").write_text(",".join(f"c{k}" for k in range(50_000)) + "\n" + ",".join("1" * 50_000) + "\n")
     with pytest.raises(BadInput, match="it has 50000 columns"):
-        read_columns(tmp_path / "b.csv")
+        read_log(tmp_path / "b.csv")
 
 
 def test_bad_places(tmp_path: Path) -> None:

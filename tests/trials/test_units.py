@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from seatruth import units
 from seatruth.errors import BadInput
-from seatruth.units import inside_unit, is_unit, to_si
+from seatruth.units import inside_unit, is_unit, parse_unit, to_si
 
 
 @pytest.mark.parametrize(
@@ -82,3 +83,20 @@ def test_any_text_is_a_unit_or_is_refused(text: str) -> None:
 def test_inside_unit_of_a_channel_without_declaration(unit: str, inside: str) -> None:
     assert inside_unit(unit) == inside
     to_si(unit, inside_unit(unit))
+
+
+def test_what_is_known_without_pint_is_what_pint_says() -> None:
+    for unit in units._FREQUENT:
+        assert parse_unit(unit) is not None
+    for (stated, inside), conversion in units._QUICK.items():
+        registry = units._registry()
+        assert conversion == (registry.Quantity(1.0, parse_unit(stated)).to(parse_unit(inside)).magnitude, 0.0)
+
+
+def test_a_pint_that_cannot_start_is_not_taken_for_an_unknown_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken() -> None:
+        raise TypeError("pint is damaged")
+
+    monkeypatch.setattr(units, "_registry", broken)
+    with pytest.raises(TypeError, match="damaged"):
+        parse_unit("furlong")

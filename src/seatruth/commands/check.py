@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from threadpoolctl import threadpool_limits
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
 from seatruth.study import Study, load_study
@@ -34,14 +35,16 @@ def check(
     else:
         rows = [[trial.name, str(len(trial)), f"{trial.duration:.1f}", _steps(trial.steps)] for trial in trials]
         console().print(table(["trial", "samples", "seconds", "steps"], rows, numbers=("samples", "seconds")))
-    findings = check_study(loaded)
-    _show(findings)
-    errors = sum(finding.severity == "error" for finding in findings)
-    moved = None
-    if preview and not errors:
-        moved = _preview(loaded)
-    elif preview:
-        say("\nThe preview of what the trials can move is left out until the errors are put right.")
+    # The matrices are small: more threads of the linear algebra would only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        findings = check_study(loaded)
+        _show(findings)
+        errors = sum(finding.severity == "error" for finding in findings)
+        moved = None
+        if preview and not errors:
+            moved = _preview(loaded)
+        elif preview:
+            say("\nThe preview of what the trials can move is left out until the errors are put right.")
     data = {
         "trials": [
             {"name": t.name, "samples": len(t), "duration_s": t.duration, "source": t.source, "steps": _steps(t.steps)}

@@ -15,8 +15,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import pandas as pd
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -122,6 +120,9 @@ def relative(path: Path, folder: Path) -> str:
 
 def plain(value: Any) -> Any:
     """A value as JSON knows it: frames as lists of rows, arrays as lists, not-a-number as null, paths as text."""
+    import numpy as np
+    import pandas as pd
+
     if isinstance(value, pd.DataFrame):
         frame = value.reset_index() if value.index.name or value.index.nlevels > 1 else value
         return [plain(dict(zip(frame.columns, row))) for row in frame.itertuples(index=False, name=None)]
@@ -208,7 +209,7 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
     """Exit code and message of anything that ended a command."""
     if isinstance(problem, SeatruthError):
         kind = type(problem).__name__
-        parts = {"what": problem.what, "where": problem.where, "do": problem.do}
+        parts = {"what": problem.what, "where": problem.where, "do": problem.do, "code": problem.code}
         return problem.exit_code, {"kind": kind, "message": problem.message, **parts}
     if isinstance(problem, (KeyboardInterrupt, typer.Abort)):
         return 130, _message("Interrupted", "interrupted", "Run the same command again to go on.")
@@ -241,7 +242,7 @@ def _os_problem(problem: OSError) -> tuple[int, dict[str, str]]:
 
 def _message(kind: str, what: str, do: str) -> dict[str, str]:
     end = "" if what.endswith((".", "!", "?")) else "."
-    return {"kind": kind, "message": f"{what}{end} {do}".strip(), "what": what, "where": "", "do": do}
+    return {"kind": kind, "message": f"{what}{end} {do}".strip(), "what": what, "where": "", "do": do, "code": ""}
 
 
 def _help_hint(problem: BaseException) -> str:
@@ -252,12 +253,13 @@ def _help_hint(problem: BaseException) -> str:
 
 def fail(session: Session, problem: BaseException) -> int:
     """Prints one message, writes it to `--json`, and gives the exit code."""
-    code, error = explain(problem)
+    exit_code, error = explain(problem)
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
-    note(f"seatruth: {error['message']}", whole=not sys.stderr.isatty())
+    code = f" [{error['code']}]" if error["code"] else ""
+    note(f"seatruth: {error['message']}{code}", whole=not sys.stderr.isatty())
     try:
-        write_json(session, code, None, error)
+        write_json(session, exit_code, None, error)
     except CannotWrite as second:
         note(f"seatruth: the JSON file could not be written: {second.what}")
-    return code
+    return exit_code

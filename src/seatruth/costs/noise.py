@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+import scipy
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.errors import BadInput
@@ -224,7 +224,7 @@ def _over(factor: Array, errors: Array) -> Array:
     """factor^-1 errors for each row of errors (n, d)."""
     if len(factor) == 1:
         return np.asarray(errors / factor[0, 0])
-    return np.asarray(solve_triangular(factor, errors.T, lower=True, check_finite=False).T)
+    return np.asarray(scipy.linalg.solve_triangular(factor, errors.T, lower=True, check_finite=False).T)
 
 
 def _columns(valid: Flags) -> Iterator[tuple[Indices, Indices]]:

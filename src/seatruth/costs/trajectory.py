@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Ability, Regression
@@ -331,7 +331,7 @@ class TrajectoryCost(StudyCost):
         start = cost.start
         if len(start) and np.isfinite(cost.residuals(start)).all():
             # Without bounds: a sensor with a large error lets the true state begin far from what it shows.
-            start = least_squares(cost.residuals, start, cost.jacobian, x_scale="jac", max_nfev=50).x
+            start = scipy.optimize.least_squares(cost.residuals, start, cost.jacobian, x_scale="jac", max_nfev=50).x
         return cost.candidate(start)[1]
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from seatruth.effects.environment import with_current
 from seatruth.errors import BadInput, nearest
@@ -193,7 +193,7 @@ def self_propulsion(model: Model, speed: float, values: Mapping[str, float] | No
         largest *= 2.0
     if not excess(0.0) < 0 <= excess(largest):
         raise BadInput(f"no propeller speed keeps {speed:g} m/s", where=f"model {model.name!r}")
-    return float(brentq(excess, 0.0, largest, xtol=1e-12))
+    return float(scipy.optimize.brentq(excess, 0.0, largest, xtol=1e-12))
 
 
 def add_noise(

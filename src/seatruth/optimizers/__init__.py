@@ -11,7 +11,7 @@ from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
 from seatruth.optimizers.evaluator import Evaluator
 from seatruth.optimizers.problem import Problem
-from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, make
+from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, describe, make, names
 from seatruth.storage.checkpoint import StaleCheckpoint
 
 __all__ = [
@@ -29,8 +29,10 @@ __all__ = [
     "Stop",
     "as_optimizer",
     "available",
+    "describe",
     "from_callable",
     "make",
     "minimise",
+    "names",
     "option",
 ]

@@ -42,19 +42,28 @@ class OptimizerInfo:
 
 def available() -> dict[str, OptimizerInfo]:
     """All installed optimizers by name. A plug-in that cannot be loaded is listed with its error; the others work."""
-    found = {}
-    for name, points in sorted(_points().items()):
-        package = ", ".join(dict.fromkeys(point.dist.name if point.dist else "?" for point in points))
-        try:
-            plugin = _load(name, points)
-        except PluginError as problem:
-            found[name] = OptimizerInfo(name, "", frozenset(), (), package, error=problem.message)
-            continue
-        kind = plugin if isinstance(plugin, type) else type(plugin)
-        options = () if isinstance(plugin, Optimizer) else tuple(_info(field) for field in dataclasses.fields(kind))
-        doc = inspect.getdoc(kind) or ""
-        found[name] = OptimizerInfo(name, plugin.title, plugin.needs, options, package, doc)
-    return found
+    return {name: _describe(name, points) for name, points in sorted(_points().items())}
+
+
+def names() -> list[str]:
+    """Names of all installed optimizers; none of them is loaded."""
+    return sorted(_points())
+
+
+def describe(name: str) -> OptimizerInfo:
+    """One installed optimizer of `names()`; no other is loaded."""
+    return _describe(name, _points()[name])
+
+
+def _describe(name: str, points: Sequence[EntryPoint]) -> OptimizerInfo:
+    package = ", ".join(dict.fromkeys(point.dist.name if point.dist else "?" for point in points))
+    try:
+        plugin = _load(name, points)
+    except PluginError as problem:
+        return OptimizerInfo(name, "", frozenset(), (), package, error=problem.message)
+    kind = plugin if isinstance(plugin, type) else type(plugin)
+    options = () if isinstance(plugin, Optimizer) else tuple(_info(field) for field in dataclasses.fields(kind))
+    return OptimizerInfo(name, plugin.title, plugin.needs, options, package, inspect.getdoc(kind) or "")
 
 
 def make(name: str, **options: Any) -> Optimizer:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import functools
+import hashlib
 import importlib.metadata
 from collections.abc import Sequence
 from pathlib import Path
@@ -74,6 +76,7 @@ def page(
     units: str = "",
 ) -> str:
     """A report of any kind as HTML text. `synthetic` is what its banner says, "" for none; `units` ends the page."""
+    script = _source("report.js")
     return _template().render(
         kind=kind,
         title=title,
@@ -83,7 +86,9 @@ def page(
         facts=facts,
         sections=found,
         ids={section.id: section.title for section in found},
-        css=Markup(_css()),
+        css=Markup(_source("style.css")),
+        script=Markup(script),
+        script_hash=Markup(base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()),
         version=importlib.metadata.version("seatruth"),
     )
 
@@ -103,10 +108,10 @@ def _template() -> Template:
     return _environment().get_template("report.html")
 
 
-def _css() -> str:
+def _source(name: str) -> str:
     environment = _environment()
     assert environment.loader is not None
-    return environment.loader.get_source(environment, "style.css")[0].strip()
+    return environment.loader.get_source(environment, name)[0].strip()
 
 
 def _name(thing: Any) -> str:

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from seatruth.arrays import Array
 
@@ -61,7 +61,7 @@ class AutoregressiveModel:
         This is the AR filter run backwards in time, so the matrix is never built.
         """
         denominator = np.concatenate([[1.0], -self.coefficients])
-        return np.asarray(lfilter([self.innovation_sd], denominator, columns[::-1], axis=0)[::-1])
+        return np.asarray(scipy.signal.lfilter([self.innovation_sd], denominator, columns[::-1], axis=0)[::-1])
 
     def innovations(self, series: Array) -> Array:
         """Prediction errors (n,) of a series (n,); 0 for the first `order` samples, which have too short a past."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import friedmanchisquare, rankdata, wilcoxon
+import scipy
 
 from seatruth.arrays import Array
 
@@ -34,10 +34,10 @@ def signed_rank_p(differences: Array) -> float:
         0.25
     """
     if differences.size > _MAX_EXACT:
-        test: Any = wilcoxon
+        test: Any = scipy.stats.wilcoxon
         return float(test(differences, method="asymptotic", correction=True).pvalue)
     # Twice the midranks are whole numbers, so the distribution of their sum is counted term by term.
-    doubled = np.rint(2 * rankdata(np.abs(differences))).astype(int)
+    doubled = np.rint(2 * scipy.stats.rankdata(np.abs(differences))).astype(int)
     probability = np.zeros(int(doubled.sum()) + 1)
     probability[0] = 1.0
     for rank in doubled:
@@ -56,7 +56,7 @@ def rank_biserial(differences: Array) -> float:
         >>> rank_biserial(np.array([-1.0, -2.0, -3.0]))
         -1.0
     """
-    signed = rankdata(np.abs(differences)) * np.sign(differences)
+    signed = scipy.stats.rankdata(np.abs(differences)) * np.sign(differences)
     return float(signed.sum() / np.abs(signed).sum())
 
 
@@ -68,7 +68,7 @@ def friedman_p(values: Array) -> float:
     """
     if len(values) < 2 or np.ptp(values, axis=1).max() == 0:
         return 1.0
-    return float(friedmanchisquare(*values.T).pvalue)
+    return float(scipy.stats.friedmanchisquare(*values.T).pvalue)
 
 
 def holm_adjusted(p: Array) -> Array:
@@ -90,7 +90,7 @@ def holm_adjusted(p: Array) -> Array:
 
 def mean_ranks(values: Array) -> Array:
     """Mean rank (k,) of each treatment over the blocks of values (blocks, k); the smallest value has rank 1."""
-    return np.asarray(np.apply_along_axis(rankdata, 1, values).mean(axis=0))
+    return np.asarray(np.apply_along_axis(scipy.stats.rankdata, 1, values).mean(axis=0))
 
 
 def indistinguishable_groups(names: Sequence[str], differ: Callable[[str, str], bool]) -> tuple[tuple[str, ...], ...]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg.lapack import dtbtrs
+import scipy
 
 from seatruth.arrays import Array
 
@@ -90,5 +90,5 @@ def _predictions(values: Array, gain: Array, fade: Array) -> Array:
     bands[1, :-1] = fade[:-1] * (gain[:-1] - 1.0)
     right = np.zeros(values.shape, order="F")
     right[1:] = (fade * gain)[:-1, None] * values[:-1]
-    found, _ = dtbtrs(bands, right, uplo="L", diag="U", overwrite_b=1)
+    found, _ = scipy.linalg.lapack.dtbtrs(bands, right, uplo="L", diag="U", overwrite_b=1)
     return np.asarray(found)

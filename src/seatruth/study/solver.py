@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seatruth.errors import nearest
-from seatruth.optimizers import Budget, Chain, Optimizer, available, make
+from seatruth.optimizers import Budget, Chain, Optimizer, describe, make, names
 from seatruth.study.schema import BudgetTable, OptimizerTable
 from seatruth.study.validation import Problems
 
@@ -41,17 +41,16 @@ def budget(table: BudgetTable, problems: Problems) -> Budget:
 
 
 def _stage(table: OptimizerTable, position: int, problems: Problems) -> Optimizer | None:
-    known = available()
+    known = names()
     if table.use not in known:
         problems.add(
             ("optimizer", position, "use"), f"no optimizer {table.use!r} is installed", nearest(table.use, known)
         )
         return None
-    info = known[table.use]
-    names = [option.name for option in info.options]
-    wrong = [key for key in table.options if key not in names]
+    options = [option.name for option in describe(table.use).options]
+    wrong = [key for key in table.options if key not in options]
     for key in wrong:
-        hint = nearest(key, names) or "It takes none."
+        hint = nearest(key, options) or "It takes none."
         problems.add(("optimizer", position, key), f"optimizer {table.use!r} has no option {key!r}", hint)
     if wrong:
         return None

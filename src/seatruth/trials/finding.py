@@ -30,7 +30,7 @@ class Finding:
     channel: str = ""
 
     def __str__(self) -> str:
-        return f"{self.severity}: {self.where}: {self.message} {self.do}".strip()
+        return f"{self.severity}: {self.where}: {self.message} {self.do}".strip() + f" [{self.code}]"
 
 
 def gravest_first(findings: Sequence[Finding]) -> list[Finding]:

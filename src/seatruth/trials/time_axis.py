@@ -172,10 +172,8 @@ def _axis(
 def _joined(table: Table, clock: Clock) -> pd.Series[Any]:
     """Dates and times of day as one text."""
     assert clock.date is not None
-    both = [
-        as_text(table.column(name), f"{table.source}, column {name!r}").str.strip()
-        for name in (clock.date, clock.column)
-    ]
+    names = (clock.date, clock.column)
+    both = [as_text(table.column(name), f"{table.source}, column {name!r}").str.strip() for name in names]
     return both[0] + " " + both[1]
 
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from seatruth.arrays import Array, Flags
 from seatruth.costs.study_cost import ResidualBlock
@@ -72,7 +72,7 @@ class Covariance:
 
     def half_width(self, level: float = 0.95) -> Array:
         """Half the confidence interval of this level, (K,): Student's t with the degrees of freedom."""
-        return np.asarray(student.ppf(0.5 + level / 2.0, self.degrees_of_freedom) * self.stderr)
+        return np.asarray(scipy.stats.t.ppf(0.5 + level / 2.0, self.degrees_of_freedom) * self.stderr)
 
 
 def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from seatruth.arrays import Array, Indices
 from seatruth.costs.problem import EstimationProblem
@@ -114,6 +114,6 @@ def compare_models(first: Array, second: Array, test_train_ratio: float = 0.0) -
         raise BadInput("two models are compared by two scores or more, all of them finite")
     mean = float(gaps.mean())
     error = math.sqrt(float(gaps.var(ddof=1)) * (1.0 / count + test_train_ratio))
-    half = float(student.ppf(0.975, count - 1)) * error
-    p = float(2 * student.sf(abs(mean) / error, count - 1)) if error > 0 else float(mean == 0)
+    half = float(scipy.stats.t.ppf(0.975, count - 1)) * error
+    p = float(2 * scipy.stats.t.sf(abs(mean) / error, count - 1)) if error > 0 else float(mean == 0)
     return ModelComparison(mean, mean - half, mean + half, p, float((gaps < 0).mean()), count)

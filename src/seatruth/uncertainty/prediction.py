@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
@@ -64,7 +64,7 @@ def prediction_intervals(
     determined = values > _RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
     freedom = max(1, len(residuals) - int(determined.sum()))
     variance = float(residuals @ residuals) / freedom
-    quantile = float(student.ppf(0.5 + 0.5 * level, freedom))
+    quantile = float(scipy.stats.t.ppf(0.5 + 0.5 * level, freedom))
     sigma = next(iter(cost.sigma.values()))
     predictions = []
     for trial, y in zip(cost.trials if trials is None else trials, cost.predict(x, trials)):

@@ -6,8 +6,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
-from joblib import Parallel, delayed
-
 from seatruth.costs.base import Cost
 from seatruth.optimizers import Budget, Outcome, minimise
 
@@ -30,6 +28,8 @@ def run_in_order(work: Callable[..., T], jobs: Iterable[tuple[Any, ...]], worker
 
     It uses threads: the compiled simulations release the interpreter's lock, and a user's model need not be picklable.
     """
+    from joblib import Parallel, delayed  # takes 0.2 s to load, and not every fit is followed by refits
+
     with warnings.catch_warnings():
         # An interrupt leaves jobs unfinished. The caller reports that.
         warnings.filterwarnings("ignore", message=".*tasks which were still being processed", category=UserWarning)

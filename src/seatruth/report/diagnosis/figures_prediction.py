@@ -29,6 +29,7 @@ from seatruth.report.figures.style import (
     styled,
     text,
     thinned,
+    zoomable,
 )
 from seatruth.report.numbers import shown
 from seatruth.report.text.diagnosis import NEAR
@@ -108,6 +109,7 @@ def suggested(diagnosis: Diagnosis) -> Figure:
         kept = thinned(t, values)
         axes.plot(t[kept], values[kept] * scale.factor, color=colour, linewidth=1.2)
         few_ticks(axes, 6, 3)
+        zoomable(axes, "t")
         axes.set_ylabel(text(scale.label, 16))
         axes.yaxis.set_label_coords(-0.15 * 4.0 / width, 0.5)
         if k < len(drawn) - 1:
@@ -187,6 +189,7 @@ def missing_forces(diagnosis: Diagnosis) -> Figure:
         axes.axhline(0, color=GREY, linewidth=0.7)
         axes.set_ylim(-reach, reach)
         few_ticks(axes, 5, 3)
+        zoomable(axes)
         axes.set_xlabel("t (s)")
         if k % across == 0:
             axes.set_ylabel(text(scale.unit, 16))

@@ -28,6 +28,8 @@ from seatruth.report.figures.style import (
     styled,
     text,
     thinned,
+    trace,
+    zoomable,
 )
 from seatruth.report.numbers import number
 from seatruth.report.view import View, view
@@ -81,15 +83,15 @@ def _history(upper: Axes, lower: Axes, data: View, trial: str, name: str) -> Non
     t = frame["t"].to_numpy()
     measured, fitted, start = (frame[column].to_numpy() for column in ("measured", "fitted", "start"))
     residual = measured - fitted
-    _line(upper, t, measured, color=MEASURED, linewidth=2.6)
-    _line(upper, t, start, color=VERMILLION, linestyle=START_DASHES, linewidth=1.0)
-    _line(upper, t, fitted, color=BLUE, linewidth=1.2)
+    _line(upper, t, measured, color=MEASURED, linewidth=2.6, gid=trace("measured"))
+    _line(upper, t, start, color=VERMILLION, linestyle=START_DASHES, linewidth=1.0, gid=trace("start"))
+    _line(upper, t, fitted, color=BLUE, linewidth=1.2, gid=trace("fitted"))
     _limits(upper, (measured, fitted), start)
     noise = data.noise(trial, name)
     if math.isfinite(noise) and noise > 0:
         lower.axhspan(-2 * noise, 2 * noise, color=FAINT, linewidth=0)
     lower.axhline(0, color=GREY, linewidth=0.7)
-    _line(lower, t, residual, color=INK, linewidth=0.7)
+    _line(lower, t, residual, color=INK, linewidth=0.7, gid=trace("residual"))
     if np.isfinite(residual).any():
         size = 1.08 * max(float(np.nanmax(np.abs(residual))), 2.4 * noise if math.isfinite(noise) else 0.0, 1e-12)
         lower.set_ylim(-size, size)
@@ -103,6 +105,7 @@ def _history(upper: Axes, lower: Axes, data: View, trial: str, name: str) -> Non
     lower.set_xlabel("t (s)")
     for axes in (upper, lower):
         axes.yaxis.set_label_coords(-0.148, 0.5)
+        zoomable(axes, "t")
     upper.set_title(_summary(data, trial, name), loc="right", pad=3, color=INK)
 
 
@@ -220,7 +223,7 @@ def _draw_track(axes: Axes, track: Track, title: str) -> None:
         if name in track:
             east, north = track[name]
             kept = np.union1d(thinned(_clock(east), east, 300), thinned(_clock(north), north, 300))
-            axes.plot(east[kept], north[kept], **look)  # type: ignore[arg-type]
+            axes.plot(east[kept], north[kept], gid=trace(name), **look)  # type: ignore[arg-type]
     east, north = next(iter(track.values()))
     first = int(np.flatnonzero(np.isfinite(east))[0])
     axes.plot([east[first]], [north[first]], marker="o", color=INK, markersize=4, zorder=5)
@@ -233,6 +236,7 @@ def _draw_track(axes: Axes, track: Track, title: str) -> None:
     axes.set_xlim(west - more_east, right + more_east)
     axes.set_ylim(south - more_north, top + more_north)
     axes.set_aspect("equal", adjustable="box")
+    zoomable(axes)
     few_ticks(axes, 6, 5)
     axes.set_xlabel("y (m)")
     axes.set_ylabel("x (m)")

@@ -154,6 +154,17 @@ def log_axis(axes: Axes, which: str, low: float, high: float) -> None:
     axis.set_minor_locator(LogLocator(subs=(), numticks=8))
 
 
+def zoomable(axes: Axes, link: str = "") -> None:
+    """Lets a reader of the page zoom linear axes whose limits are final. Axes of one `link` share their abscissa."""
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    axes.set_gid(f"zoom {x0:.9g} {x1:.9g} {y0:.9g} {y1:.9g}|{link}")
+
+
+def trace(name: str) -> str:
+    """The `gid` of a line that a reader of the page may hide with all others of this name."""
+    return f"trace {name}"
+
+
 def thinned(t: NDArray[np.float64], y: NDArray[np.float64], buckets: int = 180) -> NDArray[np.intp]:
     """Samples of y (n,) to draw: of each of `buckets` stretches of time its first, lowest, highest and last.
 

@@ -14,6 +14,10 @@ from seatruth.report.figures.style import styled
 _METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->|<style[^>]*>.*?</style>", re.DOTALL)
 _USED = re.compile(r'(?:url\(#|href="#)([^)"]+)')
 _ID = re.compile(r' id="([^"]+)"')
+_TICK = re.compile(r' id="([xy])tick_\d+"')
+_ZOOM = re.compile(r' id="zoom ([^"|]*)\|([^"]*)"')
+_TRACE = re.compile(r' id="trace ([^"]*)"')
+"""What `style.zoomable` and `style.trace` leave in the drawing for the page's script."""
 _PATH = re.compile(r' d="([^"]*)"')
 _DECIMALS = re.compile(r"-?\d+\.\d{2,}")
 _BLANK = re.compile(r">\s*\n\s*<")
@@ -37,6 +41,9 @@ def svg(figure: Figure, alt: str, key: str) -> str:
     open_end = whole.index(">", start) + 1
     size = _sizes(whole[start:open_end])
     body = _METADATA.sub("", whole[open_end:])
+    body = _TICK.sub(r' class="tick \1"', body)
+    body = _ZOOM.sub(r' data-box="\1" data-link="\2"', body)
+    body = _TRACE.sub(r' data-trace="\1"', body)
     used = set(_USED.findall(body))
     body = _ID.sub(lambda match: f' id="{key}-{match[1]}"' if match[1] in used else "", body)
     body = re.sub(r"url\(#", f"url(#{key}-", body)

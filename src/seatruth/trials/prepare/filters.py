@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-import scipy.signal
+import scipy
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 

@@ -1,0 +1,150 @@
+"""Codes of errors and findings: what each means, its causes and its remedies, read from the sources.
+
+The code of an error names the part of seatruth that raises it: `trials-csv-file` is `seatruth.trials.csv_file`. The
+code of a finding is written where it is made. What the sources say to a user is also what this list says, so that it
+cannot be out of date. Parts of a message that are filled in at run time stand between braces.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from seatruth.errors import code_of_module
+
+_SOURCES = Path(__file__).parent
+_ERRORS = {"SeatruthError", "BadInput", "PluginError", "Interrupted", "CannotWrite", "DiskFull", "StaleCheckpoint"}
+_FINDINGS = {"Finding": 0, "make_finding": 1}
+"""Functions that make a finding, with the position of its severity; code, message and remedy follow, the latter by name
+or after the place."""
+
+
+_MAKERS = _ERRORS | {*_FINDINGS, "add"}
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One message that a code stands for, and what to do. "" where the message itself says it."""
+
+    message: str
+    remedy: str
+    severity: str = "error"
+
+
+@dataclass(frozen=True)
+class Code:
+    """A code: what part it is about and its causes, in the order of the sources."""
+
+    name: str
+    kind: str
+    """"error" or "finding"."""
+    about: str
+    causes: list[Cause] = field(default_factory=list)
+
+
+@functools.cache
+def codes() -> dict[str, Code]:
+    """All codes by name, errors first."""
+    errors: dict[str, Code] = {}
+    findings: dict[str, Code] = {}
+    about_plugins = "A model, an effect, an optimizer or a reader that does not come with seatruth."
+    for path in sorted(_SOURCES.rglob("*.py")):
+        module = "seatruth." + ".".join(path.relative_to(_SOURCES).with_suffix("").parts).removesuffix(".__init__")
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        about = (ast.get_docstring(tree) or "").split("\n\n")[0].replace("\n", " ")
+        for call in _calls(tree):
+            name = _name(call)
+            known = _assigned(tree, call.lineno)
+            if name in _ERRORS and call.args:
+                code = code_of_module(module)
+                errors.setdefault(code, Code(code, "error", about)).causes.append(_error(call, known))
+            elif name == "add" and len(call.args) >= 2 and ast.unparse(call.func) == "problems.add":
+                # A study's problems are collected, and raised together by one module.
+                code = code_of_module("seatruth.study.validation")
+                errors.setdefault(code, Code(code, "error", "")).causes.append(_problem(call, known))
+            elif name in _FINDINGS and (made := _finding(call, known, _FINDINGS[name])) is not None:
+                findings.setdefault(made[0], Code(made[0], "finding", about)).causes.append(made[1])
+    errors["plug-in"] = Code("plug-in", "error", about_plugins, [Cause("what the plug-in says", "Ask its author.")])
+    return {**dict(sorted(errors.items())), **dict(sorted(findings.items()))}
+
+
+def _calls(tree: ast.AST) -> Iterator[ast.Call]:
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and _name(node) in _MAKERS]
+    return iter(sorted(found, key=lambda call: (call.lineno, call.col_offset)))
+
+
+def _name(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+
+
+def _assigned(tree: ast.AST, line: int) -> dict[str, ast.expr]:
+    """The texts that variables hold at a line, as far as they are assigned above it in the same function."""
+    around = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0)
+    ]
+    found: dict[str, ast.expr] = {}
+    for node in ast.walk(around[-1]) if around else ():
+        if not (isinstance(node, ast.Assign) and node.lineno < line and isinstance(node.targets[0], ast.Name)):
+            continue
+        if isinstance(node.value, (ast.Constant, ast.JoinedStr, ast.BinOp, ast.IfExp)):
+            found[node.targets[0].id] = node.value
+    return found
+
+
+def _error(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
+    keywords = {keyword.arg: keyword.value for keyword in call.keywords}
+    return Cause(_text(_value(call.args[0], known)), _text(_value(keywords.get("do"), known)))
+
+
+def _problem(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
+    do = call.args[2] if len(call.args) > 2 else None
+    return Cause(_text(_value(call.args[1], known)), _text(_value(do, known)))
+
+
+def _value(node: ast.expr | None, known: Mapping[str, ast.expr]) -> ast.expr | None:
+    return known.get(node.id, node) if isinstance(node, ast.Name) else node
+
+
+def _finding(call: ast.Call, known: Mapping[str, ast.expr], first: int) -> tuple[str, Cause] | None:
+    names = ("severity", "code", "message", "where", "do") if first == 0 else ("severity", "code", "message", "do")
+    given = dict(zip(names, call.args[first:])) | {k.arg: k.value for k in call.keywords if k.arg in names}
+    code = given.get("code")
+    if not (isinstance(code, ast.Constant) and isinstance(code.value, str)):
+        return None
+    message, do, severity = (_text(_value(given.get(part), known)) for part in ("message", "do", "severity"))
+    return code.value, Cause(message, do, severity)
+
+
+def _text(node: ast.expr | None) -> str:
+    """A message as the sources have it, with what is filled in between braces."""
+    if node is None:
+        return ""
+    if isinstance(node, ast.Constant):
+        return str(node.value)
+    if isinstance(node, ast.JoinedStr):
+        return "".join(_text(part) for part in node.values)
+    if isinstance(node, ast.FormattedValue):
+        return "{" + _placeholder(node.value) + "}"
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        return _text(node.left) + _text(node.right)
+    if isinstance(node, ast.IfExp):
+        return f"{_text(node.body)} / {_text(node.orelse)}" if _text(node.orelse) else _text(node.body)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("strip", "join"):
+        return _text(node.func.value) or "{...}"
+    if isinstance(node, ast.Call) and ast.unparse(node.func) == "nearest":
+        return "The nearest known name is suggested."
+    return "{" + _placeholder(node) + "}"
+
+
+def _placeholder(node: ast.expr) -> str:
+    """A short name of what is filled in: the last word of a variable, else three dots."""
+    found = re.findall(r"[A-Za-z_]+", ast.unparse(node))
+    plain = ("str", "len", "repr", "join", "sorted", "size", "sum")
+    words = [word for word in found if len(word) > 2 and word not in plain]
+    return words[-1].strip("_").replace("_", " ") if words and len(found) <= 4 else "..."

@@ -1,0 +1,140 @@
+"""Reports in a real browser: no error, no request, zoom and sort, a phone's screen, paper."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import ask, needs_chromium, printed
+from fake_diagnosis import diagnosis
+from fake_estimate import estimate
+
+from seatruth import write_report
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+
+NAMES = ("estimate", "diagnosis")
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
+    found = {}
+    for name, result in (("estimate", estimate()), ("diagnosis", diagnosis())):
+        found[name] = folder / f"{name}.html"
+        write_report(result, found[name])
+    return found
+
+
+USE = """
+  const before = performance.now();
+  const plot = page.querySelector("figure [data-box]").closest("figure");
+  const line = plot.querySelector("[data-trace=fitted] path");
+  const seen = text => text.getBoundingClientRect().width > 0;
+  const texts = () => [...plot.querySelectorAll("text")].filter(seen).map(text => text.textContent);
+  const as_drawn = { box: line.getBoundingClientRect().width, texts: texts() };
+  plot.querySelector("[aria-label='Zoom in']").click();
+  const zoomed = { box: line.getBoundingClientRect().width, texts: texts() };
+  plot.querySelector("[aria-label='Show the whole plot']").click();
+  const whole = { box: line.getBoundingClientRect().width, texts: texts() };
+  const toggle = [...plot.querySelectorAll(".tools label")].find(label => label.textContent.trim() === "fitted");
+  toggle.querySelector("input").click();
+  const hidden = line.getBoundingClientRect().width;
+  toggle.querySelector("input").click();
+  const shown = line.getBoundingClientRect().width;
+  return { as_drawn, zoomed, whole, hidden, shown, requests: inner.performance.getEntriesByType("resource").length };
+"""
+
+
+def test_plots_zoom_and_traces_hide(pages: dict[str, Path]) -> None:
+    found, logged = ask(pages["estimate"], USE)
+    assert "error" not in found, found
+    assert logged == []
+    assert found["requests"] == 0
+    assert found["zoomed"]["box"] == pytest.approx(2 * found["as_drawn"]["box"], rel=0.02)
+    assert found["zoomed"]["texts"] != found["as_drawn"]["texts"], "ticks follow the zoom"
+    assert found["whole"] == found["as_drawn"]
+    assert (found["hidden"], found["shown"]) == (0, found["as_drawn"]["box"])
+
+
+DRAG = """
+  const group = page.querySelector("figure [data-box]"), plot = group.closest("svg");
+  const area = group.querySelector("path").getBoundingClientRect();
+  const line = group.querySelector("[data-trace=fitted] path");
+  const was = line.getBoundingClientRect().width;
+  const fire = (target, kind, x) => target.dispatchEvent(new inner.PointerEvent(kind,
+    { clientX: x, clientY: area.top + area.height / 2, bubbles: true, pointerType: "mouse", button: 0 }));
+  fire(plot, "pointerdown", area.left + 0.25 * area.width);
+  fire(inner, "pointermove", area.left + 0.5 * area.width);
+  fire(inner, "pointerup", area.left + 0.5 * area.width);
+  const now = line.getBoundingClientRect().width;
+  const linked = [...plot.querySelectorAll("[data-link=t] [data-trace=residual] path")]
+    .map(residual => residual.getBoundingClientRect().width / was);
+  plot.dispatchEvent(new inner.MouseEvent("dblclick"));
+  return { factor: now / was, linked, back: line.getBoundingClientRect().width / was };
+"""
+
+
+def test_dragging_zooms_all_panels_of_a_trial_and_a_double_click_goes_back(pages: dict[str, Path]) -> None:
+    found, logged = ask(pages["estimate"], DRAG)
+    assert logged == []
+    assert found["factor"] == pytest.approx(4.0, rel=0.05)
+    assert found["linked"]
+    assert found["linked"][0] == pytest.approx(4.0, rel=0.1)
+    assert found["back"] == pytest.approx(1.0)
+
+
+SORT = """
+  const table = [...page.querySelectorAll("table")].find(t => t.tBodies[0].rows.length > 3
+    && t.tHead.rows[0].querySelector("th.number"));
+  const column = [...table.tHead.rows[0].cells].findIndex(cell => cell.classList.contains("number"));
+  const cells = () => [...table.tBodies[0].rows].map(row => row.cells[column].textContent.trim());
+  const click = () => table.tHead.rows[0].cells[column].querySelector("button").click();
+  const first = cells(); click(); const up = cells(); click(); const down = cells(); click();
+  return { first, up, down, again: cells() };
+"""
+
+
+def value(text: str) -> float:
+    found = re.search(r"-?\d+(\.\d+)?(e[-+]?\d+)?", text.replace("\N{MINUS SIGN}", "-"), re.IGNORECASE)
+    assert found is not None, text
+    return float(found[0])
+
+
+def test_a_click_on_a_head_sorts_by_its_numbers(pages: dict[str, Path]) -> None:
+    found, logged = ask(pages["estimate"], SORT)
+    assert logged == []
+    numbers = [value(text) for text in found["up"] if text]
+    assert numbers == sorted(numbers)
+    assert [value(text) for text in found["down"] if text] == sorted(numbers, reverse=True)
+    assert found["first"] == found["again"]
+    assert sorted(found["first"]) == sorted(found["up"])
+
+
+NARROW = """
+  const scrolled = node => node.parentElement && (getComputedStyle(node.parentElement).overflowX === "auto"
+    || scrolled(node.parentElement));
+  const beyond = [...page.querySelectorAll("body *")].filter(node => {
+    const box = node.getBoundingClientRect();
+    return box.width > 0 && (box.right > 390.5 || box.left < -0.5) && !node.closest(".skip") && !scrolled(node);
+  }).map(node => `${node.tagName}: ${node.textContent.trim().slice(0, 40)}`);
+  const verdicts = [...page.querySelectorAll(".mark")].filter(mark => mark.getBoundingClientRect().right > 390.5);
+  return { wide: page.documentElement.scrollWidth, beyond, verdicts: verdicts.length };
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_leaves_the_screen_of_a_phone(pages: dict[str, Path], name: str) -> None:
+    found: Any
+    found, logged = ask(pages[name], NARROW, width=390)
+    assert logged == []
+    assert found == {"wide": 390, "beyond": [], "verdicts": 0}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_paper_has_every_figure(pages: dict[str, Path], name: str) -> None:
+    figures = pages[name].read_text(encoding="utf-8").count('<svg class="plot"')
+    assert figures > 3
+    assert len(re.findall(rb"/S\s*/Figure", printed(pages[name]))) >= figures

@@ -1,0 +1,57 @@
+"""The site is put together so that links hold, and what is written from code reads as it should."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tools" / "documentation"))
+import assemble  # noqa: E402  (the folder of tools is no package)
+import codes_pages  # noqa: E402
+import reference_pages  # noqa: E402
+
+from seatruth.codes import Cause, Code  # noqa: E402
+
+
+def test_links_lead_to_pages_of_the_site_pictures_come_along_and_other_files_keep_their_names(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    source, other = tmp_path / "docs" / "page.md", tmp_path / "README.md"
+    (tmp_path / "picture.png").write_bytes(b"x")
+    (tmp_path / "Makefile").write_text("")
+    source.write_text("[start](../README.md#start) ![a](../picture.png) [make](../Makefile) [out](https://a.org/b)")
+    site = tmp_path / "site"
+    places = {source: site / "page.md", other: site / "project" / "readme.md"}
+    site.mkdir()
+    text = assemble.relinked(source, places[source], places)
+    assert text == "[start](project/readme.md#start) ![a](figures/picture.png) `make` [out](https://a.org/b)"
+    assert (site / "figures" / "picture.png").exists()
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*/*.md")), ids=lambda page: f"{page.parent.name}/{page.name}")
+def test_every_page_of_a_group_has_one_title(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    body = text.split("---\n", 2)[2] if text.startswith("---\n") else text
+    outside = "".join(body.split("```")[::2])
+    assert [line for line in outside.splitlines() if line.startswith("# ")], "a page begins with its title"
+
+
+def test_the_site_has_what_it_promises() -> None:
+    assert len([page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.name != "index.md"]) >= 5
+    assert len([page for page in (ROOT / "docs" / "how-to").glob("*.md") if page.name != "index.md"]) >= 12
+    assert len([page for page in (ROOT / "docs" / "explanations").glob("*.md") if page.name != "index.md"]) >= 5
+
+
+def test_a_page_of_a_code_shows_causes_and_remedies_as_they_are() -> None:
+    text = codes_pages.page(Code("odd", "finding", "About *it*.", [Cause("a | b {name}", "Do `x_y`.", "note")]))
+    assert "| note | a \\| b \\{name\\} | Do `x_y`. |" in text
+    assert "About \\*it\\*." in text
+
+
+def test_a_docstring_becomes_markdown() -> None:
+    doc = "Does it.\n\nArgs:\n    speed: In m/s.\n\nExample:\n    >>> 1 + 1\n    2\n"
+    assert reference_pages.document(doc) == (
+        "Does it.\n\n**Args**\n\n- `speed`: In m/s.\n\n**Example**\n\n```pycon\n>>> 1 + 1\n2\n```\n\n"
+    )

@@ -1,0 +1,35 @@
+"""Makes the documentation site: `python tools/documentation [html|linkcheck]` writes build/docs (or build/links).
+
+The pages of docs/ and of the repository's top folder are put together with pages that are written from the code, in
+build/site; Sphinx makes the site from there, runs the tutorials, and takes every warning for an error. Further
+arguments go to Sphinx: `html -D nb_execution_mode=off` leaves the tutorials as they are.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def main(arguments: list[str]) -> int:
+    """Assembles the pages and builds them; the exit code of Sphinx."""
+    from assemble import assemble
+    from sphinx.cmd.build import main as sphinx
+
+    builder, *more = arguments or ["html"]
+    source = ROOT / "build" / "site"
+    # Tutorials call `seatruth`; small matrices need no threads.
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
+    os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", COLUMNS="100")
+    assemble(ROOT, source)
+    target = ROOT / "build" / ("links" if builder == "linkcheck" else "docs")
+    strict = [] if builder == "linkcheck" else ["--fail-on-warning", "--keep-going"]
+    trees = ["--doctree-dir", f"{target}-trees"]
+    return int(sphinx(["--builder", builder, *strict, "--quiet", *trees, *more, str(source), str(target)]))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

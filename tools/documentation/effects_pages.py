@@ -1,0 +1,125 @@
+"""The gallery of effects: each with its equation, its signature in a run, and what it is confused with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from codes_pages import literal
+from matplotlib.figure import Figure
+
+from seatruth import Model, Trial, load_model, simulator
+from seatruth.effects import Effect, available, with_effects
+from seatruth.effects.reference import ordered
+from seatruth.report.figures.style import BLUE, GREY, VERMILLION, placed, styled
+
+_HEAD = """# Effects and their signatures
+
+Each picture shows what an effect of its typical size changes in a standard run of a built-in model: the difference of
+the outputs with and without the effect, nothing refitted. All runs are **synthetic**. Two effects with signatures of
+one shape look alike in such a run; *confused with* names those that only some trials can tell apart, *never told from*
+those that none can.
+
+"""
+_DEG = math.radians(1.0)
+
+
+def write(folder: Path) -> None:
+    """Writes index.md with all effects by cause, a page each, and the pictures."""
+    folder.mkdir(parents=True, exist_ok=True)
+    known = available()
+    lines = [_HEAD]
+    causes: dict[str, list[Effect]] = {}
+    for effect in ordered(known.values()):
+        causes.setdefault(effect.cause, []).append(effect)
+        (folder / f"{effect.name}.md").write_text(page(effect, known, folder), encoding="utf-8")
+    for cause, effects in causes.items():
+        lines.append(f"## {cause}\n\n")
+        lines += [f"- [{effect.name}]({effect.name}.md): {literal(effect.title)}\n" for effect in effects]
+        lines.append("\n")
+    lines.append("```{toctree}\n:hidden:\n:glob:\n*\n```\n")
+    (folder / "index.md").write_text("".join(lines), encoding="utf-8")
+
+
+def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
+    """The page of an effect in Markdown; its picture goes into the folder."""
+    text = f"# {effect.name}\n\n{literal(effect.title)}. Cause: {effect.cause}.\n\n"
+    if effect.equation:
+        text += f"```text\n{effect.equation}\n```\n\n"
+    setting = next((made for made in _settings() if not effect.missing(made[0])), None)
+    if setting is not None and any(name in effect.null for name in (q.name for q in effect.parameters)):
+        figure = signature(effect, *setting)
+        if figure is not None:
+            figure.savefig(folder / f"{effect.name}.svg")
+            text += f"![What {effect.name} changes]({effect.name}.svg)\n\n"
+            text += f"Synthetic run of `{setting[0].name}`: {setting[3]}.\n\n"
+    for label, names in (("Never told from", effect.equivalent), ("Confused with", effect.confused_with)):
+        if names:
+            linked = [f"[{name}]({name}.md)" if name in known else f"`{name}`" for name in names]
+            text += f"**{label}**: {', '.join(linked)}\n\n"
+    if effect.distinguished_by:
+        text += f"**Told apart by**: {literal(effect.distinguished_by)}\n\n"
+    text += f"**Source**: {literal(effect.source)}\n\n" if effect.source else ""
+    rows = [
+        f"| `{q.name}` | {q.unit} | {effect.null[q.name]:g} | {q.value:.4g} | {literal(q.description)} |"
+        for q in effect.parameters
+    ]
+    return text + "| parameter | unit | null | typical | means |\n|---|---|---|---|---|\n" + "\n".join(rows) + "\n"
+
+
+def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
+    """Model, run, first outputs and a description, most usual first."""
+    t = np.arange(0.0, 90.0, 0.5)
+    zigzag = np.where((t // 12).astype(int) % 2 == 0, 15 * _DEG, -15 * _DEG)
+    ship = {"delta": zigzag, "n": np.where(t < 60, 11.85, 8.0)}
+    dive = {"delta_s": np.where((t // 15).astype(int) % 2 == 0, 6 * _DEG, -6 * _DEG)}
+    torpedo = {"delta": 0.3 * zigzag, "delta_s": 0.3 * dive["delta_s"], "delta_d": 0 * t, "n": np.full(t.size, 22.0)}
+    made = []
+    for name, inputs, first, about in (
+        ("mmg", ship, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, fewer revolutions after 60 s"),
+        ("mmg_ordered", ship, {"u": 1.1, "psi": 0.5}, "the same with ordered rudder angles"),
+        ("diving_plane", dive, {"u": 1.5, "z": 5.0, "depth": 5.0}, "plane angles of 6 deg up and down"),
+        ("torpedo", torpedo, {"u": 1.5, "z": 5.0}, "rudder and planes in steps"),
+    ):
+        made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
+    return made
+
+
+@styled
+def signature(effect: Effect, model: Model, trial: Trial, first: Mapping[str, float], about: str) -> Figure | None:
+    """The change of each output by the effect at its typical size; None where nothing changes."""
+    changed = with_effects(model, [effect])
+    declared = {parameter.name for parameter in changed.parameters}
+    names = {f"{effect.name}_{q.name}": q.value for q in effect.parameters}
+    names = {name: value for name, value in names.items() if name in declared}
+    outputs = []
+    for values in ({}, names):
+        every = {**changed.nominal(), **dict(zip(names, (effect.null[q.name] for q in effect.parameters))), **values}
+        start = changed.first_state(
+            {c.name: first.get(c.name, 0.0) for c in changed.outputs},
+            {name: float(v[0]) for name, v in trial.inputs.items()},
+            every,
+        )
+        run = simulator(changed, [trial], values=every, backend="reference", max_step=0.5)
+        outputs.append(run.outputs(np.zeros((1, 0)), np.array(start)[None]).y[0])
+    difference = outputs[1] - outputs[0]
+    shown = [k for k in range(difference.shape[1]) if np.nanmax(np.abs(difference[:, k])) > 1e-9]
+    if not shown:
+        return None
+    across = min(len(shown), 3)
+    down = math.ceil(len(shown) / across)
+    figure = Figure(figsize=(2.7 * across, 1.5 * down + 0.1))
+    for k, column in enumerate(shown):
+        axes: Any = placed(figure, 2.7 * (k % across) + 0.6, 1.5 * (down - 1 - k // across) + 0.42, 2.0, 0.88)
+        channel = changed.outputs[column]
+        factor, unit = (
+            (180 / math.pi, channel.unit.replace("rad", "deg")) if "rad" in channel.unit else (1.0, channel.unit)
+        )
+        axes.axhline(0.0, color=GREY, linewidth=0.7)
+        axes.plot(trial.t, factor * difference[:, column], color=VERMILLION if channel.name in "xyz" else BLUE)
+        axes.set_title(f"{channel.name} ({unit})", loc="left")
+        axes.set_xlabel("t (s)")
+    return figure

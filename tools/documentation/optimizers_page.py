@@ -1,0 +1,69 @@
+"""The gallery of optimizers: each on two test functions with known minima."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from codes_pages import literal
+from matplotlib.figure import Figure
+
+from seatruth import Budget, minimise
+from seatruth.optimizers import available
+from seatruth.report.figures.style import CYCLE, DASHES, styled
+from seatruth.testing.problems import ellipsoid, linear_regression, rosenbrock
+
+_HEAD = """# Optimizers on two test functions
+
+Each solver with its default options, one seed, at most 4000 evaluations: the curved valley of Rosenbrock in two
+dimensions, and an ellipsoid in five whose axes differ by a factor of 1000. The figure shows the best cost over
+evaluations. One run of one seed shows how a solver moves, not which one is best: [compare](../compare.md) says how to
+find that out.
+
+"""
+
+
+def write(folder: Path) -> None:
+    """Writes optimizers.md and its pictures."""
+    folder.mkdir(parents=True, exist_ok=True)
+    problems = {"Rosenbrock": rosenbrock(), "ellipsoid": ellipsoid("ellipsoid", 5, 1e3)}
+    text = _HEAD
+    for title, problem in problems.items():
+        runs, rows = {}, []
+        for name, info in available().items():
+            if info.error or not info.needs <= problem.cost.gives:
+                continue
+            found = minimise(problem.cost, name, budget=Budget(4000), seed=1)
+            runs[name] = found
+            rows.append(f"| `{name}` | {found.evaluations} | {found.value:.3g} | {found.code} |")
+        figure = _figure(runs)
+        file = f"optimizers_{title.lower()}.svg"
+        figure.savefig(folder / file)
+        text += f"## {title}\n\n![Best cost over evaluations]({file})\n\n"
+        text += "| solver | evaluations | best cost | end |\n|---|---|---|---|\n" + "\n".join(rows) + "\n\n"
+    text += "## A regression\n\n`ls_svm` solves regressions only. "
+    linear = linear_regression()
+    found = minimise(linear.cost, "ls_svm", budget=Budget(4000), seed=1)
+    text += (
+        f"On a linear regression with known coefficients it ends with a cost of {found.value:.4g} ({found.code}).\n\n"
+    )
+    text += "## What each one is\n\n"
+    text += "".join(f"- `{name}`: {literal(info.title)}\n" for name, info in available().items())
+    (folder / "optimizers.md").write_text(text, encoding="utf-8")
+
+
+@styled
+def _figure(runs: dict[str, Any]) -> Figure:
+    figure = Figure(figsize=(7.5, 3.4))
+    axes = figure.add_axes((0.1, 0.14, 0.6, 0.8))
+    for k, (name, found) in enumerate(runs.items()):
+        done, best = found.history["evaluations"].to_numpy(), found.history["best"].to_numpy()
+        style = {"color": CYCLE[k % 6], "linestyle": DASHES[k // 6]}
+        axes.step(np.maximum(done, 1), np.maximum(best, 1e-16), where="post", label=name, **style)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("evaluations")
+    axes.set_ylabel("best cost")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    return figure
