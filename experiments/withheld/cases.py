@@ -32,12 +32,13 @@ FORM_STEP = 0.1
 """Of a form's typical size, at which it is compared with effects: small, so that hardly anything bends."""
 FORM_BESIDE = (25.0, 400.0)
 """lambda of another form beside an effect."""
-ROUNDS, GROWTHS = 3, 5
+ROUNDS, GROWTHS = 2, 3
 """How often trials are made anew with causes of another size, and sizes looked at under the same inputs."""
 LADDER = tuple(4.0**k for k in range(-5, 3))
 """Sizes at which a distractor is looked at, in multiples of the typical one."""
-CLOSE = 0.12
-"""Of the logarithm of lambda to the wanted one."""
+CLOSE = 0.3
+"""Of the logarithm of lambda to the wanted one: what is sealed is the lambda that came out, so that hitting the wanted
+one closely would only cost refits."""
 LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
              "propeller_walk", "compass_deviation", "tether"),
@@ -89,7 +90,9 @@ def draw(plan: Plan) -> Case:
     for attempt in range(TRIES):
         rng = np.random.default_rng([plan.seed, attempt])
         try:
-            case = _once(plan, family, rng, attempt)
+            # A vehicle that runs away while its cause is sized is told by its lambda, not by a warning.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                case = _once(plan, family, rng, attempt)
         except np.linalg.LinAlgError:
             continue  # the refit of a vehicle that diverges cannot be solved: another is drawn
         if case is not None:
@@ -185,7 +188,7 @@ def _sized(
         seen = [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(len(main))]
         if not all(one.fit.settled for one in seen):
             return None
-        starts, now = [one.fit.point for one in seen], [max(one.fit.left, 1e-9) for one in seen]
+        now = [max(one.fit.left, 1e-9) for one in seen]
         if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
             break
         grown = []
@@ -193,6 +196,7 @@ def _sized(
             if before[k]:
                 powers[k] = min(6.0, max(1.0, math.log(now[k] / before[k]) / steps[k]))
             grown.append(_grown(p, min(5.0, max(0.2, (wanted[k] / now[k]) ** (1 / powers[k])))))
+        starts = [_ahead(one, p, then) for one, p, then in zip(seen, main, grown, strict=True)]
         if grown == main:
             break
         steps = [_growth(p, then) for p, then in zip(main, grown, strict=True)]
@@ -224,6 +228,12 @@ def _grown(present: Present, factor: float) -> Present:
     limit = 1.0 if abs(limit - 1.0) < 1e-9 else limit
     # At its limit it stays as it is, to the last digit.
     return Present(one, one.scaled(present.values, min(factor, limit))) if min(factor, limit) != 1.0 else present
+
+
+def _ahead(seen: Judged, before: Present, after: Present) -> Point:
+    """Where the refit of a cause of another size will end, to first order."""
+    share, true, found = math.exp(_growth(before, after)), seen.rig.truth(), seen.fit.point
+    return Point(share * found.moved, true.sizes + share * (found.sizes - true.sizes), share * found.firsts)
 
 
 def _growth(before: Present, after: Present) -> float:
