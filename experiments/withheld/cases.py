@@ -84,8 +84,12 @@ class Case:
     truth: dict[str, Any] = field(default_factory=dict)
 
 
+class NotDrawn(Exception):
+    """No case of a plan could be drawn."""
+
+
 def draw(plan: Plan) -> Case:
-    """The case of a plan: the same seed gives the same case."""
+    """The case of a plan: the same seed gives the same case. Raises NotDrawn."""
     family = families()[plan.family]
     for attempt in range(TRIES):
         rng = np.random.default_rng([plan.seed, attempt])
@@ -97,7 +101,7 @@ def draw(plan: Plan) -> Case:
             continue  # the refit of a vehicle that diverges cannot be solved: another is drawn
         if case is not None:
             return case
-    raise RuntimeError(f"no such case could be drawn: {plan}")
+    raise NotDrawn(f"in {TRIES} tries no such case came out: {plan.family}, {plan.kind}, {', '.join(plan.causes)}")
 
 
 def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) -> Case | None:
@@ -121,6 +125,8 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     picked = [offered[k] for k in rng.permutation(len(offered))[:2]]
     present = [Present(one, one.draw(rng)) for one in [*acting, *picked]]
     plain = recorded(())
+    if _ran_away(family, plain):
+        return None
     count, wanted = len(acting), _targets(plan, rng)
     # One look at everything: the causes as drawn, each distractor on a ladder of sizes, what a form could be taken for.
     named = [one for one in usable if one.key in NAMES[family.name] and one.key not in plan.causes]
@@ -150,6 +156,8 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     for _ in range(ROUNDS):
         # Pilots steer otherwise when a cause grows, so that its size has to be looked at again.
         records = recorded([*main, *others])
+        if _ran_away(family, records):
+            return None
         sized = _sized(family, records, coefficients, noise, main, wanted, starts)
         if sized is None:
             return None  # of such a case nobody could say how large its cause is
@@ -160,14 +168,18 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
         main, seen = grown, []
     else:
         records = recorded([*main, *others])
+    if _ran_away(family, records):
+        return None
     seen = seen or [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(count)]
     if not all(one.fit.settled for one in seen):
-        return None
-    if any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs):
         return None
     form = main.pop() if plan.form else None
     case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records, form)
     return _judged(case, usable, attempt, seen)
+
+
+def _ran_away(family: Family, records: Sequence[Record]) -> bool:
+    return any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs)
 
 
 def _sized(
