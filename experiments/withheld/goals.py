@@ -65,6 +65,12 @@ def measures(
                   says=f"of the verdicts that name {words}, the share that is right")
             for level, words in zip(LEVELS, ("an effect", "a group of effects", "a family of causes"), strict=True)
         ),
+        *(
+            share(f"named right as {words}, lambda >= 25", shown,
+                  lambda p, level=level: right(p) and coarsest(named(p[1])) == level,  # type: ignore[misc]
+                  says=f"share of the cases: what is named is right, and {words} is the coarsest of it")
+            for level, words in zip(LEVELS, ("an effect", "a group of effects", "a family of causes"), strict=True)
+        ),
         share("false cause where none acts", none, names_something, 0.03,
               "a cause is named although no effect acts, only another form of hull, damping or wake, or nothing",
               most=True),
