@@ -68,7 +68,7 @@ def test_evidence_sums_over_sizes_and_signs() -> None:
     column *= 10.0 / np.linalg.norm(column)  # lambda 100 at its rung
     data += 0.8 * column
     stacked = np.stack([column, -column], axis=1)
-    menu = Menu(stacked.T @ stacked, stacked.T @ data, [np.array([[0], [1]])], [np.log([0.5, 0.5])])
+    menu = Menu(stacked.T @ stacked, stacked.T @ data, [np.array([[0], [1]])], [np.log([0.5, 0.5])], [False])
     # A size is free where the largest believable one allows it: here up to lambda 100.
     f = np.sqrt(np.minimum(ANY.lambdas, 100.0)) / 10.0
     each = [np.exp(-0.5 * ((data - s * column) ** 2).sum() + 0.5 * (data**2).sum()) for s in (*f, *-f)]

@@ -10,9 +10,11 @@ forms are compared by their evidence, with
   the kind of case, up to the largest believable size,
 - kinds of cases as probable as the generator makes them.
 
-Signatures are those of whole changes of several sizes, run about the refit of reality's own baseline, where one stands
-who does not know the cause. What the coefficients take up is linear from there. Of two causes the sizes are summed
-over by Laplace's method at the ways that fit best, and what the other ways add is what they add to each alone.
+Signatures are those of whole changes of several sizes; what the coefficients take up is linear. All is run about two
+points: the refit of reality's own baseline, where the coefficients stand of one who holds that nothing acts, and the
+true coefficients, where those of one stand who knows what does. "Nothing" is judged at the first, where its optimum is;
+of every other answer the higher evidence counts, as its optimum lies near one of both. Of two causes the sizes are
+summed over by Laplace's method at the ways that fit best; what other ways add is what they add to each alone.
 """
 
 from __future__ import annotations
@@ -30,14 +32,14 @@ from seatruth.effects.causes import ROOT, ancestors
 from withheld.cases import FORM_BESIDE, LOOKALIKES
 from withheld.names import NAMES, UNKNOWN
 from withheld.next_trial import read
-from withheld.programs.ways import ANY, SEEDS, STRONG, Sizes, Way, rungs, sizes, ways
+from withheld.programs.ways import ANY, LOOSE, SEEDS, STRONG, Sizes, Way, rungs, sizes, ways
 from withheld.reality.families import Family, families
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present
-from withheld.referee import PRIOR, Rig, Variant, marginal
-from withheld.refit import refit
+from withheld.referee import PRIOR, Rig, Signatures, Variant, marginal
+from withheld.refit import ABSORBED, refit
 from withheld.verdicts import verdict
 
 POOR = 4
@@ -61,13 +63,16 @@ class Menu:
 
     `gram` (C, C) and `pull` (C,) are of the candidates among themselves and with the data, whitened, coefficients and
     distractors marginalised; `shape` (ways, rungs) numbers a mechanism's candidates, `logs` (ways,) are their
-    prior probabilities; `beyond` is what sizes and ways other than the best add to its evidence alone.
+    prior probabilities. `loose` says of which mechanisms a refit takes up nearly all; `nothing` is the log-evidence of
+    no cause.
     """
 
     gram: Array
     pull: Array
     shapes: list[Array]
     logs: list[Array]
+    loose: list[bool]
+    nothing: float = 0.0
 
 
 def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
@@ -79,13 +84,16 @@ def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
     if poor:
         named = [one for one in named if one.key in LOOKALIKES[family.name]]
     outside = [one for one in usable if one.number is None]
-    menu = _menu(family, truth, public, [*named, *outside, *family.forms])
-    log = _log_posteriors(menu, len(named), len(outside), poor)
+    menus = _menus(family, truth, public, [*named, *outside, *family.forms])
+    logs = [_log_posteriors(menu, len(named), len(outside), poor) for menu in menus]
+    log = {key: max(menu.nothing + of[key] for menu, of in zip(menus, logs, strict=True)) for key in logs[0]}
+    if () in log:
+        log[()] = menus[0].nothing + logs[0][()]
     return _said(truth["case"], log, [NAMES[family.name][one.key] for one in named])
 
 
-def _menu(family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence[Mechanism]) -> Menu:
-    """All that could have acted, run about the refit of the baseline to what did."""
+def _menus(family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence[Mechanism]) -> list[Menu]:
+    """All that could have acted, run about the refit of the baseline to what did, and about the truth."""
     records = read(family, truth, public)
     noise = {name: Noise(*values) for name, values in truth["noise"].items()}
     acting = [*truth["causes"], *truth["distractors"], *([truth["form"]] if truth["form"] else [])]
@@ -94,12 +102,21 @@ def _menu(family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence
     aim = rig.outputs(present)
     for k, record in enumerate(records):
         record.clean.update({name: aim[: len(record.t), j, k] for j, name in enumerate(family.outputs)})
-    point = refit(rig, aim).point
     towards = {one["key"]: one["values"].get("direction") for one in truth["causes"]}
     found = [ways(one, towards.get(one.key)) for one in menu]
     variants: list[Variant] = [variant for _, more in found for variant in more]
-    here = rig.look(point, variants, aim)
-    size, last = len(point.moved), here.whitened[0].shape[1] - 1
+    nominal = family.coefficients
+    off = np.array([(truth["coefficients"][name] - value) / (PRIOR * abs(value)) for name, value in nominal.items()])
+    result = []
+    for point in (refit(rig, aim).point, rig.truth()):
+        here = rig.look(point, variants, aim)
+        result.append(_about(here, off + point.moved, menu, [of for of, _ in found]))
+    return result
+
+
+def _about(here: Signatures, off: Array, menu: Sequence[Mechanism], found: Sequence[Sequence[Way]]) -> Menu:
+    """The menu about one point, which lies `off` (K,) the nominal coefficients in deviations of their priors."""
+    size, last = here.coefficients, here.whitened[0].shape[1] - 1
     gram = here.grams.sum(axis=0)
     for whitened, drawn in zip(here.whitened, here.noise, strict=True):
         cross = whitened.T @ drawn
@@ -107,17 +124,18 @@ def _menu(family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence
         gram[last, :] += cross
         gram[last, last] += float(drawn @ drawn)
     # What is known of the coefficients: rows of their own under the data, about the study's nominal values.
-    nominal = family.coefficients
-    off = np.array([(truth["coefficients"][name] - value) / (PRIOR * abs(value)) for name, value in nominal.items()])
-    off = off + point.moved
     gram[:size, last] -= off
     gram[last, :size] -= off
     gram[last, last] += float(off @ off)
+    raw = np.diag(gram)[size:].copy()
     gram = marginal(gram, size)
     at = {label: k for k, label in enumerate(here.labels)}
-    forces = [at[f"{label}@1"] for one, (of, _) in zip(menu, found, strict=True) if one.kind == "force"
+    forces = [at[f"{label}@1"] for one, of in zip(menu, found, strict=True) if one.kind == "force"
               for label in dict.fromkeys(way.labels[0] for way in of) if f"{label}@1" in at]  # fmt: skip
-    return _candidates(_without_distractors(gram, forces), at, menu, [of for of, _ in found])
+    typical = [at.get(f"{of[0].labels[0]}@2", at.get(f"{of[0].labels[0]}/0")) for of in found]
+    loose = [bool(gram[k, k] < ABSORBED * raw[k]) for k in typical]
+    gram = _without_distractors(gram, forces)
+    return _candidates(gram, at, menu, found, loose)
 
 
 def _without_distractors(gram: Array, forces: Sequence[int]) -> Array:
@@ -128,7 +146,9 @@ def _without_distractors(gram: Array, forces: Sequence[int]) -> Array:
     return np.asarray(gram - cross.T @ np.linalg.solve(own, cross))
 
 
-def _candidates(gram: Array, at: Mapping[str, int], menu: Sequence[Mechanism], found: Sequence[Sequence[Way]]) -> Menu:
+def _candidates(
+    gram: Array, at: Mapping[str, int], menu: Sequence[Mechanism], found: Sequence[Sequence[Way]], loose: list[bool]
+) -> Menu:
     """Ways and rungs as combinations of the columns that were run."""
     last, columns, shapes, logs = len(gram) - 1, [], [], []
     for one, of in zip(menu, found, strict=True):
@@ -153,7 +173,7 @@ def _candidates(gram: Array, at: Mapping[str, int], menu: Sequence[Mechanism], f
         logs.append(chances)
     C = np.stack(columns, axis=1)
     crossed = gram @ C
-    return Menu(C.T @ crossed, crossed[last], shapes, logs)
+    return Menu(C.T @ crossed, crossed[last], shapes, logs, loose, -0.5 * float(gram[last, last]))
 
 
 def _sea(gram: Array, own: Sequence[int]) -> Array:
@@ -197,6 +217,7 @@ def alone(menu: Menu, k: int, prior: Sizes) -> Array:
 
     A size that is larger than the largest believable one is that one.
     """
+    prior = LOOSE if menu.loose[k] else prior
     own = menu.shapes[k]
     there, pull = np.maximum(np.diag(menu.gram)[own], NOTHING), menu.pull[own]
     wanted = np.minimum(prior.lambdas[None, :], there.max(axis=1)[:, None])
@@ -220,6 +241,7 @@ def _best_beside(menu: Menu, k: int, other: int | None) -> int:
 def _both(menu: Menu, pair: tuple[int, int], priors: tuple[Sizes, Sizes], beyond: Sequence[float]) -> float:
     """Log-evidence, over nothing, of two mechanisms at once."""
     i, j = pair
+    priors = (LOOSE if menu.loose[i] else priors[0], LOOSE if menu.loose[j] else priors[1])
     a = _best_beside(menu, i, None)
     for _ in range(2):
         b = _best_beside(menu, j, a)

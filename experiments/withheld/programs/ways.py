@@ -60,6 +60,8 @@ def sizes(strata: Sequence[tuple[float, float]]) -> Sizes:
 
 
 ANY, STRONG = sizes(STRATA), sizes(STRATA[1:])
+LOOSE = sizes([(1.0, 1e6)])
+"""Where a refit takes up nearly all of a signature: lambda to first order says little of the one that is left there."""
 
 
 def rungs(one: Mechanism) -> tuple[float, ...]:
