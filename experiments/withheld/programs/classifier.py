@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 from sklearn.ensemble import RandomForestClassifier
 
 from seatruth.effects import available
-from withheld.programs.common import Array, Refitted, refitted, soft
+from withheld.programs.common import Array, Refitted, Rows, refitted, soft
 from withheld.verdicts import verdict
 
 EACH, COPIES = 12, 4
@@ -48,7 +48,7 @@ class Space:
     nuisance: Array
     signatures: Mapping[str, Array]
     every: Array
-    runs: Sequence[tuple[str, Array]]
+    runs: Sequence[tuple[str, Rows]]
 
     def features(self, residuals: Array) -> Array:
         """(draws, F) of residuals (n, draws) in units of white noise; the last is what all effects leave."""
@@ -63,7 +63,7 @@ class Space:
         return np.stack([*found, np.log((left**2).mean(axis=0))], axis=1)
 
 
-def noise(rng: np.random.Generator, runs: Sequence[tuple[str, Array]], draws: int) -> Array:
+def noise(rng: np.random.Generator, runs: Sequence[tuple[str, Rows]], draws: int) -> Array:
     """(n, draws) of white noise of deviation 1 and a slow part that is another one in each channel of each draw."""
     n = 1 + max(int(rows.max()) for _, rows in runs)
     found = rng.standard_normal((n, draws))
@@ -104,7 +104,7 @@ def runs_of_effects(found: Refitted, rng: np.random.Generator) -> dict[str, Arra
 
 
 def decided(
-    residuals: Array, nuisances: Array, changes: Mapping[str, Array], runs: Sequence[tuple[str, Array]],
+    residuals: Array, nuisances: Array, changes: Mapping[str, Array], runs: Sequence[tuple[str, Rows]],
     rng: np.random.Generator,
 ) -> dict[str, float]:  # fmt: skip
     """Probabilities of each effect and of none (""), after training on draws; {} where no draw is like the residuals.
@@ -124,7 +124,8 @@ def decided(
     every, _ = np.linalg.qr(np.concatenate(list(signatures.values()), axis=1))
     space = Space(q, signatures, every, runs)
     data = np.concatenate([rows for _, rows in runs])
-    drawn, labels = [], []
+    drawn: list[Array] = []
+    labels: list[str] = []
     nothing = np.zeros((len(residuals), NONE * EACH))
     for name, own in [("", nothing), *((name, changes[name]) for name in signatures)]:
         for _ in range(COPIES):

@@ -16,6 +16,7 @@ from seatruth.effects import Effect, available, with_effects
 from seatruth.models import Model
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 STEPS = 20
 """Of a refit, at most."""
 FALL = 1e-3
@@ -71,9 +72,9 @@ class Refitted:
     """Effect -> (M, k)."""
     data: int
     """Number of data among the residuals."""
-    channels: list[tuple[str, NDArray[np.intp]]]
+    channels: list[tuple[str, Rows]]
     """(output, rows)."""
-    runs: list[tuple[str, NDArray[np.intp]]]
+    runs: list[tuple[str, Rows]]
     """The same for each trial by itself, samples in their order."""
     cost: TrajectoryCost
     """Of the study with all effects free."""

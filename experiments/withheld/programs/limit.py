@@ -32,6 +32,7 @@ from seatruth.effects.causes import ROOT, ancestors
 from withheld.cases import FORM_BESIDE, LOOKALIKES
 from withheld.names import NAMES, UNKNOWN
 from withheld.next_trial import read
+from withheld.programs.common import Rows
 from withheld.programs.ways import ANY, LOOSE, SEEDS, STRONG, Sizes, Way, rungs, sizes, ways
 from withheld.reality.families import Family, families
 from withheld.reality.mechanism import Mechanism
@@ -69,7 +70,7 @@ class Menu:
 
     gram: Array
     pull: Array
-    shapes: list[Array]
+    shapes: list[Rows]
     logs: list[Array]
     loose: list[bool]
     nothing: float = 0.0
@@ -132,7 +133,8 @@ def _about(here: Signatures, off: Array, menu: Sequence[Mechanism], found: Seque
     at = {label: k for k, label in enumerate(here.labels)}
     forces = [at[f"{label}@1"] for one, of in zip(menu, found, strict=True) if one.kind == "force"
               for label in dict.fromkeys(way.labels[0] for way in of) if f"{label}@1" in at]  # fmt: skip
-    typical = [at.get(f"{of[0].labels[0]}@2", at.get(f"{of[0].labels[0]}/0")) for of in found]
+    first = [of[0].labels[0] for of in found]
+    typical = [at[f"{label}@2"] if f"{label}@2" in at else at[f"{label}/0"] for label in first]
     loose = [bool(gram[k, k] < ABSORBED * raw[k]) for k in typical]
     gram = _without_distractors(gram, forces)
     return _candidates(gram, at, menu, found, loose)
@@ -150,7 +152,10 @@ def _candidates(
     gram: Array, at: Mapping[str, int], menu: Sequence[Mechanism], found: Sequence[Sequence[Way]], loose: list[bool]
 ) -> Menu:
     """Ways and rungs as combinations of the columns that were run."""
-    last, columns, shapes, logs = len(gram) - 1, [], [], []
+    last = len(gram) - 1
+    columns: list[Array] = []
+    shapes: list[Rows] = []
+    logs: list[Array] = []
     for one, of in zip(menu, found, strict=True):
         seas = f"{of[0].labels[0]}/0" in at
         begin = len(columns)

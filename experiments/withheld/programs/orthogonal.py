@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from withheld.programs.common import Array, refitted, soft
+from withheld.programs.common import Array, Rows, refitted, soft
 from withheld.programs.linear import left
 from withheld.verdicts import verdict
 
@@ -50,7 +50,7 @@ class Fitted:
     freedom: float
 
 
-def discrepancy(residuals: Array, derivatives: Array, runs: list[Array]) -> Fitted:
+def discrepancy(residuals: Array, derivatives: Array, runs: list[Rows]) -> Fitted:
     """The likeliest orthogonal process; residuals (n,) and derivatives (n, p) in units of white noise; `runs` are the
     rows of each channel of each trial."""
     q, _ = np.linalg.qr(derivatives / np.maximum(np.linalg.norm(derivatives, axis=0), 1e-300))
@@ -62,7 +62,7 @@ def discrepancy(residuals: Array, derivatives: Array, runs: list[Array]) -> Fitt
     return best if best.gain > math.log(len(r)) else nothing
 
 
-def _process(r: Array, q: Array, runs: list[Array], amplitude: float, tau: float) -> Fitted:
+def _process(r: Array, q: Array, runs: list[Rows], amplitude: float, tau: float) -> Fitted:
     """One process: by blocks, and the orthogonality by Woodbury's identity."""
     kq, ar, akq = np.empty_like(q), np.empty_like(r), np.empty_like(q)
     log_det, freedom = 0.0, 0.0
