@@ -67,7 +67,7 @@ def measures(
         ),
         *(
             share(f"named right as {words}, lambda >= 25", shown,
-                  _right_at(level), says=f"share of the cases: what is named is right, and {words} is the coarsest of it")
+                  _right_at(level), says=f"share of the cases: what is named is right, {words} the coarsest of it")
             for level, words in zip(LEVELS, ("an effect", "a group of effects", "a family of causes"), strict=True)
         ),
         share("false cause where none acts", none, names_something, 0.03,
