@@ -85,7 +85,9 @@ class KVLCC2:
 
 def inflow(u: Array, beta_P: Array, n: Array, p: Values) -> tuple[Array, Array]:
     """Thrust (N) and axial inflow (m/s) of the propeller."""
-    grow = np.where(beta_P > 0, p["C_2_plus"], p["C_2_minus"]) - 1.0
+    plus: Array = p["C_2_plus"]
+    minus: Array = p["C_2_minus"]
+    grow = np.where(beta_P > 0, plus, minus) - 1.0
     u_P = u * (1 - p["w_P0"]) * (1 + (1 - np.exp(-p["C_1"] * np.abs(beta_P))) * grow)
     nD = n * p["D_P"]
     return p["rho"] * p["D_P"] ** 2 * (p["k_0"] * nD**2 + p["k_1"] * nD * u_P + p["k_2"] * u_P**2), u_P
