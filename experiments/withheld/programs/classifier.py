@@ -69,7 +69,7 @@ def noise(rng: np.random.Generator, runs: Sequence[tuple[str, Rows]], draws: int
     found = rng.standard_normal((n, draws))
     channels = list(dict.fromkeys(name for name, _ in runs))
     for k in range(draws):
-        size, tau = (np.exp(rng.uniform(*np.log(ends), len(channels))) for ends in (SLOW, TAU))
+        size, tau = (np.exp(rng.uniform(math.log(a), math.log(b), len(channels))) for a, b in (SLOW, TAU))
         for name, rows in runs:
             j = channels.index(name)
             keep = math.exp(-1 / tau[j])
