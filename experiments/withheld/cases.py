@@ -32,12 +32,13 @@ FORM_STEP = 0.1
 """Of a form's typical size, at which it is compared with effects: small, so that hardly anything bends."""
 FORM_BESIDE = (25.0, 400.0)
 """lambda of another form beside an effect."""
-ROUNDS, GROWTHS = 3, 5
+ROUNDS, GROWTHS = 2, 3
 """How often trials are made anew with causes of another size, and sizes looked at under the same inputs."""
 LADDER = tuple(4.0**k for k in range(-5, 3))
 """Sizes at which a distractor is looked at, in multiples of the typical one."""
-CLOSE = 0.12
-"""Of the logarithm of lambda to the wanted one."""
+CLOSE = 0.3
+"""Of the logarithm of lambda to the wanted one: what is sealed is the lambda that came out, so that hitting the wanted
+one closely would only cost refits."""
 LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
              "propeller_walk", "compass_deviation", "tether"),
@@ -83,18 +84,24 @@ class Case:
     truth: dict[str, Any] = field(default_factory=dict)
 
 
+class NotDrawn(Exception):
+    """No case of a plan could be drawn."""
+
+
 def draw(plan: Plan) -> Case:
-    """The case of a plan: the same seed gives the same case."""
+    """The case of a plan: the same seed gives the same case. Raises NotDrawn."""
     family = families()[plan.family]
     for attempt in range(TRIES):
         rng = np.random.default_rng([plan.seed, attempt])
         try:
-            case = _once(plan, family, rng, attempt)
+            # A vehicle that runs away while its cause is sized is told by its lambda, not by a warning.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                case = _once(plan, family, rng, attempt)
         except np.linalg.LinAlgError:
             continue  # the refit of a vehicle that diverges cannot be solved: another is drawn
         if case is not None:
             return case
-    raise RuntimeError(f"no such case could be drawn: {plan}")
+    raise NotDrawn(f"in {TRIES} tries no such case came out: {plan.family}, {plan.kind}, {', '.join(plan.causes)}")
 
 
 def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) -> Case | None:
@@ -118,6 +125,8 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     picked = [offered[k] for k in rng.permutation(len(offered))[:2]]
     present = [Present(one, one.draw(rng)) for one in [*acting, *picked]]
     plain = recorded(())
+    if _ran_away(family, plain):
+        return None
     count, wanted = len(acting), _targets(plan, rng)
     # One look at everything: the causes as drawn, each distractor on a ladder of sizes, what a form could be taken for.
     named = [one for one in usable if one.key in NAMES[family.name] and one.key not in plan.causes]
@@ -147,6 +156,8 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     for _ in range(ROUNDS):
         # Pilots steer otherwise when a cause grows, so that its size has to be looked at again.
         records = recorded([*main, *others])
+        if _ran_away(family, records):
+            return None
         sized = _sized(family, records, coefficients, noise, main, wanted, starts)
         if sized is None:
             return None  # of such a case nobody could say how large its cause is
@@ -157,14 +168,18 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
         main, seen = grown, []
     else:
         records = recorded([*main, *others])
+    if _ran_away(family, records):
+        return None
     seen = seen or [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(count)]
     if not all(one.fit.settled for one in seen):
-        return None
-    if any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs):
         return None
     form = main.pop() if plan.form else None
     case = Case(plan, family, coefficients, noise, trials, ordered, main, [(p, 0.0) for p in others], records, form)
     return _judged(case, usable, attempt, seen)
+
+
+def _ran_away(family: Family, records: Sequence[Record]) -> bool:
+    return any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs)
 
 
 def _sized(
@@ -185,7 +200,7 @@ def _sized(
         seen = [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(len(main))]
         if not all(one.fit.settled for one in seen):
             return None
-        starts, now = [one.fit.point for one in seen], [max(one.fit.left, 1e-9) for one in seen]
+        now = [max(one.fit.left, 1e-9) for one in seen]
         if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
             break
         grown = []
@@ -193,6 +208,7 @@ def _sized(
             if before[k]:
                 powers[k] = min(6.0, max(1.0, math.log(now[k] / before[k]) / steps[k]))
             grown.append(_grown(p, min(5.0, max(0.2, (wanted[k] / now[k]) ** (1 / powers[k])))))
+        starts = [_ahead(one, p, then) for one, p, then in zip(seen, main, grown, strict=True)]
         if grown == main:
             break
         steps = [_growth(p, then) for p, then in zip(main, grown, strict=True)]
@@ -224,6 +240,12 @@ def _grown(present: Present, factor: float) -> Present:
     limit = 1.0 if abs(limit - 1.0) < 1e-9 else limit
     # At its limit it stays as it is, to the last digit.
     return Present(one, one.scaled(present.values, min(factor, limit))) if min(factor, limit) != 1.0 else present
+
+
+def _ahead(seen: Judged, before: Present, after: Present) -> Point:
+    """Where the refit of a cause of another size will end, to first order."""
+    share, true, found = math.exp(_growth(before, after)), seen.rig.truth(), seen.fit.point
+    return Point(share * found.moved, true.sizes + share * (found.sizes - true.sizes), share * found.firsts)
 
 
 def _growth(before: Present, after: Present) -> float:

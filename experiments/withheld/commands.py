@@ -25,7 +25,7 @@ from withheld.records.tables import DATA
 from withheld.score import score
 from withheld.seal import ROOT, note
 
-PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "prior")
+PROGRAMS = ("seatruth", "rmse", "bic", "white", "sindy", "classifier", "orthogonal", "prior")
 REAL_PROGRAMS = ("seatruth", "kinematics", "prior")
 QUICK_PROGRAMS = ("seatruth", "prior")
 WHICH = [*sorted(SETS), REAL]

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
-from withheld.cases import FORM_KINDS, KINDS, LOOKALIKES, STRATA, Case, Plan, draw
+from withheld.cases import FORM_KINDS, KINDS, LOOKALIKES, STRATA, Case, NotDrawn, Plan, draw
 from withheld.commits import told
 from withheld.names import NAMES, UNKNOWN
 from withheld.reality.families import Family, families
@@ -196,8 +196,18 @@ def generate(
         note(out, "generate", "begin", {"set": which, "cases": many, **told(out, "generate")})
     with ProcessPoolExecutor(max_workers=max(1, workers)) as pool:
         jobs = {pool.submit(one_case, todo[k], names[k], str(out)): k for k in missing}
+        failed = []
         for done, job in enumerate(as_completed(jobs), 1):
-            print(f"[{done}/{len(missing)}] {names[jobs[job]]}: {job.result():.1f} s", flush=True)
+            try:
+                took = f"{job.result():.1f} s"
+            except NotDrawn:
+                # Why would tell of the seal.
+                took = "could not be drawn"
+                failed.append(names[jobs[job]])
+            print(f"[{done}/{len(missing)}] {names[jobs[job]]}: {took}", flush=True)
+    if failed:
+        raise BadInput(f"could not be drawn: {', '.join(sorted(failed))}", where=str(out),
+                       do="Seal the others with --as-is; the log will name these.")  # fmt: skip
     seal = {name: digest_file(out / "sealed" / f"{name}.json") for name in names}
     write(out / "public" / "seal.json", json.dumps({"set": which, "sealed": seal}, indent=1) + "\n")
     if missing or as_is:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -65,6 +65,11 @@ def measures(
                   says=f"of the verdicts that name {words}, the share that is right")
             for level, words in zip(LEVELS, ("an effect", "a group of effects", "a family of causes"), strict=True)
         ),
+        *(
+            share(f"named right as {words}, lambda >= 25", shown,
+                  _right_at(level), says=f"share of the cases: what is named is right, {words} the coarsest of it")
+            for level, words in zip(LEVELS, ("an effect", "a group of effects", "a family of causes"), strict=True)
+        ),
         share("false cause where none acts", none, names_something, 0.03,
               "a cause is named although no effect acts, only another form of hull, damping or wake, or nothing",
               most=True),
@@ -104,6 +109,11 @@ def measures(
         number("Brier skill against the prior", with_prior, _skill,
                says="all probabilities together: 1 is perfect, 0 is no better than the prior alone"),
     ]  # fmt: skip
+
+
+def _right_at(level: str) -> Callable[[Pair], bool]:
+    """Whether a verdict is right, and names nothing more coarsely than at a level but something there."""
+    return lambda pair: right(pair) and coarsest(named(pair[1])) == level
 
 
 def over_limit(name: str, pairs: Sequence[Pair], limit: Mapping[str, Verdict] | None, goal: float) -> Measure:

@@ -250,10 +250,11 @@ def _goal(goal: float | None, most: bool, limit: float) -> str:
 
 
 def groups(pairs: Sequence[Pair], key: str) -> dict[str, list[Pair]]:
-    """Pairs by a field of the truth ("stratum", "family", "kind")."""
+    """Pairs by a field of the truth ("stratum", "family", "kind"); "yes" and "no" where it is one or the other."""
     found: dict[str, list[Pair]] = {}
     for pair in pairs:
-        found.setdefault(str(pair[0][key]), []).append(pair)
+        value = pair[0][key]
+        found.setdefault(("no", "yes")[value] if isinstance(value, bool) else str(value), []).append(pair)
     return dict(sorted(found.items(), key=lambda one: (_ORDER.index(one[0]) if one[0] in _ORDER else -1, one[0])))
 
 

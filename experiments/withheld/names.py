@@ -99,7 +99,7 @@ NAMES: dict[str, dict[str, str]] = {
 TITLES = {
     "seatruth": "seatruth diagnose", "rmse": "worst channel", "bic": "refit per effect, BIC",
     "white": "white, unprojected", "sindy": "SINDy discrepancy", "prior": "prior alone", "oracle": "oracle",
-    "limit": "limit", "classifier": "classifier trained on the simulator",
+    "limit": "limit", "classifier": "classifier trained on the simulator", "orthogonal": "orthogonal Gaussian process",
     "kinematics": "sensors' agreement alone",
 }  # fmt: skip
 """What the diagnosing programs are called in words."""

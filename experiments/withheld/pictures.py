@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 from seatruth.report.figures.style import BLUE, CYCLE, DASHES, FAINT, GREY, INK, MEASURED, VERMILLION, styled
 from withheld.intervals import BINS, reliability, wilson
-from withheld.measures import Pair, groups, of_kind, top
+from withheld.measures import ONE, Pair, groups, of_kind, top
 
 STRATA = ("<9", "9-25", "25-100", "100-400", ">400")
 MARKS = "osD^vPX"
@@ -24,12 +24,10 @@ def strata_figure(pairs: Mapping[str, Sequence[Pair]]) -> Figure:
     """Share of right first candidates by stratum, one effect, each program a mark with a Wilson interval."""
     figure = Figure(figsize=(6.8, 3.6), layout="constrained")
     axes = figure.add_subplot()
-    present = [
-        name for name in STRATA if any(groups(of_kind(of, "single"), "stratum").get(name) for of in pairs.values())
-    ]
+    present = [name for name in STRATA if any(groups(of_kind(of, ONE), "stratum").get(name) for of in pairs.values())]
     sizes = {}
     for k, (name, of) in enumerate(pairs.items()):
-        by = groups(of_kind(of, "single"), "stratum")
+        by = groups(of_kind(of, ONE), "stratum")
         for j, stratum in enumerate(present):
             own = by.get(stratum, [])
             if not own:
@@ -37,7 +35,7 @@ def strata_figure(pairs: Mapping[str, Sequence[Pair]]) -> Figure:
             sizes[stratum] = len(own)
             hits = sum(top(pair, 1) for pair in own)
             low, high = wilson(hits, len(own))
-            at, share = j + 0.12 * (k - (len(pairs) - 1) / 2), hits / len(own)
+            at, share = j + 0.8 / len(pairs) * (k - (len(pairs) - 1) / 2), hits / len(own)
             axes.errorbar(
                 [at], [share], yerr=[[share - low], [high - share]], color=CYCLE[k % len(CYCLE)], marker=MARKS[k % 7],
                 markersize=6 if k == 0 else 4.5, elinewidth=1.6 if k == 0 else 0.8, capsize=2, linestyle="none",

@@ -171,10 +171,7 @@ class Rig:
             for kind in kinds
             for k in range(len(self.records))
         ]
-        # Motions that a far point makes run away are told by their size, not by a warning.
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            y = replay(family, self.records, lanes).reshape(-1, 6, len(kinds), len(self.records))
-            y = np.clip(np.nan_to_num(y, nan=FAR), -FAR, FAR)
+        y = self._run(lanes).reshape(-1, 6, len(kinds), len(self.records))
         labels = [""] * len(point.sizes) + [label for label, _ in variants] + ([] if aim is None else ["aim"])
         size, sizes = len(sd), len(point.sizes)
         found = Signatures(size, labels, [], [], [], [], [], [])
@@ -191,19 +188,36 @@ class Rig:
 
     def outputs(self, acting: Sequence[Present]) -> Array:
         """(samples, 6, trials) at the true coefficients, with these acting."""
-        lanes = [Lane(k, self.coefficients, acting) for k in range(len(self.records))]
-        return replay(self.family, self.records, lanes)
+        return self._run([Lane(k, self.coefficients, acting) for k in range(len(self.records))])
 
-    def _add(self, found: Signatures, record: Record, change: Array) -> None:
-        n, names, noise, size = len(record.t), self.family.outputs, self.noise, found.coefficients
-        noisy = np.stack([record.outputs[o] - record.clean.get(o, record.outputs[o]) for o in names], axis=1)
-        both = np.concatenate([change, noisy[:, :, None]], axis=2)
-        stack = np.concatenate(
+    def there(self, point: Point) -> Array:
+        """(samples, 6, trials) at a point."""
+        sd = self.sd
+        here = {name: self.coefficients[name] + move * sd[name] for name, move in zip(sd, point.moved, strict=True)}
+        firsts = point.firsts * np.array([self.family.noise[name] for name in self.family.outputs])
+        acting = self.acting(point.sizes)
+        return self._run([Lane(k, here, acting, tuple(firsts[k].tolist())) for k in range(len(self.records))])
+
+    def _run(self, lanes: Sequence[Lane]) -> Array:
+        # Motions that run away are told by their size, not by a warning.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return np.clip(np.nan_to_num(replay(self.family, self.records, lanes), nan=FAR), -FAR, FAR)
+
+    def whiten(self, record: Record, change: Array) -> Array:
+        """Changes (samples, 6, ...) of one trial's outputs, channel after channel, in units of white noise."""
+        n, names = len(record.t), self.family.outputs
+        return np.concatenate(
             [
-                solve_triangular(whitener(noise[o], n, self.family.dt), both[:, j], lower=True)
+                solve_triangular(whitener(self.noise[o], n, self.family.dt), change[:n, j], lower=True)
                 for j, o in enumerate(names)
             ]
         )
+
+    def _add(self, found: Signatures, record: Record, change: Array) -> None:
+        names, noise, size = self.family.outputs, self.noise, found.coefficients
+        noisy = np.stack([record.outputs[o] - record.clean.get(o, record.outputs[o]) for o in names], axis=1)
+        both = np.concatenate([change, noisy[:, :, None]], axis=2)
+        stack = self.whiten(record, both)
         start, whole = stack[:, size : size + 6], np.delete(stack, np.s_[size : size + 6], axis=1)
         q, _ = np.linalg.qr(start / np.maximum(np.linalg.norm(start, axis=0), 1e-300))
         rest = whole - q @ (q.T @ whole)

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from seatruth.errors import BadInput
 from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
+from withheld.generate import ASIDE
 from withheld.goals import measures
 from withheld.measures import Measure, Pair, groups, rivals_of, suggests, top
 from withheld.next_trial import NONE_SUGGESTED, pairs_after
@@ -29,7 +30,7 @@ LIMIT = "limit"
 INSIDERS = (LIMIT, ORACLE)
 """Those who read the sealed part: scored beside the programs, none of them."""
 LIBRARY = "seatruth"
-BY = ("stratum", "family", "kind", "stated")
+BY = ("stratum", "family", "kind", "stated", "aside")
 """Fields of the truth by which all measures are given, too."""
 
 
@@ -99,7 +100,7 @@ def pairs_of(
     Parallel(n_jobs=max(1, min(workers, len(jobs))))(delayed(_next_judged)(*job) for job in jobs)
     found: list[Pair] = []
     for name, own in verdicts.items():
-        truth = truths[name]
+        truth = {**truths[name], "aside": truths[name]["family"] in ASIDE}
         if name in kept:
             truth = {**truth, "next": json.loads(kept[name].read_text(encoding="utf-8"))}
         found.append((plain_truth(truth, twins()), plain_verdict(own, twins())))

@@ -33,7 +33,7 @@ def _pairs() -> dict[str, list[Pair]]:
     truth = {
         "case": "c001", "family": "auv", "kind": "single", "effects": ["trim"], "lambda": {"trim": 150.0}, "pairs": {},
         "stratum": "100-400", "set": ["trim"], "places": ["pitch"], "oracle": {"closure": 0.9, "refit": 2.0},
-        "form": None, "stated": True,
+        "form": None, "stated": True, "aside": False,
     }  # fmt: skip
     closure = {"value": 0.8, "lower": 0.7, "upper": 0.95}
     said = {
@@ -47,7 +47,7 @@ def _pairs() -> dict[str, list[Pair]]:
 def _scored(out: Path, log: list[dict[str, Any]]) -> dict[str, list[Pair]]:
     pairs = _pairs()
     rows = {name: encoded(measures(of, {})) for name, of in pairs.items()}
-    parts = {key: {"all": rows["seatruth"]} for key in ("stratum", "family", "kind", "stated")}
+    parts = {key: {"all": rows["seatruth"]} for key in ("stratum", "family", "kind", "stated", "aside")}
     case = {"case": "c001", "family": "auv", "kind": "single", "stratum": "100-400", "effects": ["trim"],
             "set": ["trim"], "lambda": {"trim": 150.0}, "seatruth": "effects: trim (0.80)"}  # fmt: skip
     content = {

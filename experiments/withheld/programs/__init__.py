@@ -6,13 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from withheld.programs import discrepancy, kinematics, linear, simple
+from withheld.programs import classifier, discrepancy, kinematics, linear, orthogonal, simple
 
 BASELINES: dict[str, Callable[[Path], dict[str, Any]]] = {
     "rmse": simple.channel_rule,
     "bic": linear.refit_bic,
     "white": linear.white_unprojected,
     "sindy": discrepancy.sindy,
+    "classifier": classifier.classifier,
+    "orthogonal": orthogonal.orthogonal,
     "prior": simple.prior_only,
     "kinematics": kinematics.kinematics,
 }

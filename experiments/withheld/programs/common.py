@@ -16,6 +16,7 @@ from seatruth.effects import Effect, available, with_effects
 from seatruth.models import Model
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 STEPS = 20
 """Of a refit, at most."""
 FALL = 1e-3
@@ -71,8 +72,29 @@ class Refitted:
     """Effect -> (M, k)."""
     data: int
     """Number of data among the residuals."""
-    channels: list[tuple[str, NDArray[np.intp]]]
+    channels: list[tuple[str, Rows]]
     """(output, rows)."""
+    runs: list[tuple[str, Rows]]
+    """The same for each trial by itself, samples in their order."""
+    cost: TrajectoryCost
+    """Of the study with all effects free."""
+    at: Array
+    """Where all of this is: coefficients and first states refitted, effects absent."""
+    columns: dict[str, list[int]]
+    """Effect -> places of its parameters in `at`."""
+
+    def white(self) -> Array:
+        """(M,) deviations of the white noise, in the residuals' units, by their differences; 1 for the priors' rows.
+
+        Where a study states no noise the residuals' own units mean little. From one sample to the next neither the
+        motion nor a slow error moves far.
+        """
+        found = np.ones(len(self.residuals))
+        for name, rows in self.channels:
+            steps = [np.diff(self.residuals[own]) for of, own in self.runs if of == name]
+            sd = float(np.median(np.abs(np.concatenate(steps)))) / (0.6745 * math.sqrt(2))
+            found[rows] = max(sd, 1e-12)
+        return found
 
 
 def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
@@ -101,6 +123,10 @@ def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
         {name: jacobian[:, of] for name, of in columns.items()},
         sum(len(group.rows) for group in groups),
         [(name, np.concatenate(rows)) for name, rows in channels.items()],
+        [(group.channel, np.asarray(group.rows)) for group in groups],
+        cost,
+        x,
+        columns,
     )
 
 

@@ -6,14 +6,15 @@ forms are compared by their evidence, with
 
 - the true covariance of the noise (white and slow parts) and all first states projected out,
 - the coefficients marginalised under the priors that the study hands out, and the distractors under theirs,
-- sizes under the generator's own priors: normal, of deviations such that lambda spreads over the strata as
-  `cases.STRATA` has it, up to the largest believable size, every direction as likely as any other,
+- sizes, directions and signs as the generator draws them (`ways.py`): lambda even in the logarithm over the strata of
+  the kind of case, up to the largest believable size,
 - kinds of cases as probable as the generator makes them.
 
-Signatures are taken about the refit of reality's own baseline, where one stands who does not know the cause: at typical
-magnitudes, or at small ones where a refit takes up nearly all of a signature. Sizes are linear from there, so that this
-is the limit to first order. Two causes have the sizes that each would have alone, and the directions that each would
-have alone.
+Signatures are those of whole changes of several sizes; what the coefficients take up is linear. All is run about two
+points: the refit of reality's own baseline, where the coefficients stand of one who holds that nothing acts, and the
+true coefficients, where those of one stand who knows what does. "Nothing" is judged at the first, where its optimum is;
+of every other answer the higher evidence counts, as its optimum lies near one of both. Of two causes the sizes are
+summed over by Laplace's method at the ways that fit best; what other ways add is what they add to each alone.
 """
 
 from __future__ import annotations
@@ -28,16 +29,18 @@ import numpy as np
 
 from seatruth.effects import available
 from seatruth.effects.causes import ROOT, ancestors
-from withheld.cases import FORM_BESIDE, LOOKALIKES, STRATA
+from withheld.cases import FORM_BESIDE, LOOKALIKES
 from withheld.names import NAMES, UNKNOWN
 from withheld.next_trial import read
+from withheld.programs.common import Rows
+from withheld.programs.ways import ANY, LOOSE, SEEDS, STRONG, Sizes, Way, rungs, sizes, ways
 from withheld.reality.families import Family, families
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present
-from withheld.referee import PRIOR, Rig, marginal, spans
-from withheld.refit import ABSORBED, SMALL, refit
+from withheld.referee import PRIOR, Rig, Signatures, Variant, marginal
+from withheld.refit import ABSORBED, refit
 from withheld.verdicts import verdict
 
 POOR = 4
@@ -48,16 +51,29 @@ SAYS = 0.8
 """Probability from which a node of the tree is named [S]: a verdict says the finest that reaches it."""
 SHARES = {"single": 0.33, "double": 0.08, "none": 0.09, "outside": 0.09, "form": 0.14, "form+single": 0.19}
 """Prior probabilities of the kinds, where the trials are not poor: the generator's shares."""
+SEA_FOUND = -6.0
+"""Log-probability that a sea runs within what its phases along a track tell of the true direction: over the whole
+circle some 0.005 rad, for tracks of five lengths and waves of one to two at lambda 100 [S]."""
+BESIDE = sizes([FORM_BESIDE])
+NOTHING = 1e-12
 
 
-@dataclass(frozen=True)
-class Option:
-    """One way in which a mechanism can act: columns of its signatures, standard deviations (scales,) of their sizes,
-    and the lambdas (scales,) that these stand for."""
+@dataclass
+class Menu:
+    """What the mechanisms of a menu could have done: a candidate is a way at a rung.
 
-    columns: list[int]
-    sds: Array
-    lambdas: Array
+    `gram` (C, C) and `pull` (C,) are of the candidates among themselves and with the data, whitened, coefficients and
+    distractors marginalised; `shape` (ways, rungs) numbers a mechanism's candidates, `logs` (ways,) are their
+    prior probabilities. `loose` says of which mechanisms a refit takes up nearly all; `nothing` is the log-evidence of
+    no cause.
+    """
+
+    gram: Array
+    pull: Array
+    shapes: list[Rows]
+    logs: list[Array]
+    loose: list[bool]
+    nothing: float = 0.0
 
 
 def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
@@ -69,36 +85,39 @@ def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
     if poor:
         named = [one for one in named if one.key in LOOKALIKES[family.name]]
     outside = [one for one in usable if one.number is None]
-    menu = [*named, *outside, *family.forms]
-    gram, columns, absorbed = _gram(family, truth, public, menu)
-    options = [_options(gram, columns, one, one.key in absorbed) for one in menu]
-    log = _log_posteriors(gram, options, len(named), len(outside), poor)
+    menus = _menus(family, truth, public, [*named, *outside, *family.forms])
+    logs = [_log_posteriors(menu, len(named), len(outside), poor) for menu in menus]
+    log = {key: max(menu.nothing + of[key] for menu, of in zip(menus, logs, strict=True)) for key in logs[0]}
+    if () in log:
+        log[()] = menus[0].nothing + logs[0][()]
     return _said(truth["case"], log, [NAMES[family.name][one.key] for one in named])
 
 
-def _gram(
-    family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence[Mechanism]
-) -> tuple[Array, dict[str, list[int]], set[str]]:
-    """Gram matrix of all signatures and, last, of the data, after coefficients and distractors are marginalised; the
-    columns of each mechanism; the mechanisms whose signature is nearly all taken up by a refit."""
+def _menus(family: Family, truth: Mapping[str, Any], public: Path, menu: Sequence[Mechanism]) -> list[Menu]:
+    """All that could have acted, run about the refit of the baseline to what did, and about the truth."""
     records = read(family, truth, public)
     noise = {name: Noise(*values) for name, values in truth["noise"].items()}
-    present = [
-        Present(family.mechanism(one["key"]), one["values"]) for one in (*truth["causes"], *truth["distractors"])
-    ]
-    if truth["form"]:
-        present.append(Present(family.mechanism(truth["form"]["key"]), truth["form"]["values"]))
+    acting = [*truth["causes"], *truth["distractors"], *([truth["form"]] if truth["form"] else [])]
+    present = [Present(family.mechanism(one["key"]), one["values"]) for one in acting]
     rig = Rig(family, records, truth["coefficients"], noise)
     aim = rig.outputs(present)
     for k, record in enumerate(records):
         record.clean.update({name: aim[: len(record.t), j, k] for j, name in enumerate(family.outputs)})
-    point = refit(rig, aim).point
-    flexible = [one for one in menu if one.kind != "gear"]
-    signed = [one for one in menu if not _one_sided(one)]
-    variants = [*spans(menu), *((f"{key}-", acting) for key, acting in spans(signed, -1.0))]
-    variants += [(f"{key}~", acting) for key, acting in spans(flexible, SMALL)]
-    here = rig.look(point, variants, aim)
-    size, last = len(point.moved), here.whitened[0].shape[1] - 1
+    towards = {one["key"]: one["values"].get("direction") for one in truth["causes"]}
+    found = [ways(one, towards.get(one.key)) for one in menu]
+    variants: list[Variant] = [variant for _, more in found for variant in more]
+    nominal = family.coefficients
+    off = np.array([(truth["coefficients"][name] - value) / (PRIOR * abs(value)) for name, value in nominal.items()])
+    result = []
+    for point in (refit(rig, aim).point, rig.truth()):
+        here = rig.look(point, variants, aim)
+        result.append(_about(here, off + point.moved, menu, [of for of, _ in found]))
+    return result
+
+
+def _about(here: Signatures, off: Array, menu: Sequence[Mechanism], found: Sequence[Sequence[Way]]) -> Menu:
+    """The menu about one point, which lies `off` (K,) the nominal coefficients in deviations of their priors."""
+    size, last = here.coefficients, here.whitened[0].shape[1] - 1
     gram = here.grams.sum(axis=0)
     for whitened, drawn in zip(here.whitened, here.noise, strict=True):
         cross = whitened.T @ drawn
@@ -106,56 +125,81 @@ def _gram(
         gram[last, :] += cross
         gram[last, last] += float(drawn @ drawn)
     # What is known of the coefficients: rows of their own under the data, about the study's nominal values.
-    nominal = family.coefficients
-    off = np.array([(truth["coefficients"][name] - value) / (PRIOR * abs(value)) for name, value in nominal.items()])
-    off = off + point.moved
     gram[:size, last] -= off
     gram[last, :size] -= off
     gram[last, last] += float(off @ off)
-    forces = [k for one in menu if one.kind == "force" for k in here.columns(one.key)]
     raw = np.diag(gram)[size:].copy()
     gram = marginal(gram, size)
+    at = {label: k for k, label in enumerate(here.labels)}
+    forces = [at[f"{label}@1"] for one, of in zip(menu, found, strict=True) if one.kind == "force"
+              for label in dict.fromkeys(way.labels[0] for way in of) if f"{label}@1" in at]  # fmt: skip
+    first = [of[0].labels[0] for of in found]
+    typical = [at[f"{label}@2"] if f"{label}@2" in at else at[f"{label}/0"] for label in first]
+    loose = [bool(gram[k, k] < ABSORBED * raw[k]) for k in typical]
     gram = _without_distractors(gram, forces)
-    columns = {label: here.columns(label) for label in here.labels}
-    absorbed = {
-        one.key for one in flexible if max(gram[k, k] / max(float(raw[k]), 1e-300) for k in columns[one.key]) < ABSORBED
-    }
-    return gram, columns, absorbed
+    return _candidates(gram, at, menu, found, loose)
 
 
 def _without_distractors(gram: Array, forces: Sequence[int]) -> Array:
     """A Gram matrix after small sizes of all forces are marginalised, as two of them act unseen in every case."""
-    sd = np.sqrt(2 * DISTRACTION / len(forces) / np.maximum(np.diag(gram)[forces], 1e-12))
+    sd = np.sqrt(2 * DISTRACTION / len(forces) / np.maximum(np.diag(gram)[forces], NOTHING))
     own = gram[np.ix_(forces, forces)] * np.outer(sd, sd) + np.eye(len(forces))
     cross = gram[forces] * sd[:, None]
     return np.asarray(gram - cross.T @ np.linalg.solve(own, cross))
 
 
-def _options(gram: Array, columns: Mapping[str, Sequence[int]], one: Mechanism, small: bool) -> list[Option]:
-    """The ways in which a mechanism can act: signatures whose sizes are normal, at a few standard deviations.
+def _candidates(
+    gram: Array, at: Mapping[str, int], menu: Sequence[Mechanism], found: Sequence[Sequence[Way]], loose: list[bool]
+) -> Menu:
+    """Ways and rungs as combinations of the columns that were run."""
+    last = len(gram) - 1
+    columns: list[Array] = []
+    shapes: list[Rows] = []
+    logs: list[Array] = []
+    for one, of in zip(menu, found, strict=True):
+        seas = f"{of[0].labels[0]}/0" in at
+        begin = len(columns)
+        for way in of:
+            for r in range(1 if seas else len(rungs(one))):
+                column = np.zeros(len(gram))
+                if seas:
+                    own = [at[f"{way.labels[0]}/{j}"] for j in range(SEEDS)]
+                    column[own] = _sea(gram, own)
+                else:
+                    for label, weight in zip(way.labels, way.weights, strict=True):
+                        column[at[f"{label}@{r}"]] += weight
+                columns.append(column)
+        shapes.append(np.arange(begin, len(columns)).reshape(len(of), -1))
+        chances = np.full(len(of), -math.log(len(of)))
+        if seas and len(of) > 4:
+            chances = np.array([-math.log(4)] * 4 + [SEA_FOUND])
+        if seas:
+            chances = chances + _phases(gram, [[at[f"{way.labels[0]}/{j}"] for j in range(SEEDS)] for way in of])
+        logs.append(chances)
+    C = np.stack(columns, axis=1)
+    crossed = gram @ C
+    return Menu(C.T @ crossed, crossed[last], shapes, logs, loose, -0.5 * float(gram[last, last]))
 
-    The deviations make the mean of lambda what the generator asks for, two of them in each stratum.
-    """
-    of = list(columns[f"{one.key}~" if small else one.key])
-    if len(of) == 4:  # towards the four sides: a direction between two of them takes a part of both
-        groups = [[of[k], of[(k + 1) % 4]] for k in range(4)]
-    elif len(one.grows) == len(of) > 1:
-        groups = [of]
-    else:  # what acts otherwise the other way round has a signature for either sign
-        groups = [[k] for k in (of if small else [*of, *columns.get(f"{one.key}-", ())])]
-    low, high = (np.log([stratum[end] for stratum in STRATA]) for end in (0, 1))
-    lambdas = np.exp(np.concatenate([low + share * (high - low) for share in (0.25, 0.75)]))
-    most = one.most / (SMALL if small else 1.0)
-    return [
-        Option(group, np.minimum(np.sqrt(lambdas / max(float(np.diag(gram)[group].mean()), 1e-12)), most), lambdas)
-        for group in groups
-    ]
+
+def _sea(gram: Array, own: Sequence[int]) -> Array:
+    """The combination of phases that fits the data best, of the strength that is most likely."""
+    a = gram[np.ix_(own, own)]
+    return np.asarray(np.linalg.solve(a + 0.05 * np.trace(a) / len(own) * np.eye(len(own)), gram[own, -1]))
 
 
-def _one_sided(one: Mechanism) -> bool:
-    """Whether a mechanism is drawn with one sign only, or has a direction."""
-    rng, name = np.random.default_rng(0), one.grows[0]
-    return len(one.grows) > 1 or len({float(np.sign(one.draw(rng)[name])) for _ in range(16)}) == 1
+def _phases(gram: Array, ways: Sequence[Sequence[int]]) -> Array:
+    """What the choice of the best phases is charged with, (ways,): log-evidence of normal ones less the best's."""
+    charged = []
+    for own in ways:
+        a, b = gram[np.ix_(own, own)], gram[own, -1]
+        scale = max(float(np.trace(a)) / len(own), NOTHING)
+        best = _sea(gram, own)
+        top = float(best @ b - 0.5 * best @ a @ best)
+        lambdas = ANY.lambdas[::6]
+        sds = np.sqrt(lambdas / scale / len(own))
+        normal = _evidence(gram, list(own), np.repeat(sds[:, None], len(own), axis=1))
+        charged.append(min(0.0, float(np.logaddexp.reduce(normal + ANY.logs[::6] - _lse(ANY.logs[::6]))) - top))
+    return np.array(charged)
 
 
 def _evidence(gram: Array, columns: Sequence[int], sds: Array) -> Array:
@@ -169,46 +213,89 @@ def _evidence(gram: Array, columns: Sequence[int], sds: Array) -> Array:
     return np.asarray(0.5 * (pull * solved).sum(axis=1) - 0.5 * log_det)
 
 
-def _mean(logs: Array) -> float:
-    """Logarithm of the mean of exponentials."""
-    return float(np.logaddexp.reduce(logs) - math.log(len(logs)))
+def _lse(logs: Array) -> float:
+    return float(np.logaddexp.reduce(np.ravel(logs)))
 
 
-def _log_posteriors(
-    gram: Array, options: Sequence[Sequence[Option]], named: int, outside: int, poor: bool
-) -> dict[tuple[int, ...], float]:
+def alone(menu: Menu, k: int, prior: Sizes) -> Array:
+    """Log-evidence (ways, sizes), over nothing, of one mechanism with the prior probabilities of ways and sizes in it.
+
+    A size that is larger than the largest believable one is that one.
+    """
+    prior = LOOSE if menu.loose[k] else prior
+    own = menu.shapes[k]
+    there, pull = np.maximum(np.diag(menu.gram)[own], NOTHING), menu.pull[own]
+    wanted = np.minimum(prior.lambdas[None, :], there.max(axis=1)[:, None])
+    rung = np.abs(np.log(there[:, :, None]) - np.log(wanted[:, None, :])).argmin(axis=1)
+    lam, p = np.take_along_axis(there, rung, axis=1), np.take_along_axis(pull, rung, axis=1)
+    return np.asarray(np.sqrt(wanted / lam) * p - 0.5 * wanted + prior.logs[None, :] + menu.logs[k][:, None])
+
+
+def _best_beside(menu: Menu, k: int, other: int | None) -> int:
+    """The candidate of a mechanism that fits best beside another candidate of a free size."""
+    own = menu.shapes[k].ravel()
+    pull, there = menu.pull[own], np.diag(menu.gram)[own]
+    if other is not None:
+        g = max(float(menu.gram[other, other]), NOTHING)
+        cross = menu.gram[own, other]
+        pull, there = pull - cross * menu.pull[other] / g, there - cross**2 / g
+    gain = np.maximum(pull, 0.0) ** 2 / np.maximum(there, 1e-6 * np.maximum(np.diag(menu.gram)[own], NOTHING))
+    return int(own[int(np.argmax(gain))])
+
+
+def _both(menu: Menu, pair: tuple[int, int], priors: tuple[Sizes, Sizes], beyond: Sequence[float]) -> float:
+    """Log-evidence, over nothing, of two mechanisms at once."""
+    i, j = pair
+    priors = (LOOSE if menu.loose[i] else priors[0], LOOSE if menu.loose[j] else priors[1])
+    a = _best_beside(menu, i, None)
+    for _ in range(2):
+        b = _best_beside(menu, j, a)
+        a = _best_beside(menu, i, b)
+    both = [a, b]
+    gram, pull = menu.gram[np.ix_(both, both)], menu.pull[both]
+    d = np.maximum(np.diag(gram), NOTHING)
+    # lambda of each is what the other leaves of it.
+    left = np.maximum(1 - gram[0, 1] ** 2 / (d[0] * d[1]), 1e-6)
+    held = gram + np.diag(1e-9 * d)
+    top = np.linalg.solve(held, pull)
+    low = np.array([math.sqrt(p.lambdas[0] / (x * left)) for p, x in zip(priors, d, strict=True)])
+    high = np.array([math.sqrt(p.lambdas[-1] / (x * left)) for p, x in zip(priors, d, strict=True)])
+    f = np.clip(top, low, high)
+    for _ in range(8):
+        f = np.array([np.clip((pull[k] - gram[k, 1 - k] * f[1 - k]) / d[k], low[k], high[k]) for k in range(2)])
+    fit = float(pull @ f - 0.5 * f @ gram @ f)
+    # Widths of what is left of each size's uncertainty, in units of the size, under a density even in its logarithm.
+    widths = np.minimum(math.sqrt(2 * math.pi) / np.sqrt(d * left), high - low)
+    density = [2 / math.log(p.lambdas[-1] / p.lambdas[0]) / x for p, x in zip(priors, f, strict=True)]
+    return fit + float(np.log(widths * density).sum()) + 0.5 * math.log(left) + beyond[i] + beyond[j]
+
+
+def _beyond(menu: Menu, k: int, prior: Sizes) -> float:
+    """What the ways other than the best add to a mechanism's evidence, with their prior probabilities in it."""
+    logs = alone(menu, k, prior)
+    each = np.logaddexp.reduce(logs, axis=1)
+    best = int(np.argmax(each))
+    return float(_lse(each) - (each[best] - menu.logs[k][best]))
+
+
+def _log_posteriors(menu: Menu, named: int, outside: int, poor: bool) -> dict[tuple[int, ...], float]:
     """Log posterior (not normalised) of every answer: numbers of named mechanisms; (-1,) is outside the library."""
-    each = [
-        [_evidence(gram, o.columns, np.repeat(o.sds[:, None], len(o.columns), axis=1)) for o in of] for of in options
-    ]
-    alone = [_mean(np.concatenate(of)) for of in each]
     if poor:
-        return {(k,): alone[k] for k in range(named)}
-    # In pairs each mechanism has the direction that it prefers alone.
-    best = [of[int(np.argmax([_mean(log) for log in logs]))] for of, logs in zip(options, each, strict=True)]
-    forms = range(named + outside, len(options))
-
-    def both(i: int, j: int) -> float:
-        first, second = best[i].sds, best[j].sds
-        if j in forms:
-            middling = (best[j].lambdas >= FORM_BESIDE[0]) & (best[j].lambdas <= FORM_BESIDE[1])
-            second = second[middling]
-        a, b = (grid.ravel() for grid in np.meshgrid(first, second))
-        sizes = [len(best[i].columns), len(best[j].columns)]
-        sds = np.concatenate([np.repeat(x[:, None], n, axis=1) for x, n in zip((a, b), sizes, strict=True)], axis=1)
-        return _mean(_evidence(gram, [*best[i].columns, *best[j].columns], sds))
-
+        return {(k,): _lse(alone(menu, k, STRONG)) for k in range(named)}
     share = {kind: math.log(value) for kind, value in SHARES.items()}
+    forms = range(named + outside, len(menu.shapes))
+    beyond = [_beyond(menu, k, STRONG) for k in range(len(menu.shapes))]
     found: dict[tuple[int, ...], float] = {(): share["none"]}
-    of_outside = [share["outside"] - math.log(outside) + alone[k] for k in range(named, named + outside)]
-    of_forms = [share["form"] - math.log(len(forms)) + alone[k] for k in forms]
-    found[-1,] = float(np.logaddexp.reduce([*of_outside, *of_forms]))
+    of_outside = [share["outside"] - math.log(outside) + _lse(alone(menu, k, ANY)) for k in range(named, forms[0])]
+    of_forms = [share["form"] - math.log(len(forms)) + _lse(alone(menu, k, STRONG)) for k in forms]
+    found[-1,] = _lse(np.array([*of_outside, *of_forms]))
     for i in range(named):
-        with_forms = _mean(np.array([both(i, k) for k in forms]))
-        of_it = [share["single"] + alone[i], share["form+single"] + with_forms]
-        found[i,] = float(np.logaddexp.reduce(of_it)) - math.log(named)
+        with_forms = _lse(np.array([_both(menu, (i, k), (STRONG, BESIDE), beyond) for k in forms]))
+        of_it = [share["single"] + _lse(alone(menu, i, ANY)), share["form+single"] - math.log(len(forms)) + with_forms]
+        found[i,] = _lse(np.array(of_it)) - math.log(named)
         for j in range(i):
-            found[j, i] = share["double"] - math.log(named * (named - 1) / 2) + both(i, j)
+            pair = _both(menu, (j, i), (STRONG, STRONG), beyond)
+            found[j, i] = share["double"] - math.log(named * (named - 1) / 2) + pair
     return found
 
 

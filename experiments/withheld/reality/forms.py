@@ -20,8 +20,8 @@ def cubic_damping(view: View, q: Values, p: Values) -> Force:
     speed = p["speed"]
     v, turning = view.v_r / speed, view.r * p["L"] / speed
     unit = 0.5 * p["rho"] * p["L"] * p["d"] * speed**2
-    across = v**3 / q["at"] - v * np.abs(v)
-    around = turning**3 / q["at"] - turning * np.abs(turning)
+    across = v * v * v / q["at"] - v * np.abs(v)
+    around = turning * turning * turning / q["at"] - turning * np.abs(turning)
     return Force(Y=-q["k"] * unit * across, N=-0.1 * q["k"] * unit * p["L"] * around)
 
 
@@ -46,8 +46,9 @@ def full_bow(view: View, q: Values, p: Values) -> Force:
 def steep_resistance(view: View, q: Values, p: Values) -> Force:
     """Resistance that grows with the fourth power of the speed, equal to the model's quadratic one at service speed."""
     ahead = view.u_r / p["speed"]
+    square = ahead * ahead
     unit = 0.5 * p["rho"] * p["drag_area"] * p["speed"] ** 2
-    return Force(X=-q["k"] * unit * np.sign(ahead) * (ahead**4 - ahead**2))
+    return Force(X=-q["k"] * unit * np.sign(ahead) * (square * square - square))
 
 
 def wake_in_turns(view: View, q: Values, p: Values) -> Force:

@@ -44,11 +44,12 @@ class KVLCC2:
         beta = np.arctan2(-v, u)
         a, b = v / U, r * L / U
         q = 0.5 * rho * L * d * U2
-        X_H = -p["R_0"] + p["X_vv"] * a**2 + p["X_vr"] * a * b + p["X_rr"] * b**2 + p["X_vvvv"] * a**4
-        Y_H = p["Y_v"] * a + p["Y_r"] * b + p["Y_vvv"] * a**3 + p["Y_vvr"] * a * a * b + p["Y_vrr"] * a * b * b
-        Y_H = Y_H + p["Y_rrr"] * b**3
-        N_H = p["N_v"] * a + p["N_r"] * b + p["N_vvv"] * a**3 + p["N_vvr"] * a * a * b + p["N_vrr"] * a * b * b
-        N_H = N_H + p["N_rrr"] * b**3
+        # Powers are products: a general power costs ten times as much.
+        aa, ab, bb = a * a, a * b, b * b
+        aaa, aab, abb, bbb = aa * a, aa * b, a * bb, bb * b
+        X_H = -p["R_0"] + p["X_vv"] * aa + p["X_vr"] * ab + p["X_rr"] * bb + p["X_vvvv"] * (aa * aa)
+        Y_H = p["Y_v"] * a + p["Y_r"] * b + p["Y_vvv"] * aaa + p["Y_vvr"] * aab + p["Y_vrr"] * abb + p["Y_rrr"] * bbb
+        N_H = p["N_v"] * a + p["N_r"] * b + p["N_vvv"] * aaa + p["N_vvr"] * aab + p["N_vrr"] * abb + p["N_rrr"] * bbb
         thrust, u_P = inflow(u, beta - p["x_P"] * b, view.n, p)
         eta = p["D_P"] / p["H_R"]
         jet = np.sqrt(np.maximum(u_P**2 + 8.0 * thrust / (math.pi * rho * p["D_P"] ** 2), 0.0))
@@ -84,7 +85,9 @@ class KVLCC2:
 
 def inflow(u: Array, beta_P: Array, n: Array, p: Values) -> tuple[Array, Array]:
     """Thrust (N) and axial inflow (m/s) of the propeller."""
-    grow = np.where(beta_P > 0, p["C_2_plus"], p["C_2_minus"]) - 1.0
+    plus: Array = p["C_2_plus"]
+    minus: Array = p["C_2_minus"]
+    grow = np.where(beta_P > 0, plus, minus) - 1.0
     u_P = u * (1 - p["w_P0"]) * (1 + (1 - np.exp(-p["C_1"] * np.abs(beta_P))) * grow)
     nD = n * p["D_P"]
     return p["rho"] * p["D_P"] ** 2 * (p["k_0"] * nD**2 + p["k_1"] * nD * u_P + p["k_2"] * u_P**2), u_P

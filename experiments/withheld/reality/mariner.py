@@ -40,14 +40,17 @@ class Mariner:
         U2 = view.u_r**2 + view.v_r**2 + 1e-12
         U = np.sqrt(U2)
         u, v, r, d = (view.u_r - p["U_0"]) / U, view.v_r / U, view.r * L / U, -view.delta
-        fX = p["X_u"] * u + p["X_uu"] * u**2 + p["X_uuu"] * u**3 + p["X_vv"] * v**2 + p["X_rr"] * r**2
-        fX = fX + p["X_rv"] * r * v + p["X_dd"] * d**2 + p["X_udd"] * u * d**2 + p["X_vd"] * v * d
-        fX = fX + p["X_uvd"] * u * v * d
+        # Powers are products: a general power costs ten times as much.
+        uu, vv, dd, vu, vd, ud = u * u, v * v, d * d, v * u, v * d, u * d
+        vvv, vvr, ru, ddd, uud, vdd, vvd = vv * v, vv * r, r * u, dd * d, uu * d, vd * d, vv * d
+        fX = p["X_u"] * u + p["X_uu"] * uu + p["X_uuu"] * (uu * u) + p["X_vv"] * vv + p["X_rr"] * (r * r)
+        fX = fX + p["X_rv"] * (r * v) + p["X_dd"] * dd + p["X_udd"] * (u * dd) + p["X_vd"] * vd
+        fX = fX + p["X_uvd"] * (u * vd)
         fY, fN = (
-            p[f"{c}_v"] * v + p[f"{c}_r"] * r + p[f"{c}_vvv"] * v**3 + p[f"{c}_vvr"] * v**2 * r + p[f"{c}_vu"] * v * u
-            + p[f"{c}_ru"] * r * u + p[f"{c}_d"] * d + p[f"{c}_ddd"] * d**3 + p[f"{c}_ud"] * u * d
-            + p[f"{c}_uud"] * u**2 * d + p[f"{c}_vdd"] * v * d**2 + p[f"{c}_vvd"] * v**2 * d
-            + p[f"{c}_0"] + p[f"{c}_0u"] * u + p[f"{c}_0uu"] * u**2
+            p[f"{c}_v"] * v + p[f"{c}_r"] * r + p[f"{c}_vvv"] * vvv + p[f"{c}_vvr"] * vvr + p[f"{c}_vu"] * vu
+            + p[f"{c}_ru"] * ru + p[f"{c}_d"] * d + p[f"{c}_ddd"] * ddd + p[f"{c}_ud"] * ud
+            + p[f"{c}_uud"] * uud + p[f"{c}_vdd"] * vdd + p[f"{c}_vvd"] * vvd
+            + p[f"{c}_0"] + p[f"{c}_0u"] * u + p[f"{c}_0uu"] * uu
             for c in "YN"
         )  # fmt: skip
         unit = 0.5 * p["rho"] * L**3

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from withheld.reality.gear import Gear
 
 Array = NDArray[np.float64]
-Values = dict[str, Array]
+Values = dict[str, Any]
 ROWS = 10
 """Rows of a state."""
 
@@ -43,8 +43,7 @@ class View:
 
     def part(self, rows: NDArray[np.intp]) -> View:
         """The view of some lanes."""
-        whole = {name: getattr(self, name) for name in _FIELDS}
-        return View(self.t, own=self.own[:, rows], **{name: value[rows] for name, value in whole.items()})
+        return _Part(self, rows)
 
     @property
     def u_r(self) -> Array:
@@ -57,7 +56,16 @@ class View:
         return self.v - self.v_c
 
 
-_FIELDS = ("u", "v", "r", "x", "y", "psi", "u_c", "v_c", "du_c", "dv_c", "delta", "n")
+class _Part(View):
+    """Some lanes of a view; what a force does not ask for is not copied."""
+
+    def __init__(self, whole: View, rows: NDArray[np.intp]) -> None:
+        self.t, self._whole, self._rows = whole.t, whole, rows
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._whole, name)[..., self._rows]
+        setattr(self, name, value)
+        return value
 
 
 @dataclass(frozen=True)
@@ -124,6 +132,10 @@ class Scene:
     currents: Sequence[Acting] = ()
     forces: Sequence[Acting] = ()
 
+    def __post_init__(self) -> None:
+        """What each force is told of its lanes."""
+        self._own = [{k: v if isinstance(v, float) else v[one.rows] for k, v in self.p.items()} for one in self.forces]
+
     def rates(self, t: float, s: Array, delta: Array, n: Array) -> Array:
         """d/dt of the states (10, lanes)."""
         lanes = s.shape[1]
@@ -143,8 +155,8 @@ class Scene:
         view = View(t, s[0], s[1], s[2], s[3], s[4], s[5], s[6:], u_c, v_c, du_c, dv_c, delta, n)
         X, Y, N = np.zeros(lanes), np.zeros(lanes), np.zeros(lanes)
         rates = np.zeros_like(s)
-        for one in self.forces:
-            got: Force = one.act(view.part(one.rows), one.values, {k: v[one.rows] for k, v in self.p.items()})
+        for one, p in zip(self.forces, self._own, strict=True):
+            got: Force = one.act(view.part(one.rows), one.values, p)
             X[one.rows] += got.X
             Y[one.rows] += got.Y
             N[one.rows] += got.N

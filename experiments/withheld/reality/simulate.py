@@ -67,7 +67,8 @@ class Bench:
         self.family, self.lanes = family, lanes
         count = len(lanes)
         self.clock = np.array([lane.trial * BETWEEN_TRIALS * family.time for lane in lanes])
-        self.p: Values = {name: np.full(count, value) for name, value in family.sizes.items()}
+        # What is the same in all lanes is a number: what is worked out from such numbers alone costs next to nothing.
+        self.p: Values = {name: float(value) for name, value in family.sizes.items()}
         for name in family.coefficients:
             self.p[name] = np.array([lane.coefficients[name] for lane in lanes])
         self.gear = Gear(count, family.time)
@@ -96,8 +97,10 @@ class Bench:
         elif mechanism.kind == "sensor":
             self.readings.append(acting)
         elif mechanism.kind == "coefficients":
-            part = {name: value[rows] for name, value in self.p.items()}
+            part = {name: value if isinstance(value, float) else value[rows] for name, value in self.p.items()}
             for name, value in mechanism.act(part, values).items():
+                if isinstance(self.p[name], float):
+                    self.p[name] = np.full(len(self.lanes), self.p[name])
                 self.p[name][rows] = value
         else:
             for name in mechanism.grows:

@@ -75,7 +75,7 @@ class ThrusterCraft:
 
     @staticmethod
     def _thrust(n: Array, u: Array, p: Values) -> Array:
-        return p["thrust_share"] * (p["k_n"] * n * np.abs(n) - p["k_u"] * np.abs(n) * u)
+        return np.asarray(p["thrust_share"] * (p["k_n"] * n * np.abs(n) - p["k_u"] * np.abs(n) * u))
 
 
 def weak_thrusters(view: View, q: Values, p: Values) -> Force:
