@@ -90,11 +90,13 @@ ELSEWHERE = {
     "diagnosis/test_diagnosis_search.py": (
         "diagnosis/hypotheses",
         "diagnosis/hypothesis_fits",
+        "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
+    "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
     "models/test_model_registry.py": ("models/registry", "models/user_file"),
     "optimizers/test_checkpoint.py": ("optimizers/journal",),
@@ -143,6 +145,8 @@ ELSEWHERE = {
     "manoeuvres/test_manoeuvres_recognise.py": ("manoeuvres/recording",),
     "test_trials_command.py": ("study/log", "study/trial_tables", "report/log_map"),
     "test_identify_interrupts.py": ("uncertainty/refits",),
+    "trials/test_trials_frames.py": ("trials/attitude", "trials/geodesy"),
+    "trials/test_trials_time_axis.py": ("trials/dates",),
     "trials/test_trials_check.py": (
         "trials/check/clocks",
         "trials/check/duplicates",

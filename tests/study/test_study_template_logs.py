@@ -27,6 +27,8 @@ EXPECTED = {
         "psi": "HEHDT.heading",
         "u": "VDVBW.longitudinal_ground_speed",
         "v": "VDVBW.transverse_ground_speed",
+        "u_w": "VDVBW.longitudinal_water_speed",
+        "v_w": "VDVBW.transverse_water_speed",
         "r": "TIROT.rate_of_turn",
     },
     "ros2": {

@@ -14,7 +14,7 @@ import scipy.io
 from seatruth.errors import BadInput
 from seatruth.readers import Content, Topic
 from seatruth.readers.csv_file import CSV
-from seatruth.trials import ColumnSpec, Trial, read_trial
+from seatruth.trials import Clock, ColumnSpec, Trial, read_trial
 
 FAST, SLOW = np.arange(0.0, 2.01, 0.25), np.arange(0.5, 1.8, 0.5)
 
@@ -72,8 +72,8 @@ def test_one_topic_with_a_clock_is_not_changed(tmp_path: Path, monkeypatch: pyte
 def test_another_clock_is_taken_where_topics_have_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     late = Topic("a", {"time": FAST, "stamp": 1000 * FAST + 50, "r": FAST}, {"time": "s", "stamp": "ms"}, "time")
     other = Topic("b", {"time": FAST, "stamp": 1000 * FAST, "d": FAST}, {"time": "s"}, "time")
-    spec = ColumnSpec("stamp", "ms")
-    trial = read(tmp_path, monkeypatch, [late, other], {"delta": "d"}, {"r": "r"}, time=spec)
+    clock = Clock("stamp", "ms")
+    trial = read(tmp_path, monkeypatch, [late, other], {"delta": "d"}, {"r": "r"}, time=clock)
     np.testing.assert_allclose(trial.inputs["delta"], trial.t)
     np.testing.assert_allclose(trial.outputs["r"], trial.t - 0.05, atol=1e-12)
 
