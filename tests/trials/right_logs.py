@@ -53,7 +53,6 @@ class Vehicle:
 
 VEHICLES = (
     Vehicle("mmg", 0.2, {"u": 1.18}, {"n": 11.85}, math.radians(15.8), 160.0, "ship"),
-    Vehicle("mmg_ordered", 0.2, {"u": 1.18}, {"n": 11.85}, math.radians(15.8), 160.0, "ship"),
     Vehicle("abkowitz", 1.0, {"u": 7.7175}, {}, math.radians(5.0), 800.0, "ship"),
     Vehicle("torpedo", 0.1, {"u": 1.542}, {"n": 15.0}, math.radians(30.0), 40.0, "both"),
     Vehicle("torpedo_324", 0.05, {"u": 5.36}, {"n": 25.0}, math.radians(30.0), 25.0, "both"),
