@@ -17,6 +17,7 @@ from seatruth.models import BlackBox, Channel, Model, Observation, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.base import Environment, Equations, record
 from seatruth.models.observed import ObservedModel
+from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import MODEL_ATTRIBUTES, ModelWrapper
 
 MARKS = {"hidden": ("u",), "follows": {"u": ("v", 1.0)}, "longest_step": 0.25, "standard": {"v": ("v", 1)}}
@@ -85,6 +86,7 @@ WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     ExtendedModel: lambda model: ExtendedModel(model, [available()["current"], available()["rudder_lag"]]),
     DiscrepancyModel: lacking,
     Leaking: Leaking,
+    WithServos: lambda model: WithServos(model, {"delta": Order(lag=0.5)}),
     ObservedModel: lambda model: ObservedModel(model, [Observation("sog")], keep=("u", "v")),
 }
 
