@@ -22,7 +22,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -112,13 +112,14 @@ def study(trials: int, samples: int) -> Study:
     n = round(self_propulsion(plain, SPEED, values), 2)
     values["rudder_offset_angle"] = OFFSET
     angles = [math.radians(angle) for angle in (10, 20, 15, 35)]
+    sides: tuple[Literal["starboard", "port"], ...] = ("starboard", "port", "starboard", "port")
     plans = [
         (
             Zigzag(a, a, side, approach=5),
             TurningCircle(a, math.radians(540), approach=5),
             SpeedSteps((n, 0.7 * n), 40.0),
         )
-        for a, side in zip(angles, ("starboard", "port", "starboard", "port"))
+        for a, side in zip(angles, sides)
     ]
     made: list[Trial] = []
     for k in range(trials):
@@ -127,7 +128,7 @@ def study(trials: int, samples: int) -> Study:
             first_state={"u": SPEED, "psi": float(k)}, limit=(samples - 1) * STEP, name=f"run {k + 1}",
         )  # fmt: skip
         made.append(add_noise(run, NOISE, rng))
-    parameters = [p.replace(vary=p.name in MOVED) for p in plain.parameters]
+    parameters = tuple(p.replace(vary=p.name in MOVED) for p in plain.parameters)
     return Study("eight trials", plain, Trials(made), parameters=parameters, seed=SEED)
 
 

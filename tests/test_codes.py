@@ -19,7 +19,7 @@ def test_an_error_has_the_code_of_the_part_that_raises_it(tmp_path: Path) -> Non
     with pytest.raises(BadInput) as caught:
         read_trial(tmp_path / "empty.csv", inputs=[], outputs=[])
     assert caught.value.code in codes()
-    assert caught.value.code.startswith("trials-")
+    assert caught.value.code.startswith("readers-")
     (tmp_path / "file").write_text("")
     with pytest.raises(CannotWrite) as refused:
         write_file(tmp_path / "file" / "below", "text")
@@ -34,7 +34,7 @@ def test_a_code_survives_the_way_to_another_process() -> None:
 
 def test_each_code_has_causes_in_words() -> None:
     found = codes()
-    assert {"trials-csv-file", "study-validation", "units", "outliers", "rudder-sign", "plug-in"} <= set(found)
+    assert {"readers-csv-dialect", "study-validation", "units", "outliers", "rudder-sign", "plug-in"} <= set(found)
     for code in found.values():
         assert re.fullmatch(r"[a-z0-9-]+", code.name)
         assert code.causes, code.name

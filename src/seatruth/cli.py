@@ -29,8 +29,8 @@ except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun 
 COMMANDS = {
     "identify": ("identify", "Identify a study's parameters and write a report."),
     "diagnose": ("diagnose", "Find the effect that a model lacks."),
-    "init": ("init", "Guess the columns of a log and write a commented study file."),
-    "trials": ("trials", "Split a long log into trials and write their tables."),
+    "init": ("init", "List what a log holds, guess its channels and write a commented study file."),
+    "trials": ("trials", "Split a log into trials and draw a map of it."),
     "check": ("check", "List the faults of a study and its data."),
     "compare": ("compare", "Compare solvers on problems under noise."),
     "simulate": ("simulate", "Simulate the model against the trials, without a fit."),

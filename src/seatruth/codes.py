@@ -1,6 +1,6 @@
 """Codes of errors and findings: what each means, its causes and its remedies, read from the sources.
 
-The code of an error names the part of seatruth that raises it: `trials-csv-file` is `seatruth.trials.csv_file`. The
+The code of an error names the part of seatruth that raises it: `readers-csv-file` is `seatruth.readers.csv_file`. The
 code of a finding is written where it is made. What the sources say to a user is also what this list says, so that it
 cannot be out of date. Parts of a message that are filled in at run time stand between braces.
 """

@@ -104,8 +104,8 @@ def code_of_module(module: str) -> str:
     """The code of the errors that a module raises; "plug-in" for modules outside seatruth.
 
     Example:
-        >>> code_of_module("seatruth.trials.csv_file"), code_of_module("my_ship")
-        ('trials-csv-file', 'plug-in')
+        >>> code_of_module("seatruth.readers.csv_file"), code_of_module("my_ship")
+        ('readers-csv-file', 'plug-in')
     """
     if not module.startswith("seatruth."):
         return "plug-in"

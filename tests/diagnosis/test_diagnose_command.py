@@ -213,8 +213,9 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
     The same command goes on from there.
     """
     from seatruth.diagnosis import search
+    from seatruth.diagnosis.hypothesis_fits import fit_both
 
-    plain, calls = search.fit_both, []
+    plain, calls = fit_both, []
 
     def once(*arguments: Any) -> Any:
         calls.append(arguments[1])

@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
 from attack import boat, fuzz, guard, hostile, inputs, models, parts
 
 from seatruth.errors import BadInput
+from seatruth.simulate import evaluate_rhs
 
 
 def refuses() -> None:
@@ -76,7 +77,7 @@ def test_a_wrong_number_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_a_few_models_agree_with_python_and_a_wrong_engine_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [models.compare(seed) for seed in (92, 104)] == [None, None]  # these two once did not
-    right = models.evaluate_rhs
+    right = evaluate_rhs
     monkeypatch.setattr(models, "evaluate_rhs", lambda *given, **more: right(*given, **more) * 1.0001)
     found = models.compare(5)
     assert found is not None

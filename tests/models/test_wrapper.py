@@ -86,7 +86,7 @@ WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     ExtendedModel: lambda model: ExtendedModel(model, [available()["current"], available()["rudder_lag"]]),
     DiscrepancyModel: lacking,
     Leaking: Leaking,
-    WithServos: lambda model: WithServos(model, {model.inputs[0].name: Order(lag=0.5)}),
+    WithServos: lambda model: WithServos(model, {"delta": Order(lag=0.5)}),
     ObservedModel: lambda model: ObservedModel(model, [Observation("sog")], keep=("u", "v")),
 }
 

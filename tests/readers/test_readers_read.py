@@ -13,7 +13,8 @@ import pytest
 
 from seatruth.errors import BadInput, PluginError
 from seatruth.progress import ProgressEvent
-from seatruth.readers import Content, Log, Table, Topic, available, read, read_log, registry
+from seatruth.readers import Content, Log, Table, Topic, available, read_log, registry
+from seatruth.readers.base import Reader
 from seatruth.readers.csv_file import CSV
 from seatruth.readers.hdf5 import HDF5
 from seatruth.readers.listing import listing
@@ -122,7 +123,7 @@ def test_plug_ins_that_cannot_be_used_are_listed_with_the_reason(monkeypatch: py
     def fails() -> None:
         raise ImportError("no such thing")
 
-    for load, says in ((fails, "cannot be loaded"), (lambda: int, "not a Reader"), (lambda: read.Reader, "lacks")):
+    for load, says in ((fails, "cannot be loaded"), (lambda: int, "not a Reader"), (lambda: Reader, "lacks")):
         monkeypatch.setattr(registry, "points_by_name", lambda load=load: {"odd": point(load)})
         assert says in available()["odd"].error
     monkeypatch.setattr(registry, "points_by_name", lambda: {"odd": [*point(fails), *point(fails)]})

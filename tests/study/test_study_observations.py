@@ -13,6 +13,7 @@ import pytest
 from seatruth import diagnose, identify
 from seatruth.errors import BadInput
 from seatruth.models import load_model
+from seatruth.readers import Log, Table
 from seatruth.sample import FOLDER
 from seatruth.study import Study, load_study
 from seatruth.study.template import template
@@ -207,8 +208,8 @@ r = { column = "gyro", time = "clock" }
 
 
 def proposed(frame: pd.DataFrame, units: dict[str, str] | None = None) -> tuple[str, list[str]]:
-    frame.attrs["units"] = units or {}
-    return template("log.csv", frame, load_model("mmg"), "mmg")
+    table = Table("log.csv", {str(name): frame[name] for name in frame.columns}, units or {})
+    return template("log.csv", Log("log.csv", {"": table}), load_model("mmg"), "mmg")
 
 
 def test_init_says_what_it_took_each_column_for(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ class MMGShip(Model):
     title = "Ship, MMG standard method (3 degrees of freedom)"
     kind = "ship"
     source = "[L] Yasukawa and Yoshimura 2015"
-    states = (SURGE, SWAY, YAW_RATE, NORTH, EAST, HEADING)
+    states: tuple[Channel, ...] = (SURGE, SWAY, YAW_RATE, NORTH, EAST, HEADING)
     inputs: tuple[Channel, ...] = (RUDDER, REVOLUTIONS)
     outputs: tuple[Channel, ...] = (NORTH, EAST, HEADING, SURGE, SWAY, YAW_RATE)
     parameters: tuple[Parameter, ...] = KVLCC2
