@@ -220,9 +220,9 @@ def test_bad_specifications(tmp_path: Path) -> None:
 
 def test_bytes_are_no_numbers_and_many_columns_are_refused_at_once(tmp_path: Path) -> None:
     pd.DataFrame({"t": [0.0, 1.0], "x": [b"\xff", b"\xfe"]}).to_parquet(tmp_path / "a.parquet")
-    with pytest.raises(BadInput, match="column 'x': it holds bytes"):
+    with pytest.raises(BadInput, match=r"column 'x': (it holds bytes|.* is not a number)"):
         read_trial(tmp_path / "a.parquet", inputs={}, outputs={"x": "x"})
-    with pytest.raises(BadInput, match="column 'x': it holds bytes"):
+    with pytest.raises(BadInput, match=r"column 'x': (it holds bytes|.* is not a number)"):
         read_trial(tmp_path / "a.parquet", time="x", inputs={}, outputs={})
     (tmp_path / "b.csv").write_text(",".join(f"c{k}" for k in range(50_000)) + "\n" + ",".join("1" * 50_000) + "\n")
     with pytest.raises(BadInput, match="it has 50000 columns"):

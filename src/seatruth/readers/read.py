@@ -16,6 +16,7 @@ from seatruth.readers.base import Content, Reader, Topic
 from seatruth.readers.isolation import read_isolated
 from seatruth.readers.log import Log
 from seatruth.readers.tables import Table
+from seatruth.storage.regular import check_name
 
 _HEAD = 65536
 _MOST_COLUMNS = 10_000
@@ -133,6 +134,7 @@ def _own_options(kind: type[Reader], options: dict[str, Any]) -> dict[str, Any]:
 
 def _head(file: Path) -> bytes:
     """The first bytes of a file, or b"" for a folder; BadInput for what is neither."""
+    check_name(file)
     try:
         if file.is_dir():
             if any(file.iterdir()):
