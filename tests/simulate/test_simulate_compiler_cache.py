@@ -74,7 +74,7 @@ def test_kernels_survive_processes_and_are_never_stale(tmp_path: Path) -> None:
 
 def lag_kernel() -> str:
     e = trace(Lag())
-    return simulation_kernel(8, "squared errors", e.states, e.rates, e.outputs, e.parameters)
+    return simulation_kernel(8, "squared errors", e.states, e.rates, e.outputs, e.parameters, e.driven)
 
 
 def test_torn_and_foreign_files_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
