@@ -119,9 +119,7 @@ def test_nothing_is_named_that_does_not_predict() -> None:
 
 
 def test_of_two_effects_only_the_one_that_predicts_is_named() -> None:
-    said = decided(
-        (("current", "rudder_offset"), 0.95), (("rudder_offset",), 0.04), ((), 0.01), refused=("current",)
-    )
+    said = decided((("current", "rudder_offset"), 0.95), (("rudder_offset",), 0.04), ((), 0.01), refused=("current",))
     assert said.kind == "effects"
     assert said.shown == ("rudder_offset",)
 
