@@ -8,7 +8,7 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.initial_guess import from_equation_error
+from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
@@ -55,3 +55,19 @@ def test_without_recorded_speeds_there_is_none(pushed: list[Trial]) -> None:
         for run in pushed
     ]
     assert from_equation_error(problem_of(hidden)) is None
+
+
+def test_an_effect_in_the_place_of_forces_leaves_a_run_where_it_was(pushed: list[Trial]) -> None:
+    """A force that holds a run near its record makes room for an effect that pushes it the same way."""
+    problem = problem_of(pushed)
+    begin = from_equation_error(problem)
+    assert begin is not None
+    values = np.array([0.1, -0.1])
+    moved = with_effect(problem, begin, "current", values)
+    assert moved.shared[problem.columns["current"]] == pytest.approx(values)
+    alone = Point(moved.shared, begin.initial, begin.forces)
+
+    def far(point: Point) -> float:
+        return float(np.abs(problem.errors(point) - problem.errors(begin)).max())
+
+    assert far(moved) < 0.2 * far(alone)

@@ -103,7 +103,8 @@ class CompiledSimulator:
         finite = _finite(answer.x_end)
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())
-        return Jacobian(answer.y, answer.dy, answer.x_end, answer.dx_end, ~finite)
+        dx_end = answer.dx_end if last_states else answer.dx_end[:, :0]
+        return Jacobian(answer.y, answer.dy, answer.x_end, dx_end, ~finite)
 
     def rebind(
         self,
