@@ -20,4 +20,4 @@ def test_what_acts_on_a_terminal_is_shown_as_its_code() -> None:
     assert visible("Ærø, 10°\n\tψ 🚢") == "Ærø, 10°\n\tψ 🚢"
     for character in "\x00\x07\r\x1b\x7f\x9b\u202e\u2066\u2028\udcff":
         assert visible(f"a{character}b").isprintable()
-        assert len(visible(f"a{character}b")) > 4
+        assert len(visible(f"a{character}b")) >= 4

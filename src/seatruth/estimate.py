@@ -270,7 +270,12 @@ def _read(path: Path, layout: Mapping[str, Any]) -> pd.DataFrame:
     if layout["index"] is not None:
         frame = frame.set_index("index of the table")
         frame.index.name = layout["index"]["name"]
-    wrong = [name for name in _NUMBERS.get(path.stem, ()) if name not in frame or frame[name].dtype.kind not in "fiub"]
-    if wrong:
+    # A column of missing numbers alone, of a model that diverged, comes back without a type.
+    wrong = [
+        name
+        for name in _NUMBERS.get(path.stem, ())
+        if name not in frame or not (frame[name].dtype.kind in "fiub" or frame[name].isna().all())
+    ]
+    if wrong and len(frame):
         raise BadInput(f"the table has no numbers in {listed(wrong)}", where=str(path), do="Identify again.")
     return frame

@@ -36,7 +36,7 @@ def test_a_short_trial_is_refused(ship_folder: Path, plain_runs: list[Trial]) ->
 def test_effects_that_cannot_act_are_left_out_with_the_reason(ship_folder: Path, plain_runs: list[Trial]) -> None:
     usable, reasons = usable_effects(small.study(ship_folder, plain_runs), None)
     assert set(small.EFFECTS) <= {effect.name for effect in usable}
-    assert "output 'u'" in reasons["speed_bias"]
+    assert "output 'u" in reasons["speed_bias"]
     assert all(reasons.values())
     assert not {effect.name for effect in usable} & set(reasons)
 

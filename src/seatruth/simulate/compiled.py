@@ -96,8 +96,6 @@ class CompiledSimulator:
         # What a servo does within a step has derivatives of its own, which only the long way carries.
         if last_states or program.equations.driven:
             answer = program.jacobian(grid, values[0], starts[0], *places, threads)
-            if not last_states:
-                answer = answer._replace(dx_end=answer.dx_end[:, :0])
         else:
             answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], *places, threads)
         finite = _finite(answer.x_end)
