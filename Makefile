@@ -80,7 +80,7 @@ types: $(DEV)
 	$(PY) -m mypy
 	$(PY) -m mypy experiments
 	$(PY) -m mypy tools
-	$(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --no-warn-unused-ignores --exclude tests/diagnosis/conftest.py tests
+	MYPYPATH=tools:tools/documentation $(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --no-warn-unused-ignores --exclude tests/diagnosis/conftest.py tests
 
 imports: $(DEV)
 	$(VENV)/bin/lint-imports --no-logo
