@@ -28,9 +28,11 @@ COMPATIBLE = {
     "BSD-2-Clause",
     "BSD-3-Clause",
     "BSL-1.0",
+    "any-OSI",  # apsw: its user chooses any licence that the Open Source Initiative approves
     "CC0-1.0",
     "ISC",
     "LGPL-2.1-or-later",  # a package of its own, imported and not copied
+    "LGPL-3.0-only",  # the same; pymavlink, an extra of its own
     "MIT",
     "MIT-0",
     "MIT-CMU",
@@ -54,6 +56,7 @@ _STATED = {
 """Packages whose metadata hold a text instead of a name; read in the package's own licence file."""
 
 _NAMES = {
+    "GNU Lesser General Public License v3 (LGPLv3)": "LGPL-3.0-only",
     "MIT License": "MIT",
     "MIT license": "MIT",
     "BSD": "BSD-3-Clause",
@@ -76,7 +79,7 @@ _HEAD = """# Licences of the packages that seatruth needs
 seatruth itself is under the BSD 3-Clause licence (file `LICENSE`). It copies no code of others: each package below is
 installed beside it, under its own licence. `python tools/licences.py --write` writes this table from the metadata of
 the installed packages, and a test refuses a package whose licence it does not know. "LGPL" (`moocore`, which `pymoo`
-needs) and "MPL" hold for the files of those packages, not for programs that import them.
+needs, and `pymavlink`) and "MPL" hold for the files of those packages, not for programs that import them.
 
 """
 
