@@ -11,6 +11,8 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import integral, windows
 
+_WILD = 1e6
+"""rad/s, far beyond any vehicle's rate of turn."""
 _GRID = 81
 """Offsets that are tried before the best is refined."""
 
@@ -44,6 +46,8 @@ def clock_lag(t: Array, values: Array, rate: Array) -> Lag | None:
     inside &= np.abs(change) < np.pi
     if inside.sum() < limits.MIN_WINDOWS or not np.isfinite(rate).all():
         return None
+    if np.abs(rate).max(initial=0.0) > _WILD:
+        return None  # no rate of a vehicle: its square would overflow
     change, first, last = change[inside], t[w.first][inside], t[w.last][inside]
     total = integral(t, rate)
 
