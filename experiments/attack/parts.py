@@ -16,6 +16,7 @@ from pathlib import Path
 
 from attack import boat, fuzz, guard, hostile, inputs, kills, models
 from attack.fuzz import Tally
+from seatruth.errors import SeatruthError
 
 FUZZED = ("expressions", "study files", "comparison files", "logs", "results", "checkpoints", "stores")
 MODELS, HOSTILE = "models against Python", "hostile files"
@@ -85,13 +86,17 @@ def _models(cases: int, seed: int) -> Tally:
     tally, begun = Tally(MODELS), time.perf_counter()
     for number in range(seed * 1_000_000, seed * 1_000_000 + cases):
         at = time.perf_counter()
+        reason, how = "", "answered"
         try:
             found = models.compare(number)
-            reason = f"{found.what}\n{found.source}" if found else ""
+            if found:
+                reason, how = f"{found.what}\n{found.source}", "gave way"
+        except SeatruthError as problem:  # with its reason, as conditions that are combined with numbers
+            reason, how = str(problem)[:200], "refused"
         except Exception as problem:
-            reason = f"{type(problem).__name__}: {problem}"
+            reason, how = f"{type(problem).__name__}: {problem}", "gave way"
         took = time.perf_counter() - at
-        tally.note(f"model {number}", guard.Verdict("gave way" if reason else "answered", reason, took))
+        tally.note(f"model {number}", guard.Verdict(how, reason, took))
     tally.seconds = time.perf_counter() - begun
     return tally
 
