@@ -28,6 +28,8 @@ _PROPOSED = 3
 """Shapes that the residuals alone suggest, of which the likelihood chooses. [S]"""
 _WIDE = 0.7
 """Difference of a logarithm of a size over which its likelihood is taken as a normal curve. A factor of 2."""
+_NARROWEST = 1e-6
+"""Least width of that curve as a part of its prior's range: of a size that a million samples fix."""
 _OUTSIDE = 50.0
 """Curvature (nats) of the walls beyond which no size goes."""
 
@@ -260,7 +262,8 @@ def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, setti
             width = min(math.sqrt(-2.0 * math.pi * _WIDE**2 / drop) if drop < -1e-9 else math.inf, -low)
             # Up to one deviation below the best the curve counts, further down the foot.
             below = max(here - low - 0.5 * width, 0.0)
-            total -= math.log(min((width + foot * below) / -low, 1.0))
+            # Where the likelihood is not finite beside the best, the curve has no width.
+            total -= math.log(min(max((width + foot * below) / -low, _NARROWEST), 1.0))
     return total
 
 

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
-from seatruth.storage.regular import read_regular
+from seatruth.storage.regular import check_name, read_regular
 
 _LARGEST = 4_000_000
 """Bytes; a model is written by hand, so anything larger is another kind of file."""
@@ -78,6 +78,7 @@ def _run(source: str, path: Path, name: str, kind: str) -> ModuleType:
     and it is found by `inspect`, from which the engine takes the equations.
     """
     full = path.resolve()
+    check_name(full.as_posix())
     module = ModuleType(f"seatruth_user_{path.stem}_{hashlib.sha256(str(full).encode()).hexdigest()[:12]}")
     module.__file__ = str(full)
     linecache.checkcache(str(full))

@@ -67,6 +67,6 @@ def check_name(path: str | Path) -> None:
     if "\0" in text:
         raise BadInput("the name of the file holds a null character", where=text, do="Name the file.")
     try:
-        Path(text).name.encode("utf-8")
+        text.encode("utf-8")
     except UnicodeEncodeError:
         raise BadInput("the name of the file is not UTF-8 text", where=text, do="Rename it.") from None

@@ -38,7 +38,7 @@ def from_text(text: str) -> Any:
     """The value that `to_text` wrote. Arrays are new and can be changed. Raises ValueError for other text."""
     try:
         return _decoded(json.loads(text))
-    except (KeyError, TypeError, AttributeError) as problem:
+    except (KeyError, TypeError, AttributeError, RecursionError) as problem:
         raise ValueError(f"it is not a stored value ({problem})") from None
 
 
