@@ -168,3 +168,24 @@ def test_what_needs_an_effect_that_is_refused_falls_with_it() -> None:
     stands = ((("current", "wind"), 0.80), (("current",), 0.19), ((), 0.01))
     said = decided(*stands, refused=("wind",))
     assert [cause.effects for cause in said.clusters] == [("current",)]
+
+
+def test_a_term_of_the_hull_that_is_refused_takes_nothing_with_it() -> None:
+    """It stands for another form of the model, beside which the other effect is as sure as before."""
+
+    def said(second: str) -> Decision:
+        sets = [(("gyro_bias", second), 31.0, 0.9998), (("gyro_bias",), 16.0, 1.5e-4), ((), 0.0, 5e-5)]
+        return decide(
+            [Hypothesis(key, False, evidence, 0.0, p, True) for key, evidence, p in sets],
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: name != second,
+            underpowered=False,
+        )
+
+    left = said("munk")
+    assert (left.kind, [cause.effects for cause in left.clusters]) == ("effects", [("gyro_bias",)])
+    assert left.clusters[0].probability == pytest.approx(0.75)
+    assert left.discrepancy
+    assert said("current").kind == "unknown"

@@ -4,7 +4,8 @@ A cause is first a cluster: one effect of the best answer, with every effect tha
 holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
 positive. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model of
-another form, and stands for no cause.
+another form, and stands for no cause. One that is refused takes nothing with it: what it stood for is left to the
+discrepancy of the model's form, beside which the other effects have been compared as well.
 """
 
 from __future__ import annotations
@@ -89,13 +90,13 @@ def decide(
             name
             for name in kept
             if candidates[name].probability >= settings.name_threshold
-            and _without(found, candidates[name].effects, gone) >= settings.name_threshold
+            and _without(found, candidates[name].effects, gone, effects) >= settings.name_threshold
             and not (is_within(candidates[name].cause, _STRUCTURE) and _discrepancy(found, kept))
         ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused |= len(passing) < len(probable)
         clusters = [
-            replace(one, probability=min(one.probability, _without(found, one.effects, gone)))
+            replace(one, probability=min(one.probability, _without(found, one.effects, gone, effects)))
             for one in (candidates[name] for name in passing)
         ]
         if passing == kept:
@@ -108,7 +109,7 @@ def decide(
             "effects" if single else "inseparable",
             tuple(clusters),
             min(cluster.probability for cluster in clusters),
-            _discrepancy(found, kept),
+            _discrepancy(found, kept) or any(is_within(effects[n].cause, _STRUCTURE) for n in set(first) - set(kept)),
             kept,
         )
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
@@ -119,14 +120,18 @@ def decide(
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
-def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]) -> float:
+def _without(
+    found: Sequence[Hypothesis], members: Sequence[str], gone: set[str], effects: Mapping[str, Effect]
+) -> float:
     """Probability that one of these effects acts, given that those that are gone do not.
 
-    0 where the trials need what is gone: it does not predict, so what they need has another name.
+    0 where the trials need what is gone: it does not predict, so what they need has another name. A term of the hull's
+    forces has one: another form of the model.
     """
     left = [one for one in found if not gone & set(one.effects)]
     total = sum(one.probability for one in left)
-    if total < _NEEDED and _explained(left) < _MOST * _explained(found):
+    foreign = any(not is_within(effects[name].cause, _STRUCTURE) for name in gone)
+    if foreign and total < _NEEDED and _explained(left) < _MOST * _explained(found):
         return 0.0
     return sum(one.probability for one in left if set(members) & set(one.effects)) / total
 

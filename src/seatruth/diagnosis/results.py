@@ -197,9 +197,9 @@ class Validation:
     folds: tuple[Fold, ...]
     """One per trial."""
     gap_explained: float
-    """(refit - effects) / (refit - noise) of mean square errors on trials left out; NaN where there is no gap."""
+    """(refit - effects) / (refit - noise) of mean errors of the trials left out; NaN where there is no gap."""
     lower: float
-    """Lower end of the 95 % interval by jackknife over trials."""
+    """Lower end of its 95 % interval over trials, after Fieller; infinite where the trials do not bound it."""
     upper: float
     """Upper end of it."""
     control: float

@@ -22,6 +22,7 @@ import math
 from collections.abc import Sequence
 
 from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
+from seatruth.text import listed
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
@@ -115,6 +116,21 @@ def meets_noise(shares: Shares) -> bool:
     return math.sqrt(max(shares.misfit_refit, 0.0)) <= AT_NOISE
 
 
+def no_share_in_words(validation: Validation) -> str:
+    """Why no part of the gap can be given."""
+    away = [fold.trial for fold in validation.folds if not math.isfinite(fold.error_refit + fold.error_effects)]
+    if away:
+        return f"Left out, {listed(away)} could not be predicted: the motion diverges."
+    return "On trials left out the refitted model leaves no gap to explain."
+
+
+def ends_in_words(validation: Validation) -> str:
+    """The interval of the part of the gap that is explained."""
+    if not math.isfinite(validation.lower):
+        return "these trials do not bound it"
+    return f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+
+
 def shrinks_surely(validation: Validation) -> bool:
     """Whether the effects shrink the gap on trials left out, with 97.5 % confidence."""
     return validation.lower > 0.0
@@ -193,8 +209,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
     if validation is None:
         return "This was not tested on trials left out."
     if not math.isfinite(validation.gap_explained):
-        return "On trials left out there is no gap to explain."
-    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+        return no_share_in_words(validation)
+    ends = ends_in_words(validation)
     if shrinks_surely(validation):
         return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     return (
