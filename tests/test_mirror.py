@@ -40,7 +40,9 @@ ELSEWHERE = {
         "simulate/compiler/derivatives",
         "simulate/compiler/graph",
         "simulate/compiler/lowering",
+        "simulate/compiler/node",
         "simulate/compiler/operations",
+        "simulate/compiler/simplify",
     ),
     # Stages of the compiler, tested by the kernel that comes out.
     "simulate/test_simulate_compiler_cache.py": (

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, Literal
 
-from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Node
 from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder, double
 from seatruth.simulate.compiler.lowering import frontier, lower
+from seatruth.simulate.compiler.node import BOTH, LANE, ROW, Node
 from seatruth.simulate.compiler.trace import Driven
 from seatruth.simulate.compiler.vector_math import declarations, definitions
 

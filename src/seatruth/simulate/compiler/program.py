@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array, Indices
 from seatruth.models.base import Model
 from seatruth.simulate.compiler.derivatives import directional_derivatives
-from seatruth.simulate.compiler.graph import BOTH, LANE, Node, ordered
 from seatruth.simulate.compiler.kernels import (
     EVALUATION_CONTEXT,
     SIMULATION_CONTEXT,
@@ -27,6 +26,7 @@ from seatruth.simulate.compiler.kernels import (
 )
 from seatruth.simulate.compiler.lanes import NARROW, from_lanes, lane_blocks, last_axis_from_lanes, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
+from seatruth.simulate.compiler.node import BOTH, LANE, Node, ordered
 from seatruth.simulate.compiler.pool import run
 from seatruth.simulate.compiler.trace import Driven, Equations, trace
 from seatruth.simulate.time_grid import TimeGrid

@@ -19,9 +19,9 @@ import numpy as np
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.simulate.compiler.derivatives import partial_derivatives
-from seatruth.simulate.compiler.graph import Node, is_constant, ordered
 from seatruth.simulate.compiler.lanes import NARROW, last_axis_from_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
+from seatruth.simulate.compiler.node import Node, is_constant, ordered
 from seatruth.simulate.compiler.operations import fold
 from seatruth.simulate.compiler.program import Buffer, Derivatives, Program, run_kernel
 from seatruth.simulate.compiler.propagation import PROPAGATION_CONTEXT, propagation_kernel
