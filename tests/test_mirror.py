@@ -50,8 +50,8 @@ ELSEWHERE = {
         "simulate/compiler/llvm_ir",
         "simulate/compiler/machine_code",
     ),
-    # The kernel of the derivatives, tested by the derivatives.
-    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation",),
+    # What the derivatives are made of, tested by the derivatives.
+    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation", "simulate/compiler/system"),
     # Stages of the simulation, tested by its outputs.
     "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
     # A user's simulator, run one call after another.
