@@ -10,26 +10,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from seatruth.diagnosis.results import (
+from seatruth.diagnosis.parts import (
     ChannelNoise,
     Coefficient,
-    Diagnosis,
     Discrepancy,
-    EffectParameter,
-    EffectResult,
     Fold,
-    Hypothesis,
-    Kind,
     MenuEntry,
     MissingForce,
     MissingTerm,
-    NamedCause,
     NextTrial,
     Shares,
     Validation,
-    Verdict,
 )
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import verdict_sentence
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, Kind, NamedCause, Verdict
 from seatruth.trials.finding import Finding
 
 KINDS = (

@@ -95,6 +95,8 @@ ELSEWHERE = {
         "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
+    # The layout of diagnosis.json, tested by what is saved and loaded.
+    "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),

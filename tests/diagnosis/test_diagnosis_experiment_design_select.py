@@ -10,7 +10,7 @@ import small_case as small
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
 from seatruth.diagnosis.experiment_design.select import next_trial
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.results import NextTrial
+from seatruth.diagnosis.parts import NextTrial
 from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 

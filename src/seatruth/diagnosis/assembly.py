@@ -29,20 +29,12 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
 from seatruth.diagnosis.problem import Point
-from seatruth.diagnosis.results import (
-    ChannelNoise,
-    Coefficient,
-    Diagnosis,
-    EffectParameter,
-    EffectResult,
-    NamedCause,
-    NextTrial,
-    Validation,
-    Verdict,
-)
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.provenance import provenance

@@ -21,9 +21,9 @@ from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.results import Fold, Validation
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 
 _BLOCKS = 4

@@ -17,8 +17,8 @@ import pandas as pd
 from scipy.stats import chi2, false_discovery_control
 
 from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.parts import Shares
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.results import Shares
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 

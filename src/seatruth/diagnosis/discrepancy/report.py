@@ -9,7 +9,7 @@ import numpy as np
 from seatruth.diagnosis.discrepancy.terms import acceleration_unit
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.results import Discrepancy, MissingForce, MissingTerm
+from seatruth.diagnosis.parts import Discrepancy, MissingForce, MissingTerm
 
 _SHOWN_TERMS = 8
 """Terms that a report lists. [S]"""

@@ -16,7 +16,7 @@ import numpy as np
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES, Manoeuvre, Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals, Table
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.results import MenuEntry, NextTrial
+from seatruth.diagnosis.parts import MenuEntry, NextTrial
 
 _MOST_GAIN = 8.0
 """Factor at which a predicted gain is clipped: what it rests on is not known that well. [S]"""

@@ -9,9 +9,10 @@ import math
 import re
 from collections.abc import Sequence
 
-from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely, whole_percent
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.text.gap import WORTH_MENTION, ranked
