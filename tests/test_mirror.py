@@ -95,6 +95,8 @@ ELSEWHERE = {
         "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
+    # What the tables of a diagnosis are made of.
+    "diagnosis/test_diagnosis_assembly.py": ("diagnosis/gap", "diagnosis/information"),
     # The layout of diagnosis.json, tested by what is saved and loaded.
     "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),

@@ -31,7 +31,7 @@ ACTING: Mapping[str, tuple[str, float]] = {
 
 
 def test_the_effect_that_acts_has_the_highest_evidence(found: Search) -> None:
-    assert found.sets()[0] == ("rudder_offset",)
+    assert found.leader.effects == ("rudder_offset",)
     assert found.evidence(("rudder_offset",)) > found.fits[(), False].evidence + 20.0
     assert found.evidence(("rudder_offset",)) > found.null.evidence
     assert not found.failed
@@ -43,7 +43,7 @@ def test_other_effects_too(ship_folder: Path, name: str) -> None:
     parameter, value = ACTING[name]
     runs = small.trials(ship_folder, {parameter: value}, specs=[name])
     other = search(small.problem(ship_folder, runs), small.silent)
-    assert other.sets()[0] == (name,)
+    assert other.leader.effects == (name,)
 
 
 def test_all_singles_and_the_model_alone_are_fitted_both_ways(found: Search) -> None:
@@ -80,7 +80,7 @@ def test_two_effects_that_act_are_found_together(ship_folder: Path) -> None:
         ship_folder, {"rudder_offset_angle": 0.02, "gyro_bias_b": 0.003}, specs=["rudder_offset", "gyro_bias"]
     )
     both = search(small.problem(ship_folder, runs), small.silent)
-    assert both.sets()[0] == ("gyro_bias", "rudder_offset")
+    assert both.leader.effects == ("gyro_bias", "rudder_offset")
 
 
 def test_the_setting_bounds_the_size_of_a_set(ship_folder: Path) -> None:
@@ -158,8 +158,8 @@ def test_an_effect_that_makes_the_model_diverge_does_not_win(ship_folder: Path, 
     (ship_folder / "explodes.py").write_text(EXPLODES)
     problem = small.problem(ship_folder, offset_runs, ["explodes.py:Explodes", *small.EFFECTS])
     other = search(problem, small.silent)
-    assert "explodes" not in other.sets()[0]
-    assert "rudder_offset" in other.sets()[0]
+    assert "explodes" not in other.leader.effects
+    assert "rudder_offset" in other.leader.effects
 
 
 def test_a_hypothesis_whose_algebra_fails_is_set_aside(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:

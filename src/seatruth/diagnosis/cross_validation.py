@@ -96,9 +96,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     named = _plain(search, shown) if shown else refit
     control = search.fits.get(((), True), refit)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
-    best = search.best(search.sets()[0])
-    assert best is not None
-    deviation = noise_deviation(problem, best.sizes)
+    deviation = noise_deviation(problem, search.leader.sizes)
     gains = np.zeros(count)
     for name in shown:
         found = predictive_gains(search, name, shown)
