@@ -24,6 +24,8 @@ _STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coup
 _FINEST = 1e-5
 """Least noise, as a part of a record's spread. [S] Finer data, a simulator's own, leave no correct digit in
 log-likelihoods: initial states have priors 1e6 times as wide."""
+_LARGEST_RESIDUAL = 1e140
+"""Size, in SI units, below which the squares of a million residuals can be summed (up to 1.8e308)."""
 _PROPOSED = 3
 """Shapes that the residuals alone suggest, of which the likelihood chooses. [S]"""
 _WIDE = 0.7
@@ -168,8 +170,11 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
     """Noise shapes that a channel's residuals (N,) suggest, best first, each with the log of its white deviation.
 
     The likelihood of the residuals alone, its size profiled out, over the whole grid: a search by neighbours stops on
-    the ridge where a smaller white part and a larger slow one look alike.
+    the ridge where a smaller white part and a larger slow one look alike. None are proposed where the residuals are
+    those of a step that leads nowhere, so large that their squares overflow.
     """
+    if not (np.abs(residuals) < _LARGEST_RESIDUAL).all():
+        return {}
     shapes = noise_shapes(problem.settings)
     grouped: dict[tuple[int, bytes], list[Series]] = {}
     for one in problem.series:
