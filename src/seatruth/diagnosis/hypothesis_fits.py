@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, of_sizes, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
 from seatruth.diagnosis.marginal_likelihood import Likelihood
@@ -174,11 +174,7 @@ def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
     as_near = [near.sizes.shrunk(part) for part in PARTS]
     options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
     likelihood = Likelihood(found.problem, found.problem.linearize(got.point, got.effects))
-
-    def value(sizes: Sizes) -> float:
-        return likelihood.log_likelihood(sizes, got.effects) + log_prior(found.problem.settings, sizes, found.known)
-
-    return max(options, key=value)
+    return max(options, key=of_sizes(likelihood, got.effects, found.known))
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
