@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis import hypothesis_fits
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis import hypothesis_fits, noise_sharing
+from seatruth.diagnosis import search as search_module
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import Sizes
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 
@@ -172,3 +176,24 @@ def test_a_hypothesis_whose_algebra_fails_is_set_aside(found: Search, monkeypatc
     hypothesis_fits.fit_both(found, ("gyro_bias",), found.null)
     assert found.failed == {("gyro_bias",): "not positive definite"}
     assert found.fits == fits
+
+
+def test_no_two_attempts_at_a_hypothesis_are_stored_under_one_name(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the model alone is fitted again as often as it may be: the later one would not be made."""
+    begun: dict[str, set[bytes]] = {}
+    real = hypothesis_fits.fit_once
+
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first") -> Fit | None:
+        begun.setdefault(f"{key} {on} {attempt}", set()).add(start.shared.tobytes() + sizes.white.tobytes())
+        return real(found, key, on, start, sizes, attempt=attempt)
+
+    monkeypatch.setattr(hypothesis_fits, "_NOT_AGAIN", -math.inf)
+    for module in (hypothesis_fits, search_module, noise_sharing):
+        monkeypatch.setattr(module, "fit_once", watched)
+    search(
+        small.problem(ship_folder, small.shortened(offset_runs[:2], 30), ["rudder_offset", "gyro_bias"]), small.silent
+    )
+    assert {"() False from its end, 3", "() False from the end of rudder_offset, 0"} <= begun.keys()
+    assert all(len(starts) == 1 for starts in begun.values())

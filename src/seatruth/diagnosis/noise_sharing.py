@@ -28,7 +28,10 @@ _BETTER = 0.5
 
 
 def share_noise(found: Search, turn: int) -> None:
-    """Fits the leaders and the model alone again, where the noise of another leader is better than their own."""
+    """Fits the leaders and the model alone again, where the noise of another leader is better than their own.
+
+    `turn` counts the calls of one search.
+    """
     for round_ in range(_ROUNDS):
         ranked = sorted(found.fits.items(), key=lambda entry: (-entry[1].evidence, entry[0]))
         best = ranked[0][1].evidence
@@ -40,7 +43,7 @@ def share_noise(found: Search, turn: int) -> None:
                 continue
             sizes = _better_noise(found, fit, offers)
             if sizes is not None:
-                fit_once(found, key, on, fit.point, sizes, attempt=10 * turn + round_)
+                fit_once(found, key, on, fit.point, sizes, attempt=f"with shared noise, {turn}.{round_}")
                 changed = True
         if not changed:
             return

@@ -14,7 +14,8 @@ import numpy as np
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial, moved_to
+from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
+from seatruth.diagnosis.initial_guess import without_effects
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
@@ -132,13 +133,11 @@ def _refit_parts(found: Search) -> None:
         leader = at.effects
         rests = [tuple(n for n in leader if n != name) for name in leader]
         for key in dict.fromkeys([*rests, nothing]):
-            point = at.point
-            for name in (n for n in leader if n not in key):
-                point = moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+            point = without_effects(found.problem, at.point, [name for name in leader if name not in key])
             for on in sorted({False, at.discrepancy}):
                 known = found.fits.get((key, on))
                 if known is None or known.evidence > at.evidence - _FAR:
-                    fit_once(found, key, on, point, at.sizes, attempt=4 + round_)
+                    fit_once(found, key, on, point, at.sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
         if found.leader.effects == leader:
             break
 
