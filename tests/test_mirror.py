@@ -40,7 +40,9 @@ ELSEWHERE = {
         "simulate/compiler/derivatives",
         "simulate/compiler/graph",
         "simulate/compiler/lowering",
+        "simulate/compiler/node",
         "simulate/compiler/operations",
+        "simulate/compiler/simplify",
     ),
     # Stages of the compiler, tested by the kernel that comes out.
     "simulate/test_simulate_compiler_cache.py": (
@@ -48,8 +50,8 @@ ELSEWHERE = {
         "simulate/compiler/llvm_ir",
         "simulate/compiler/machine_code",
     ),
-    # The kernel of the derivatives, tested by the derivatives.
-    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation",),
+    # What the derivatives are made of, tested by the derivatives.
+    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation", "simulate/compiler/system"),
     # Stages of the simulation, tested by its outputs.
     "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
     # A user's simulator, run one call after another.
@@ -93,6 +95,10 @@ ELSEWHERE = {
         "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
+    # What the tables of a diagnosis are made of.
+    "diagnosis/test_diagnosis_assembly.py": ("diagnosis/gap", "diagnosis/information"),
+    # The layout of diagnosis.json, tested by what is saved and loaded.
+    "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),

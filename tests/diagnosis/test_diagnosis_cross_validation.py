@@ -20,7 +20,7 @@ from seatruth.diagnosis.cross_validation import (
     validate,
 )
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.results import Fold
+from seatruth.diagnosis.parts import Fold
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.sentences import ends_in_words, no_share_in_words, shrinks_surely
 from seatruth.diagnosis.sizes import noise_shapes

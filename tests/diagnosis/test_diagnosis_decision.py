@@ -8,8 +8,8 @@ import pytest
 
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.results import Hypothesis
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
 
 SETTINGS = Settings()

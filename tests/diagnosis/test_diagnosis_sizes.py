@@ -180,6 +180,19 @@ def test_residuals_propose_the_shape_of_their_noise(problem: Problem) -> None:
     assert math.exp(log_white) * shape.ratio == pytest.approx(0.6, rel=0.5)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_residuals_that_overflow_propose_no_noise(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    """A step that leads nowhere: a model that runs away."""
+    problem = small.problem(ship_folder, plain_runs[:1], ["gyro_bias"])
+    assert proposed_shapes(problem, np.full(problem.count, 1e200)) == {}
+
+
+def test_exact_data_propose_no_noise(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    """Noise of no size has a weight that no number holds."""
+    problem = small.problem(ship_folder, plain_runs[:1], ["gyro_bias"])
+    assert not any(proposed_shapes(problem, np.zeros(problem.count)).values())
+
+
 def test_sizes_that_do_nothing_cost_nothing() -> None:
     assert price_of_sizes(lambda one: 0.0, sizes(), SETTINGS) == pytest.approx(0.0, abs=1e-9)
 

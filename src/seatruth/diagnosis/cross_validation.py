@@ -20,9 +20,9 @@ from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.results import Fold, Validation
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.ratios import ratio_interval
 
@@ -96,9 +96,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     named = _plain(search, shown) if shown else refit
     control = search.fits.get(((), True), refit)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
-    best = search.best(search.sets()[0])
-    assert best is not None
-    deviation = noise_deviation(problem, best.sizes)
+    deviation = noise_deviation(problem, search.leader.sizes)
     gains = np.zeros(count)
     for name in shown:
         found = predictive_gains(search, name, shown)

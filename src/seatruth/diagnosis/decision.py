@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.posterior import answers, none_and_unknown
-from seatruth.diagnosis.results import Hypothesis, Kind
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within, lowest_common_ancestor
 

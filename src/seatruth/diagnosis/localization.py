@@ -17,8 +17,8 @@ import pandas as pd
 from scipy.stats import chi2, false_discovery_control
 
 from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.parts import Shares
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.results import Shares
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -62,11 +62,16 @@ def shares(before: float, refit: float, effects: float, rows: int) -> Shares:
 
 
 def whitened(problem: Problem, errors: Array, sizes: Sizes) -> Array:
-    """Errors (N,) whitened by the noise alone: standard normal where nothing but noise is left."""
-    shapes, found = noise_shapes(problem.settings), errors.copy()
+    """Errors (N,) whitened by the noise alone: standard normal where nothing but noise is left.
+
+    A channel that diverges in a trial is infinite there from the first sample on.
+    """
+    shapes, found = noise_shapes(problem.settings), np.full_like(errors, math.inf)
     for one in problem.series:
-        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
-        found[one.rows] = white * math.exp(-float(sizes.white[one.channel]))
+        own = errors[one.rows]
+        if np.isfinite(own).all():
+            white, _ = whiten(own, one.t, shapes[sizes.shape[one.channel]])
+            found[one.rows] = white * math.exp(-float(sizes.white[one.channel]))
     return found
 
 
@@ -163,12 +168,14 @@ def _variables(problem: Problem, point: Point) -> dict[str, tuple[str, Array]]:
 
 
 def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
+    """Words, ends and rows of each cell of a variable; what is NaN, as where a run diverges, is in none."""
     if name == "heading":
         width = 2.0 * math.pi / SECTORS
-        sector = np.floor((values + width / 2.0) / width).astype(int) % SECTORS
+        sector = np.floor((values + width / 2.0) / width) % SECTORS
         points = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
         return [(points[k], (k - 0.5) * width, (k + 0.5) * width, sector == k) for k in range(SECTORS)]
-    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, CELLS + 1)))
+    known = values[np.isfinite(values)]
+    edges = np.unique(np.quantile(known, np.linspace(0.0, 1.0, CELLS + 1))) if known.size else known
     found = []
     for low, high in itertools.pairwise(edges):
         last = high == edges[-1]

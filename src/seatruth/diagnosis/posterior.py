@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.results import Hypothesis
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors
 

@@ -32,6 +32,9 @@ from seatruth.trials.trial import Trial, Trials
 
 _LARGEST = 1e9
 """Derivative over error from which a run is about to diverge: its square would swamp double precision."""
+_OVERFLOWS = 1e100
+"""Size of an error or a state, in SI units, from which a run counts as diverged: below it, squares over the variance of
+any noise can be summed in double precision, whose largest number is 1.8e308."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ class Problem:
         found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y[0])[self._valid]
-        errors[~np.isfinite(errors)] = math.inf
+        errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         return np.asarray(errors)
 
     def simulate(self, point: Point) -> list[Array]:
@@ -132,8 +135,9 @@ class Problem:
         return [found.y[0, rows] for rows in self._simulator.rows]
 
     def states(self, point: Point) -> list[Array]:
-        """States (n, n_states) of each trial at a point."""
+        """States (n, n_states) of each trial at a point; NaN where a run diverges."""
         found = self._bound(point, self.space.varying).states(self._theta(point), self._initial_states(point))
+        found = np.where(np.abs(found) < _OVERFLOWS, found, math.nan)
         return [found[rows] for rows in self._simulator.rows]
 
     def linearize(self, point: Point, effects: Sequence[str], *, discrepancy: bool = True) -> Linearization:
@@ -162,7 +166,7 @@ class Problem:
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y)[self._valid]
             slopes = -found.dy[self._valid]
-        errors[~np.isfinite(errors)] = math.inf
+        errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         slopes[~(np.abs(slopes) < _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0))))] = 0.0
         shared = np.zeros((len(errors), len(self.unknowns)))
         shared[:, kept] = slopes[:, : len(free)]

@@ -1,6 +1,7 @@
 """The verdict as the sentences that stand above everything else: never surer than the evidence below them.
 
->>> from seatruth.diagnosis.results import NamedCause, Shares
+>>> from seatruth.diagnosis.parts import Shares
+>>> from seatruth.diagnosis.verdict import NamedCause
 >>> current = NamedCause(
 ...     cause="environment.moving_water.uniform_current",
 ...     title="a uniform current",
@@ -19,9 +20,10 @@ The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (pr
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
+from seatruth.diagnosis.parts import Shares, Validation
+from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
 from seatruth.text import listed
 
 AT_NOISE = 1.2
@@ -109,6 +111,20 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
         text = f"{q.name.replace('_', ' ')} {q.value * factor:.3g} +- {q.stderr * factor:.2g}"
         parts.append(text if unit in ("", "1") else f"{text} {unit}")
     return ", ".join(parts)
+
+
+def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
+    """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg"."""
+    if not {"north", "east"} <= set(values):
+        return ""
+    (north, dn), (east, de) = values["north"], values["east"]
+    size = math.hypot(north, east)
+    if size == 0.0:
+        return ""
+    d_size = math.hypot(north * dn, east * de) / size
+    d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
+    angle = math.degrees(math.atan2(east, north)) % 360.0
+    return f"{size:.3g} +- {d_size:.2g} {unit} towards {angle:.0f} +- {d_angle:.2g} deg"
 
 
 def meets_noise(shares: Shares) -> bool:

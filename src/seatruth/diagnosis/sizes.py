@@ -24,6 +24,10 @@ _STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coup
 _FINEST = 1e-5
 """Least noise, as a part of a record's spread. [S] Finer data, a simulator's own, leave no correct digit in
 log-likelihoods: initial states have priors 1e6 times as wide."""
+_NO_NOISE = 1e-12
+"""Standard deviation of white noise, in SI units, below which there is none: no sensor resolves it. [S]"""
+_LARGEST_RESIDUAL = 1e140
+"""Size, in SI units, below which the squares of a million residuals can be summed (up to 1.8e308)."""
 _PROPOSED = 3
 """Shapes that the residuals alone suggest, of which the likelihood chooses. [S]"""
 _WIDE = 0.7
@@ -126,7 +130,7 @@ def first_sizes(problem: Problem, prior: NoisePrior) -> Sizes:
         second = np.abs(second[np.isfinite(second)])
         # Second differences of white noise have variance 6 sd^2; 1.4826 makes the median absolute value a deviation.
         size = 1.4826 * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
-        white.append(math.log(max(size, prior.least[c], 1e-12)))
+        white.append(math.log(max(size, prior.least[c], _NO_NOISE)))
     E = len(problem.equations)
     pairs = sum(a in problem.equations and b in problem.equations for a, b in PAIRS)
     start = np.full(E, _FIRST_SIZE)
@@ -145,7 +149,7 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
         if c in known.declared:
             total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
         if c in known.least:
-            total -= _OUTSIDE * max(math.log(max(known.least[c], 1e-12)) - log_white, 0.0) * 1e3
+            total -= _OUTSIDE * max(math.log(max(known.least[c], _NO_NOISE)) - log_white, 0.0) * 1e3
         total += shapes[sizes.shape[c]]
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):
@@ -168,8 +172,11 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
     """Noise shapes that a channel's residuals (N,) suggest, best first, each with the log of its white deviation.
 
     The likelihood of the residuals alone, its size profiled out, over the whole grid: a search by neighbours stops on
-    the ridge where a smaller white part and a larger slow one look alike.
+    the ridge where a smaller white part and a larger slow one look alike. None are proposed where the residuals are
+    those of a step that leads nowhere, so large that their squares overflow, and none where there is no noise.
     """
+    if not (np.abs(residuals) < _LARGEST_RESIDUAL).all():
+        return {}
     shapes = noise_shapes(problem.settings)
     grouped: dict[tuple[int, bytes], list[Series]] = {}
     for one in problem.series:
@@ -188,7 +195,9 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
         size = 0.5 * np.log(np.maximum(squares, 1e-300) / np.maximum(counts, 1.0))
     scores = -counts * size - 0.5 * logs + np.array(_log_shape_prior(problem.settings))[:, None]
     order = np.argsort(-scores, axis=0, kind="stable")[:_PROPOSED]
-    return {c: [(int(k), float(size[k, c])) for k in order[:, c]] for c in range(channels) if counts[c]}
+    least = math.log(_NO_NOISE)
+    seen = [c for c in range(channels) if counts[c]]
+    return {c: [(int(k), float(size[k, c])) for k in order[:, c] if size[k, c] > least] for c in seen}
 
 
 def maximise(

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import (
     cause_in_words,
     chance,
@@ -20,6 +20,7 @@ from seatruth.diagnosis.sentences import (
     whole_percent,
 )
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.text.gap import WORTH_MENTION, ranked
