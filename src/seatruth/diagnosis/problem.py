@@ -238,6 +238,7 @@ class Problem:
         terms = self.discrepancy.terms if self.discrepancy else ()
         self.terms = np.array([at[term.name] for term in terms], dtype=np.intp)
         self.term_equation = np.array([self.equations.index(term.state) for term in terms], dtype=np.intp)
+        self.term_groups = _grouped([term.text for term in terms], self.term_equation)
         taken = {int(k) for columns in self.columns.values() for k in columns} | {int(k) for k in self.terms}
         self.coefficients = np.array([k for k in range(len(self.unknowns)) if k not in taken], dtype=np.intp)
 
@@ -342,3 +343,12 @@ def _with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
 
 def _from_zero(trial: Trial) -> Trial:
     return dataclasses.replace(trial, t=trial.t - trial.t[0]) if trial.t[0] != 0.0 else trial
+
+
+def _grouped(texts: Sequence[str], equation: Indices) -> list[tuple[Indices, Indices]]:
+    """Terms of one text that stand in the same equations: those (k,), and the places (texts, k) of their terms."""
+    found: dict[tuple[int, ...], list[list[int]]] = {}
+    for text in dict.fromkeys(texts):
+        members = [k for k, other in enumerate(texts) if other == text]
+        found.setdefault(tuple(int(equation[k]) for k in members), []).append(members)
+    return [(np.array(equations), np.array(members)) for equations, members in found.items()]
