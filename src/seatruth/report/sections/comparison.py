@@ -41,7 +41,7 @@ def accuracy(results: Results, album: Album) -> Section | None:
         )
         blocks += [Heading(f"{noise} noise", _kind_note(noise)), Pictures([picture], wide=True)]
     shared = results.runs.groupby("level")["noise"].nunique()
-    for level in (float(name) for name, many in shared.items() if many > 1):  # type: ignore[arg-type]
+    for level in (float(found) for found in shared.index[shared > 1]):
         alt = f"Error of each solver under the kinds of noise of {100 * level:g} %."
         note = "filled: the first kind of cost" if results.runs["cost"].nunique() > 1 else ""
         blocks += [Heading(f"Kinds of noise at {100 * level:g} %", note)]
