@@ -84,14 +84,14 @@ class EffectConformance:
             for parameter in bound.parameters:
                 prior = priors[parameter.name]
                 assert prior.mean == bound.null[parameter.name]
+                assert np.isfinite(prior.sd)
+                assert prior.sd > 0.0
+                assert parameter.min <= typical[parameter.name] <= parameter.max
                 if parameter.name in bound.shape_priors:
                     assert typical[parameter.name] == prior.mean
             for start in bound.starting_points(model):
                 for parameter in bound.parameters:
                     assert parameter.min <= start[parameter.name] <= parameter.max
-                assert np.isfinite(prior.sd)
-                assert prior.sd > 0.0
-                assert parameter.min <= typical[parameter.name] <= parameter.max
 
     def test_its_places_are_those_of_the_model(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
