@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 Kind = Literal["current", "coefficients", "gear", "force", "sensor"]
 Draw = Callable[[np.random.Generator], dict[str, float]]
@@ -58,6 +57,3 @@ def fixed(**values: float) -> Draw:
         return {name.rstrip("_"): value * (sign(rng) if name.endswith("_") else 1.0) for name, value in values.items()}
 
     return draw
-
-
-Rows = NDArray[np.intp]
