@@ -20,7 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from common import ROOT, say
+from common import say
+from provenance import ROOT
 
 from seatruth.storage.atomic import write_file
 

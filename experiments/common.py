@@ -11,16 +11,14 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import importlib.metadata
 import io
 import json
 import math
 import os
 import platform
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,12 +26,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from provenance import ROOT, commit, cores, fingerprint, machine, versions
 
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.storage.atomic import write_file
 
-ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("seatruth", "numpy", "scipy", "numba", "llvmlite", "pandas", "scikit-learn", "pymoo", "pyswarms", "joblib")
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
 """Colours that colour-blind readers tell apart (Okabe and Ito 2008)."""
 
@@ -257,63 +254,6 @@ class Results:
         return "\n\n".join(lines) + "\n"
 
 
-def cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def machine() -> dict[str, Any]:
-    """The machine in words that do not identify it: processor, cores, memory, system, Python."""
-    cpu = platform.processor() or platform.machine()
-    flags: set[str] = set()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        pairs = [line.split(":", 1) for line in info.read_text().splitlines() if ":" in line]
-        fields = {k.strip(): v.strip() for k, v in reversed(pairs)}
-        family = f" (family {fields.get('cpu family', '?')}, model {fields.get('model', '?')})"
-        cpu = fields["model name"] + family if "model name" in fields else cpu
-        flags = set(fields.get("flags", "").split())
-    return {
-        "cpu": cpu,
-        "cores": cores(),
-        "simd": next((s for s in ("avx512f", "avx2", "avx") if s in flags), "unknown"),
-        "memory_gb": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1)
-        if hasattr(os, "sysconf")
-        else None,
-        "system": f"{platform.system()} {platform.release().split('-')[0]}",
-        "python": platform.python_version(),
-    }
-
-
-def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str | None]:
-    """Installed versions; None where a package is not installed."""
-    return {name: _version(name) for name in packages}
-
-
-def commit() -> dict[str, Any]:
-    """The commit of the repository and whether the working tree differs from it."""
-
-    def git(*words: str) -> str | None:
-        try:
-            done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True)
-        except (OSError, subprocess.CalledProcessError):
-            return None
-        return done.stdout.strip()
-
-    status = git("status", "--porcelain")
-    return {"commit": git("rev-parse", "HEAD"), "dirty": None if status is None else bool(status)}
-
-
-def fingerprint(sources: Sequence[str]) -> str:
-    """Hash of the Python sources in these files and folders of the repository."""
-    parts = hashlib.sha256()
-    for source in sources:
-        path = ROOT / source
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            parts.update(str(file.relative_to(ROOT)).encode() + b"\0" + file.read_bytes() + b"\0")
-    return parts.hexdigest()
-
-
 def digest(content: Any) -> str:
     """Hash of anything that is JSON."""
     return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()
@@ -369,10 +309,3 @@ def _shown(figure: Mapping[str, Any]) -> str:
 
 def _verdict(figure: Mapping[str, Any], met: str, missed: str, unknown: str) -> str:
     return unknown if figure.get("met") is None else met if figure["met"] else missed
-
-
-def _version(name: str) -> str | None:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None

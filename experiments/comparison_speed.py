@@ -25,6 +25,7 @@ import pandas as pd
 import standard_comparison_systems as systems
 from common import COLOURS, Options, Results, main
 from numpy.typing import NDArray
+from peers import problem_of_pymoo, swarm_of_pyswarms
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
@@ -34,7 +35,6 @@ from seatruth.comparison.realisation import NoisyProblem, RealisationSettings
 from seatruth.costs import cost_of
 from seatruth.manoeuvres import Stepper
 from seatruth.optimizers import from_callable
-from seatruth_optimizers.particle_swarm import unlogged_pyswarms
 
 Array = NDArray[np.float64]
 SEED, LEVEL, BUDGET = 20260401, 0.01, 2000
@@ -237,25 +237,13 @@ def _naive(*, names: tuple[str, ...], budget: int, generations: int, fit: bool) 
 def _theirs(naive: Naive, low: Array, high: Array, study: Study, generations: int) -> dict[str, float]:
     """Some generations of a swarm and of a genetic algorithm from libraries: processor seconds an evaluation."""
     begun, before = time.process_time(), naive.evaluations
-    with unlogged_pyswarms():
-        from pyswarms.single import GlobalBestPSO
-
-        settings = {"c1": 1.4962, "c2": 1.4962, "w": 0.7298}
-        swarm = GlobalBestPSO(SWARM // 5, low.size, settings, bounds=(low, high), bh_strategy="nearest")
-    swarm.optimize(naive.values, generations, verbose=False)
+    swarm_of_pyswarms(SWARM // 5, low, high).optimize(naive.values, generations, verbose=False)
 
     from pymoo.algorithms.soo.nonconvex.ga import GA
-    from pymoo.core.problem import Problem as Posed
     from pymoo.optimize import minimize
 
-    class Function(Posed):  # type: ignore[misc]
-        def __init__(self) -> None:
-            super().__init__(n_var=low.size, n_obj=1, xl=low, xu=high)
-
-        def _evaluate(self, x: Array, out: dict[str, Any], *_: Any, **__: Any) -> None:
-            out["F"] = naive.values(x)[:, None]
-
-    minimize(Function(), GA(pop_size=SWARM // 5), ("n_gen", generations), seed=1, verbose=False)
+    posed = problem_of_pymoo(naive.values, low, high)
+    minimize(posed, GA(pop_size=SWARM // 5), ("n_gen", generations), seed=1, verbose=False)
     count = naive.evaluations - before
     return {"naive evaluations": count, "naive seconds": time.process_time() - begun}
 

@@ -26,7 +26,8 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
-from common import ROOT, Options, Results, cores, machine, main
+from common import Options, Results, main
+from provenance import ROOT, cores, machine
 
 from seatruth import Study, diagnose
 from seatruth.effects import load_effects, with_effects

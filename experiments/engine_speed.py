@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from common import COLOURS, Options, Results, machine, main, say, versions
+from common import COLOURS, Options, Results, main, say
+from provenance import machine, versions
 
 from seatruth.errors import SeatruthError
 

@@ -81,12 +81,11 @@ def _printed(results: Results, checks: Checks) -> None:
     """Both formulas with the printed coefficients, from the lines of the studies, against the reference sheet."""
     rows = []
     for name in NAMES:
-        formula: Any = system.study(name).model
         for speed, expected in SHEET[name].items():
             rudder = np.array(ANGLES)
             columns = {"speed": np.full(5, speed), "froude": system.froude(np.full(5, speed)), "rudder": rudder}
             columns["displacement"] = np.full(5, system.DISPLACEMENT)
-            found = formula.evaluate(columns, PRINTED[name])
+            found = system.formula(name).evaluate(columns, PRINTED[name])
             rows.append({"formula": name, "speed, m/s": speed, **{f"{a:g} deg": d for a, d in zip(ANGLES, found)}})
             # both are rounded to 0.1; a value on the edge may round either way
             worst = float(np.abs(found - np.array(expected)).max())

@@ -14,6 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth import Study, load_study
+from seatruth.models.formula import Formula
 from seatruth.study import formula_study
 
 Array = NDArray[np.float64]
@@ -96,8 +97,13 @@ def study(name: str) -> Study:
     return load_study(HERE / f"{name.replace('M', 'model_')}.toml")
 
 
+def formula(name: str) -> Formula:
+    """The formula of that study."""
+    model = study(name).model
+    assert isinstance(model, Formula)
+    return model
+
+
 def study_of(name: str, table: pd.DataFrame) -> Study:
     """The same formula and bounds for another table."""
-    kept = study(name)
-    text: str = kept.model.text  # type: ignore[attr-defined]
-    return formula_study(text, table, kept.parameters, name=name, synthetic=True)
+    return formula_study(formula(name).text, table, study(name).parameters, name=name, synthetic=True)

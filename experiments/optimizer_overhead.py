@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from common import COLOURS, Options, Results, main
+from peers import problem_of_pymoo, swarm_of_pyswarms
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Budget, make, minimise
-from seatruth_optimizers.particle_swarm import unlogged_pyswarms
 
 SEED, D, GOAL = 20260102, 10, 5.0
 JUDGED = ("differential_swarm", "particle_swarm", "genetic")
@@ -133,34 +133,18 @@ def _ours(name: str, checkpoint: bool) -> Callable[[Sphere, int, int], None]:
 
 
 def _pyswarms(cost: Sphere, population: int, evaluations: int) -> None:
-    with unlogged_pyswarms():
-        from pyswarms.single import GlobalBestPSO
-
-        swarm = GlobalBestPSO(
-            population,
-            D,
-            {"c1": 1.4962, "c2": 1.4962, "w": 0.7298},
-            bounds=(np.full(D, -5.0), np.full(D, 5.0)),
-            bh_strategy="nearest",
-        )
+    swarm = swarm_of_pyswarms(population, np.full(D, -5.0), np.full(D, 5.0))
     swarm.optimize(cost.values, evaluations // population, verbose=False)
 
 
 def _pymoo(duplicates: bool) -> Callable[[Sphere, int, int], None]:
     def run(cost: Sphere, population: int, evaluations: int) -> None:
         from pymoo.algorithms.soo.nonconvex.ga import GA
-        from pymoo.core.problem import Problem
         from pymoo.optimize import minimize
 
-        class Function(Problem):  # type: ignore[misc]
-            def __init__(self) -> None:
-                super().__init__(n_var=D, n_obj=1, xl=-5.0, xu=5.0)
-
-            def _evaluate(self, x: Array, out: dict[str, Any], *_: Any, **__: Any) -> None:
-                out["F"] = cost.values(x)[:, None]
-
+        posed = problem_of_pymoo(cost.values, np.full(D, -5.0), np.full(D, 5.0))
         solver = GA(pop_size=population, eliminate_duplicates=duplicates)
-        minimize(Function(), solver, ("n_gen", evaluations // population), seed=1, verbose=False)
+        minimize(posed, solver, ("n_gen", evaluations // population), seed=1, verbose=False)
 
     return run
 

@@ -15,6 +15,7 @@ import multiprocessing
 import random
 import resource
 import shutil
+import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -72,7 +73,7 @@ def attack(name: str, cases: int) -> dict[str, Any]:
     longest = 0.0
     with tempfile.TemporaryDirectory() as folder:
         written = WRITERS[name](Path(folder), manoeuvre(np.arange(0.0, 6.0, 0.1))).path
-        strange = [part.read_bytes() for other in ("csv", "parquet", "nmea") for part in [_other(other, folder)]]
+        strange = [_other(other, folder).read_bytes() for other in ("csv", "parquet", "nmea")]
         read_log(written)
         before = _memory()[0]
         for number in range(cases):
@@ -163,4 +164,4 @@ def _memory() -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    main("reader_fuzz", __doc__ or "", body)
+    sys.exit(main("reader_fuzz", str(__doc__).splitlines()[0], body, seeds={"damage": SEED}))

@@ -28,11 +28,14 @@ Array = NDArray[np.float64]
 PLANT = Glider()
 TRUTH: dict[str, float] = PLANT.nominal()
 IN_CURRENT = with_effects(PLANT, [effects()["current"]])
+RUDDERS = (10.0, 20.0, 30.0)
+"""deg, of the spirals."""
 DIVE, CLIMB = Trim(0.5, 0.402), Trim(-0.5, 0.403)
 DT = 0.25
 """s, steps of the simulations; the fastest mode decays at 5.1 /s."""
 CURRENT = {"current_north": 0.10, "current_east": 0.15}
 """[S] m/s."""
+KNOWN = TRUTH | CURRENT
 MOVING = ("u", "v", "w", "p", "q", "r", "phi", "theta")
 
 LONGITUDINAL = ("K_D0", "K_D", "K_L0", "K_alpha", "K_M0", "K_M", "K_q")

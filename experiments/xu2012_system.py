@@ -39,6 +39,14 @@ COEFFICIENTS = (*SURGE, *HEAVE, *PITCH)
 FREE = ("X_T", *COEFFICIENTS)
 VISCOUS = (*HEAVE, *PITCH[:-1])
 """Those of heave and pitch, whose sensitivities decide which make the reduced model."""
+LEVEL = 0.01
+"""[S] Noise of the bounds, as a part of each output's largest departure from its first value."""
+KEPT = 0.05
+"""[S] Least sensitivity of a coefficient of the reduced model; the paper does not state its own."""
+DOMINANT = 0.1
+"""[V] Sensitivity above which every coefficient is recovered within 1.5 %."""
+FINS = (2.5, 5.0, 7.5, 10.0, 15.0, 20.0)
+"""deg, of the trials whose bounds are compared."""
 
 _HALF = 0.5 * TRUTH["rho"]
 _SCALES = tuple(_HALF * TRUTH["L"] ** n for n in (2, 3, 4, 5))

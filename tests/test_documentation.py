@@ -11,9 +11,11 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools" / "documentation"))
 import assemble  # noqa: E402  (the folder of tools is no package)
 import codes_pages  # noqa: E402
+import effects_pages  # noqa: E402
 import reference_pages  # noqa: E402
 
 from seatruth.codes import Cause, Code  # noqa: E402
+from seatruth.effects import available  # noqa: E402
 
 
 def test_links_lead_to_pages_of_the_site_pictures_come_along_and_other_files_keep_their_names(tmp_path: Path) -> None:
@@ -48,6 +50,14 @@ def test_a_page_of_a_code_shows_causes_and_remedies_as_they_are() -> None:
     text = codes_pages.page(Code("odd", "finding", "About *it*.", [Cause("a | b {name}", "Do `x_y`.", "note")]))
     assert "| note | a \\| b \\{name\\} | Do `x_y`. |" in text
     assert "About \\*it\\*." in text
+
+
+@pytest.mark.parametrize("name", ["rudder_lag", "thruster_gain", "trial_current"])
+def test_an_effect_has_a_picture_of_what_it_changes(name: str, tmp_path: Path) -> None:
+    known = available()
+    text = effects_pages.page(known[name], known, tmp_path)
+    assert f"![What {name} changes]({name}.svg)" in text
+    assert (tmp_path / f"{name}.svg").stat().st_size > 1000
 
 
 def test_a_docstring_becomes_markdown() -> None:

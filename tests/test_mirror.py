@@ -32,7 +32,14 @@ ELSEWHERE = {
     ),
     # Sections are read on the page.
     "report/test_report_diagnosis.py": ("report/diagnosis/*", "report/text/diagnosis", "report/text/gap"),
-    "report/test_report_page.py": ("report/sections/*", "report/blocks", "report/text/identification", "report/view"),
+    "report/test_report_page.py": (
+        "report/sections/*",
+        "report/blocks",
+        "report/readings",
+        "report/text/identification",
+        "report/text/worries",
+        "report/view",
+    ),
     # Stages of `identify` and what they give.
     "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
     # Stages of the compiler, tested by the expression that comes out.

@@ -147,14 +147,26 @@ def _zigzag(study: Study, models: Mapping[str, Mapping[str, float]], run: Trial)
     near = np.abs(run.t - found.executes[0]) <= 0.5
     start = {name: float(np.mean(helm.outputs[name][near])) for name in ("u", "v", "r")}
     revolutions = float(np.median(run.inputs["n"]))
+    plan = Zigzag(
+        rudder=found.rudder,
+        heading=nominal,
+        first="port" if found.first == "port" else "starboard",
+        executes=len(found.executes),
+        approach=0.0,
+    )
     predicted = {}
     for name, values in models.items():
-        plan = Zigzag(found.rudder, nominal, found.first, executes=len(found.executes), approach=0.0)  # type: ignore[arg-type]
         try:
             sailed = run_manoeuvre(
-                study.model, plan, values, dt=0.1, first_state=start, inputs={"n": revolutions},
-                rudder_rate=HELM_RATE, limit=2 * run.duration,
-            )  # fmt: skip
+                study.model,
+                plan,
+                values,
+                dt=0.1,
+                first_state=start,
+                inputs={"n": revolutions},
+                rudder_rate=HELM_RATE,
+                limit=2 * run.duration,
+            )
             predicted[name] = _overshoots(zigzag_figures(sailed))
         except BadInput:
             predicted[name] = dict.fromkeys(measured, math.nan)

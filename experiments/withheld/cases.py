@@ -20,6 +20,7 @@ from withheld.reality.simulate import Present, Record, make
 from withheld.reality.trim import level
 from withheld.referee import PRIOR, TELLS_APART, Point, Signatures, left_over, signatures, spans
 from withheld.refit import Judged, judged, pairs, refit
+from withheld.sizing import LADDER, at_lambda, grown_by, grown_to
 
 STRATA = ((9.0, 25.0), (25.0, 100.0), (100.0, 400.0), (400.0, 10000.0))
 KINDS = ("single", "double", "none", "outside", "confounded", "form", "form+single")
@@ -32,13 +33,8 @@ FORM_STEP = 0.1
 """Of a form's typical size, at which it is compared with effects: small, so that hardly anything bends."""
 FORM_BESIDE = (25.0, 400.0)
 """lambda of another form beside an effect."""
-ROUNDS, GROWTHS = 2, 3
-"""How often trials are made anew with causes of another size, and sizes looked at under the same inputs."""
-LADDER = tuple(4.0**k for k in range(-5, 3))
-"""Sizes at which a distractor is looked at, in multiples of the typical one."""
-CLOSE = 0.3
-"""Of the logarithm of lambda to the wanted one: what is sealed is the lambda that came out, so that hitting the wanted
-one closely would only cost refits."""
+ROUNDS = 2
+"""How often trials are made anew with causes of another size."""
 LOOKALIKES = {
     "ship": ("current", "heading_bias", "speed_bias", "speed_scale", "thrust", "drag", "wind", "rudder_offset",
              "propeller_walk", "compass_deviation", "tether"),
@@ -144,11 +140,11 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
     if checked and wanted[-1] * _share_unlike(here, gram, named) < TELLS_APART:
         return None  # an effect describes what this form does here: naming it would be no mistake
     main = [
-        _grown(p, math.sqrt(aim / max(float(gram[k, k]), 1e-12)))
+        grown_by(p, math.sqrt(aim / max(float(gram[k, k]), 1e-12)))
         for k, (p, aim) in enumerate(zip(present[:count], wanted, strict=True))
     ]
     others = [
-        _rung(p, np.diag(gram)[here.columns(f"{k}?")], float(rng.uniform(0.2, 1.2)))
+        at_lambda(p, np.diag(gram)[here.columns(f"{k}?")], float(rng.uniform(0.2, 1.2)))
         for k, p in enumerate(present[count:])
     ]
     starts: list[Point | None] = [None] * count
@@ -158,7 +154,7 @@ def _once(plan: Plan, family: Family, rng: np.random.Generator, attempt: int) ->
         records = recorded([*main, *others])
         if _ran_away(family, records):
             return None
-        sized = _sized(family, records, coefficients, noise, main, wanted, starts)
+        sized = grown_to(family, records, coefficients, noise, main, wanted, starts)
         if sized is None:
             return None  # of such a case nobody could say how large its cause is
         grown, seen = sized
@@ -182,76 +178,11 @@ def _ran_away(family: Family, records: Sequence[Record]) -> bool:
     return any(not np.isfinite(r.clean[name]).all() for r in records for name in family.outputs)
 
 
-def _sized(
-    family: Family,
-    records: Sequence[Record],
-    coefficients: Mapping[str, float],
-    noise: Mapping[str, Noise],
-    main: list[Present],
-    wanted: Sequence[float],
-    starts: list[Point | None],
-) -> tuple[list[Present], list[Judged]] | None:
-    """Causes grown until their lambdas under the inputs of these records are the wanted ones, and the last judgement
-    of them, which is of their final size where nothing grew; None where a refit does not settle.
-    """
-    seen: list[Judged] = []
-    powers, before, steps = [2.0] * len(main), [0.0] * len(main), [0.0] * len(main)
-    for _ in range(GROWTHS if main else 0):
-        seen = [judged(family, records, coefficients, noise, main, k, starts[k]) for k in range(len(main))]
-        if not all(one.fit.settled for one in seen):
-            return None
-        now = [max(one.fit.left, 1e-9) for one in seen]
-        if all(abs(math.log(aim / own)) < CLOSE for aim, own in zip(wanted, now, strict=True)):
-            break
-        grown = []
-        for k, p in enumerate(main):
-            if before[k]:
-                powers[k] = min(6.0, max(1.0, math.log(now[k] / before[k]) / steps[k]))
-            grown.append(_grown(p, min(5.0, max(0.2, (wanted[k] / now[k]) ** (1 / powers[k])))))
-        starts = [_ahead(one, p, then) for one, p, then in zip(seen, main, grown, strict=True)]
-        if grown == main:
-            break
-        steps = [_growth(p, then) for p, then in zip(main, grown, strict=True)]
-        before = [own if abs(step) > 0.01 else 0.0 for own, step in zip(now, steps, strict=True)]
-        main = grown
-    return main, seen
-
-
 def _share_unlike(here: Signatures, gram: Array, effects: Sequence[Mechanism]) -> float:
     """Share of a form's lambda that is left when the most similar effect acts in its place, to first order."""
     form = here.columns("form")[0]
     left = min(left_over(gram, form, here.columns(one.key)) for one in effects)
     return left / max(float(gram[form, form]), 1e-300)
-
-
-def _rung(present: Present, lambdas: Array, aim: float) -> Present:
-    """A distractor at the size of the ladder (between its rungs) at which its lambda is the one aimed at."""
-    size = math.exp(float(np.interp(math.log(aim), np.log(np.maximum.accumulate(lambdas) + 1e-12), np.log(LADDER))))
-    return Present(present.mechanism, present.mechanism.scaled(present.values, size))
-
-
-def _grown(present: Present, factor: float) -> Present:
-    """The mechanism larger by a factor, within what is believable of its typical magnitude."""
-    one = present.mechanism
-    name = max(one.grows, key=lambda name: abs(present.values[name]))
-    typical = max(abs(float(values.get(name, 0.0))) for values in one.spans) or abs(present.values[name])
-    size = abs(present.values[name])
-    limit = one.most * typical / max(size, 1e-300)
-    limit = 1.0 if abs(limit - 1.0) < 1e-9 else limit
-    # At its limit it stays as it is, to the last digit.
-    return Present(one, one.scaled(present.values, min(factor, limit))) if min(factor, limit) != 1.0 else present
-
-
-def _ahead(seen: Judged, before: Present, after: Present) -> Point:
-    """Where the refit of a cause of another size will end, to first order."""
-    share, true, found = math.exp(_growth(before, after)), seen.rig.truth(), seen.fit.point
-    return Point(share * found.moved, true.sizes + share * (found.sizes - true.sizes), share * found.firsts)
-
-
-def _growth(before: Present, after: Present) -> float:
-    """Logarithm of the factor between two sizes of a mechanism."""
-    name = max(before.mechanism.grows, key=lambda name: abs(before.values[name]))
-    return math.log(abs(after.values[name]) / abs(before.values[name]))
 
 
 def _targets(plan: Plan, rng: np.random.Generator) -> list[float]:

@@ -28,7 +28,7 @@ MAX_SAMPLES = 20_000
 """The Gaussian kernel needs a dense n x n system: 3.2 GB at this n."""
 
 
-class LSSVR(RegressorMixin, BaseEstimator):  # type: ignore[misc]
+class LSSVR(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
     """LS-SVM regression with the interface of scikit-learn.
 
     Parameters: C > 0, the weight of the errors; kernel "linear" or "rbf"; gamma, the Gaussian kernel's

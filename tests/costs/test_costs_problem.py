@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +12,10 @@ import pytest
 from known_runs import Yaw, YawGain, yaw_trials
 
 from seatruth.costs import KINDS, cost_of
+from seatruth.costs.base import Cost
 from seatruth.costs.options import FormulaOptions, RegressionOptions, TrajectoryOptions, option_names
-from seatruth.errors import BadInput
-from seatruth.models.parameter import Prior
+from seatruth.errors import BadInput, PluginError
+from seatruth.models.parameter import Parameter, Prior
 from seatruth.study import Study
 from seatruth.trials.trial import Trials
 
@@ -24,6 +26,28 @@ def study(**changes: Any) -> Study:
     options = {name: changes.pop(name) for name in option_names(TrajectoryOptions) if name in changes}
     fields = {"name": "yaw", "model": Yaw(), "trials": TRIALS[:2], "holdout": TRIALS[2:]}
     return Study(**{**fields, "cost": TrajectoryOptions(**options), **changes})
+
+
+class Alone(Cost):
+    """The square of one parameter, and nothing else that solvers could ask for."""
+
+    parameters = (Parameter("a", 1.0, vary=True),)
+    gives = frozenset({"values"})
+    description: Mapping[str, Any] = {}
+
+    def values(self, X: np.ndarray) -> np.ndarray:
+        return 0.5 * X[:, 0] ** 2
+
+
+def test_a_cost_refuses_what_it_does_not_give() -> None:
+    cost = Alone()
+    for ask, ability in (
+        (lambda: cost.residuals(cost.start), "residuals"),
+        (lambda: cost.jacobian(cost.start), "derivatives"),
+        (cost.regression, "regression"),
+    ):
+        with pytest.raises(PluginError, match=f"cost Alone: it gives no {ability}.*`needs`"):
+            ask()
 
 
 def test_a_study_knows_its_parts() -> None:

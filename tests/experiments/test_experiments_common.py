@@ -14,6 +14,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
 
 import common  # type: ignore[import-not-found,unused-ignore]
+import provenance  # type: ignore[import-not-found,unused-ignore]
 
 from seatruth.errors import BadInput
 
@@ -67,7 +68,7 @@ def test_result_is_complete_and_names_no_folder(tmp_path: Path) -> None:
     assert {"commit", "dirty", "machine", "stages", "failures", "wall_s"} <= set(record)
     assert pd.read_csv(tmp_path / "errors.csv").a[0] == 0.1 + 0.2
     text = (tmp_path / "result.json").read_text() + (tmp_path / "summary.md").read_text()
-    assert str(common.ROOT) not in text
+    assert str(provenance.ROOT) not in text
     assert str(tmp_path) not in text
     assert not list(tmp_path.rglob("*.part"))
 

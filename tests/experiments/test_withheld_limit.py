@@ -14,7 +14,8 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 from withheld.cases import Plan, draw
 from withheld.generate import sealed
 from withheld.levels import named, named_right
-from withheld.programs.limit import Menu, _evidence, alone, finest, limit
+from withheld.programs.evidence import Menu, alone, evidence
+from withheld.programs.limit import finest, limit
 from withheld.programs.ways import ANY, STRONG, ways
 from withheld.reality.families import families
 from withheld.studies import log_text
@@ -26,7 +27,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_linear_model() -> None:
     columns, data = rng.normal(size=(30, 2)), rng.normal(size=30)
     stacked = np.column_stack([columns, data])
     sds = np.array([[0.3, 2.0], [1.0, 0.1]])
-    found = _evidence(stacked.T @ stacked, [0, 1], sds)
+    found = evidence(stacked.T @ stacked, [0, 1], sds)
     for row, sd in enumerate(sds):
         covariance = np.eye(30) + columns @ np.diag(sd**2) @ columns.T
         wanted = multivariate_normal.logpdf(data, np.zeros(30), covariance)

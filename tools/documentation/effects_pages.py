@@ -50,7 +50,7 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
     if effect.equation:
         text += f"```text\n{effect.equation}\n```\n\n"
     setting = next((made for made in _settings() if not effect.missing(made[0])), None)
-    if setting is not None and any(name in effect.null for name in (q.name for q in effect.parameters)):
+    if setting is not None:
         figure = signature(effect, *setting)
         if figure is not None:
             figure.savefig(folder / f"{effect.name}.svg")
@@ -77,12 +77,18 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
     ship = {"delta": zigzag, "n": np.where(t < 60, 11.85, 8.0)}
     dive = {"delta_s": np.where((t // 15).astype(int) % 2 == 0, 6 * _DEG, -6 * _DEG)}
     torpedo = {"delta": 0.3 * zigzag, "delta_s": 0.3 * dive["delta_s"], "delta_d": 0 * t, "n": np.full(t.size, 22.0)}
+    driven = {**dive, "T": np.where((t // 20).astype(int) % 2 == 0, 400.0, -200.0)}
     made = []
     for name, inputs, first, about in (
         ("mmg", ship, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, fewer revolutions after 60 s"),
-        ("mmg_ordered", ship, {"u": 1.1, "psi": 0.5}, "the same with ordered rudder angles"),
         ("diving_plane", dive, {"u": 1.5, "z": 5.0, "depth": 5.0}, "plane angles of 6 deg up and down"),
         ("torpedo", torpedo, {"u": 1.5, "z": 5.0}, "rudder and planes in steps"),
+        (
+            "diving_plane_driven",
+            driven,
+            {"u": 1.5, "z": 5.0},
+            "plane angles of 6 deg up and down, thrust ahead and astern",
+        ),
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
     return made
@@ -91,13 +97,12 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
 @styled
 def signature(effect: Effect, model: Model, trial: Trial, first: Mapping[str, float], about: str) -> Figure | None:
     """The change of each output by the effect at its typical size; None where nothing changes."""
+    effect = effect.of_trials([trial.name, "another"])  # where it has values for each trial: two at least
     changed = with_effects(model, [effect])
-    declared = {parameter.name for parameter in changed.parameters}
-    names = {f"{effect.name}_{q.name}": q.value for q in effect.parameters}
-    names = {name: value for name, value in names.items() if name in declared}
+    typical = {effect.named(q.name): q.value for q in effect.parameters}
     outputs = []
-    for values in ({}, names):
-        every = {**changed.nominal(), **dict(zip(names, (effect.null[q.name] for q in effect.parameters))), **values}
+    for values in ({}, typical):
+        every = {**changed.nominal(), **values}
         start = changed.first_state(
             {c.name: first.get(c.name, 0.0) for c in changed.outputs},
             {name: float(v[0]) for name, v in trial.inputs.items()},

@@ -13,15 +13,13 @@ forms are compared by their evidence, with
 Signatures are those of whole changes of several sizes; what the coefficients take up is linear. All is run about two
 points: the refit of reality's own baseline, where the coefficients stand of one who holds that nothing acts, and the
 true coefficients, where those of one stand who knows what does. "Nothing" is judged at the first, where its optimum is;
-of every other answer the higher evidence counts, as its optimum lies near one of both. Of two causes the sizes are
-summed over by Laplace's method at the ways that fit best; what other ways add is what they add to each alone.
+of every other answer the higher evidence counts, as its optimum lies near one of both.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +31,8 @@ from withheld.cases import FORM_BESIDE, LOOKALIKES
 from withheld.names import NAMES, UNKNOWN
 from withheld.next_trial import read
 from withheld.programs.common import Rows
-from withheld.programs.ways import ANY, LOOSE, SEEDS, STRONG, Sizes, Way, rungs, sizes, ways
+from withheld.programs.evidence import NOTHING, Menu, alone, both, evidence, log_sum, other_ways
+from withheld.programs.ways import ANY, SEEDS, STRONG, Way, rungs, sizes, ways
 from withheld.reality.families import Family, families
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array
@@ -55,25 +54,6 @@ SEA_FOUND = -6.0
 """Log-probability that a sea runs within what its phases along a track tell of the true direction: over the whole
 circle some 0.005 rad, for tracks of five lengths and waves of one to two at lambda 100 [S]."""
 BESIDE = sizes([FORM_BESIDE])
-NOTHING = 1e-12
-
-
-@dataclass
-class Menu:
-    """What the mechanisms of a menu could have done: a candidate is a way at a rung.
-
-    `gram` (C, C) and `pull` (C,) are of the candidates among themselves and with the data, whitened, coefficients and
-    distractors marginalised; `shape` (ways, rungs) numbers a mechanism's candidates, `logs` (ways,) are their
-    prior probabilities. `loose` says of which mechanisms a refit takes up nearly all; `nothing` is the log-evidence of
-    no cause.
-    """
-
-    gram: Array
-    pull: Array
-    shapes: list[Rows]
-    logs: list[Array]
-    loose: list[bool]
-    nothing: float = 0.0
 
 
 def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
@@ -197,104 +177,31 @@ def _phases(gram: Array, ways: Sequence[Sequence[int]]) -> Array:
         top = float(best @ b - 0.5 * best @ a @ best)
         lambdas = ANY.lambdas[::6]
         sds = np.sqrt(lambdas / scale / len(own))
-        normal = _evidence(gram, list(own), np.repeat(sds[:, None], len(own), axis=1))
-        charged.append(min(0.0, float(np.logaddexp.reduce(normal + ANY.logs[::6] - _lse(ANY.logs[::6]))) - top))
+        normal = evidence(gram, list(own), np.repeat(sds[:, None], len(own), axis=1))
+        charged.append(min(0.0, float(np.logaddexp.reduce(normal + ANY.logs[::6] - log_sum(ANY.logs[::6]))) - top))
     return np.array(charged)
-
-
-def _evidence(gram: Array, columns: Sequence[int], sds: Array) -> Array:
-    """Log-evidence (cases,), over nothing, of signatures with normal sizes of deviations `sds` (cases, columns)."""
-    data = len(gram) - 1
-    scaled = gram[np.ix_(columns, columns)] * sds[:, :, None] * sds[:, None, :] + np.eye(len(columns))
-    pull = gram[columns, data] * sds
-    lower = np.linalg.cholesky(scaled)
-    solved = np.linalg.solve(scaled, pull[:, :, None])[:, :, 0]
-    log_det = 2 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
-    return np.asarray(0.5 * (pull * solved).sum(axis=1) - 0.5 * log_det)
-
-
-def _lse(logs: Array) -> float:
-    return float(np.logaddexp.reduce(np.ravel(logs)))
-
-
-def alone(menu: Menu, k: int, prior: Sizes) -> Array:
-    """Log-evidence (ways, sizes), over nothing, of one mechanism with the prior probabilities of ways and sizes in it.
-
-    A size that is larger than the largest believable one is that one.
-    """
-    prior = LOOSE if menu.loose[k] else prior
-    own = menu.shapes[k]
-    there, pull = np.maximum(np.diag(menu.gram)[own], NOTHING), menu.pull[own]
-    wanted = np.minimum(prior.lambdas[None, :], there.max(axis=1)[:, None])
-    rung = np.abs(np.log(there[:, :, None]) - np.log(wanted[:, None, :])).argmin(axis=1)
-    lam, p = np.take_along_axis(there, rung, axis=1), np.take_along_axis(pull, rung, axis=1)
-    return np.asarray(np.sqrt(wanted / lam) * p - 0.5 * wanted + prior.logs[None, :] + menu.logs[k][:, None])
-
-
-def _best_beside(menu: Menu, k: int, other: int | None) -> int:
-    """The candidate of a mechanism that fits best beside another candidate of a free size."""
-    own = menu.shapes[k].ravel()
-    pull, there = menu.pull[own], np.diag(menu.gram)[own]
-    if other is not None:
-        g = max(float(menu.gram[other, other]), NOTHING)
-        cross = menu.gram[own, other]
-        pull, there = pull - cross * menu.pull[other] / g, there - cross**2 / g
-    gain = np.maximum(pull, 0.0) ** 2 / np.maximum(there, 1e-6 * np.maximum(np.diag(menu.gram)[own], NOTHING))
-    return int(own[int(np.argmax(gain))])
-
-
-def _both(menu: Menu, pair: tuple[int, int], priors: tuple[Sizes, Sizes], beyond: Sequence[float]) -> float:
-    """Log-evidence, over nothing, of two mechanisms at once."""
-    i, j = pair
-    priors = (LOOSE if menu.loose[i] else priors[0], LOOSE if menu.loose[j] else priors[1])
-    a = _best_beside(menu, i, None)
-    for _ in range(2):
-        b = _best_beside(menu, j, a)
-        a = _best_beside(menu, i, b)
-    both = [a, b]
-    gram, pull = menu.gram[np.ix_(both, both)], menu.pull[both]
-    d = np.maximum(np.diag(gram), NOTHING)
-    # lambda of each is what the other leaves of it.
-    left = np.maximum(1 - gram[0, 1] ** 2 / (d[0] * d[1]), 1e-6)
-    held = gram + np.diag(1e-9 * d)
-    top = np.linalg.solve(held, pull)
-    low = np.array([math.sqrt(p.lambdas[0] / (x * left)) for p, x in zip(priors, d, strict=True)])
-    high = np.array([math.sqrt(p.lambdas[-1] / (x * left)) for p, x in zip(priors, d, strict=True)])
-    f = np.clip(top, low, high)
-    for _ in range(8):
-        f = np.array([np.clip((pull[k] - gram[k, 1 - k] * f[1 - k]) / d[k], low[k], high[k]) for k in range(2)])
-    fit = float(pull @ f - 0.5 * f @ gram @ f)
-    # Widths of what is left of each size's uncertainty, in units of the size, under a density even in its logarithm.
-    widths = np.minimum(math.sqrt(2 * math.pi) / np.sqrt(d * left), high - low)
-    density = [2 / math.log(p.lambdas[-1] / p.lambdas[0]) / x for p, x in zip(priors, f, strict=True)]
-    return fit + float(np.log(widths * density).sum()) + 0.5 * math.log(left) + beyond[i] + beyond[j]
-
-
-def _beyond(menu: Menu, k: int, prior: Sizes) -> float:
-    """What the ways other than the best add to a mechanism's evidence, with their prior probabilities in it."""
-    logs = alone(menu, k, prior)
-    each = np.logaddexp.reduce(logs, axis=1)
-    best = int(np.argmax(each))
-    return float(_lse(each) - (each[best] - menu.logs[k][best]))
 
 
 def _log_posteriors(menu: Menu, named: int, outside: int, poor: bool) -> dict[tuple[int, ...], float]:
     """Log posterior (not normalised) of every answer: numbers of named mechanisms; (-1,) is outside the library."""
     if poor:
-        return {(k,): _lse(alone(menu, k, STRONG)) for k in range(named)}
+        return {(k,): log_sum(alone(menu, k, STRONG)) for k in range(named)}
     share = {kind: math.log(value) for kind, value in SHARES.items()}
     forms = range(named + outside, len(menu.shapes))
-    beyond = [_beyond(menu, k, STRONG) for k in range(len(menu.shapes))]
+    beyond = [other_ways(menu, k, STRONG) for k in range(len(menu.shapes))]
     found: dict[tuple[int, ...], float] = {(): share["none"]}
-    of_outside = [share["outside"] - math.log(outside) + _lse(alone(menu, k, ANY)) for k in range(named, forms[0])]
-    of_forms = [share["form"] - math.log(len(forms)) + _lse(alone(menu, k, STRONG)) for k in forms]
-    found[-1,] = _lse(np.array([*of_outside, *of_forms]))
+    of_outside = [share["outside"] - math.log(outside) + log_sum(alone(menu, k, ANY)) for k in range(named, forms[0])]
+    of_forms = [share["form"] - math.log(len(forms)) + log_sum(alone(menu, k, STRONG)) for k in forms]
+    found[-1,] = log_sum(np.array([*of_outside, *of_forms]))
     for i in range(named):
-        with_forms = _lse(np.array([_both(menu, (i, k), (STRONG, BESIDE), beyond) for k in forms]))
-        of_it = [share["single"] + _lse(alone(menu, i, ANY)), share["form+single"] - math.log(len(forms)) + with_forms]
-        found[i,] = _lse(np.array(of_it)) - math.log(named)
+        with_forms = log_sum(np.array([both(menu, (i, k), (STRONG, BESIDE), beyond) for k in forms]))
+        of_it = [
+            share["single"] + log_sum(alone(menu, i, ANY)),
+            share["form+single"] - math.log(len(forms)) + with_forms,
+        ]
+        found[i,] = log_sum(np.array(of_it)) - math.log(named)
         for j in range(i):
-            pair = _both(menu, (j, i), (STRONG, STRONG), beyond)
+            pair = both(menu, (j, i), (STRONG, STRONG), beyond)
             found[j, i] = share["double"] - math.log(named * (named - 1) / 2) + pair
     return found
 

@@ -7,6 +7,8 @@ Magnitudes [S].
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from withheld.reality.hulls import STATIONS, WEIGHTS
@@ -62,10 +64,22 @@ def wake_in_turns(view: View, q: Values, p: Values) -> Force:
     return Force(X=(1 - p["t_P"]) * (changed - thrust))
 
 
-def _form(key: str, place: str, act: object, size: float, most: float, **other: float) -> Mechanism:
+def _form(
+    key: str, place: str, act: Callable[[View, Values, Values], Force], size: float, most: float, **other: float
+) -> Mechanism:
+    """A form of the size `k`, either way, which is typically `size`; `other` values say how it acts."""
     return Mechanism(
-        key, None, place, "force", act, fixed(k_=size, **other), ("k",), [{"k": size, **other}], {"k": "1"}, most  # type: ignore[arg-type]
-    )  # fmt: skip
+        key=key,
+        number=None,
+        place=place,
+        kind="force",
+        act=act,
+        draw=fixed(k_=size, **other),
+        grows=("k",),
+        spans=[{"k": size, **other}],
+        units={"k": "1"},
+        most=most,
+    )
 
 
 def planar_forms(screw: bool) -> list[Mechanism]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 Kind = Literal["current", "coefficients", "gear", "force", "sensor"]
 Draw = Callable[[np.random.Generator], dict[str, float]]
@@ -18,10 +17,10 @@ class Mechanism:
     """One mechanism on one family of vehicles.
 
     `number` is its row in the catalogue of effects, None where no library names it; `place` lists where it acts, with
-    commas. `draw` gives values at a typical
-    magnitude; `grows` names those that grow with the magnitude (the others say how, not how much). `spans` are sets of
-    values whose signatures together stand for every such mechanism; `most` the largest believable factor on the
-    typical magnitude. `orders` says that it shows only where the order was recorded, not the actual angle.
+    commas. `draw` gives values at a typical magnitude; `grows` names those that grow with the magnitude (the others say
+    how, not how much). `spans` are sets of values whose signatures together stand for every such mechanism; `most` the
+    largest believable factor on the typical magnitude. `orders` says that it shows only where the order was recorded,
+    not the actual angle.
     """
 
     key: str
@@ -58,6 +57,3 @@ def fixed(**values: float) -> Draw:
         return {name.rstrip("_"): value * (sign(rng) if name.endswith("_") else 1.0) for name, value in values.items()}
 
     return draw
-
-
-Rows = NDArray[np.intp]

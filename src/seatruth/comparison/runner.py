@@ -6,7 +6,7 @@ import contextlib
 import os
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -112,7 +112,7 @@ def _ordered(runs: Sequence[Run]) -> list[Run]:
     return sorted(runs, key=lambda run: (run.seed, places[run.instance], run.budget))
 
 
-def _results(jobs: list[Job], workers: int, backend: Backend) -> Iterator[RunResult]:
+def _results(jobs: list[Job], workers: int, backend: Backend) -> Generator[RunResult, None, None]:
     """The results of the jobs, in any order.
 
     A run that ends its process (memory, a fault in compiled code) ends the other processes too. The runs that were
@@ -166,11 +166,11 @@ def _run_in_own_process(job: Job) -> RunResult:
             return RunResult(job.run, f"it ended its process: {cause}")
 
 
-def _in_groups(results: Iterator[RunResult]) -> Iterator[list[RunResult]]:
+def _in_groups(results: Generator[RunResult, None, None]) -> Iterator[list[RunResult]]:
     """Results as they come, those of a moment together, so that one transaction of the disk stores them all."""
     group: list[RunResult] = []
     since = time.monotonic()
-    with contextlib.closing(results):  # type: ignore[type-var]
+    with contextlib.closing(results):
         for done in results:
             group.append(done)
             if time.monotonic() - since >= _WRITE_S:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
+from seatruth.errors import PluginError
 from seatruth.models.parameter import Parameter
 
 Ability = Literal["values", "residuals", "derivatives", "regression"]
@@ -54,6 +55,8 @@ class Cost(ABC):
     `reweight`; half their sum of squares has the slope of `values` where sigma was estimated and lies above it
     elsewhere (up to a constant), so that solving and reweighting in turn reaches the minimum of `values`. `value_of`
     gives the cost of residuals in terms of `values`.
+
+    A cost defines the methods of what it gives; the others raise PluginError, as asking for them breaks this contract.
     """
 
     parameters: tuple[Parameter, ...]
@@ -67,15 +70,15 @@ class Cost(ABC):
 
     def residuals(self, x: Array) -> Array:
         """Weighted residuals, data then priors: x (K,) -> (M,); values = 0.5 * sum(residuals**2) if noise is known."""
-        raise NotImplementedError(f"{type(self).__name__} gives no residuals")
+        raise self._not_given("residuals")
 
     def jacobian(self, x: Array) -> Array:
         """Derivative of `residuals`: x (K,) -> (M, K)."""
-        raise NotImplementedError(f"{type(self).__name__} gives no derivatives")
+        raise self._not_given("derivatives")
 
     def regression(self) -> Regression:
         """The same problem as linear regressions, where it is one."""
-        raise NotImplementedError(f"{type(self).__name__} gives no regression")
+        raise self._not_given("regression")
 
     def reweight(self, x: Array) -> bool:
         """Re-estimates the measurement-noise covariance R at x where the criterion asks for it; True if it changed."""
@@ -84,6 +87,13 @@ class Cost(ABC):
     def value_of(self, residuals: Array) -> float:
         """What `values` gives for the candidate that has these residuals (M,) under the present weights."""
         return 0.5 * float(residuals @ residuals)
+
+    def _not_given(self, ability: Ability) -> PluginError:
+        return PluginError(
+            f"it gives no {ability}",
+            where=f"cost {type(self).__name__}",
+            do="Name in `needs` what an optimizer asks for, and define in the cost what it `gives`.",
+        )
 
     @property
     def names(self) -> tuple[str, ...]:

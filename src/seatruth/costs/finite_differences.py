@@ -23,9 +23,9 @@ class Recorded:
     """Recorded states of all trials, one after another, and the accelerations that they give.
 
     `states` (N, S) are NaN where a state was not measured, `inputs` (N, I), `t` (N,), `trial` (N,) the value of
-    `e.trial`. `targets` (N, S) belong to the
-    sample that a difference starts from (its middle one for "central"), NaN where there is none. `next_weight`
-    (N, S) is the weight of the next sample's rate in the rate to compare with: 1/2 for the trapezoid form, 0 otherwise.
+    `e.trial`. `targets` (N, S) belong to the sample that a difference starts from (its middle one for "central"), NaN
+    where there is none. `next_weight` (N, S) is the weight of the next sample's rate in the rate to compare with: 1/2
+    for the trapezoid form, 0 otherwise.
     """
 
     states: Array

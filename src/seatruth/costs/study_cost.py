@@ -53,7 +53,7 @@ class StudyCost(Cost):
     _noise: Noise
 
     @property
-    def description(self) -> Mapping[str, Any]:  # type: ignore[override]
+    def description(self) -> Mapping[str, Any]:  # type: ignore[override]  # made of the problem, never set
         return {"study": self.problem.content_hash}
 
     @property
@@ -65,7 +65,7 @@ class StudyCost(Cost):
         return self._noise.estimated
 
     @property
-    def noise_known(self) -> bool:  # type: ignore[override]
+    def noise_known(self) -> bool:  # type: ignore[override]  # made of the noise, never set
         return not self._noise.estimated
 
     @abstractmethod

@@ -22,7 +22,7 @@ class ChannelAliases:
         self, aliases: Mapping[str, tuple[str, ...]], inputs: Sequence[str], model: Model, outputs: Sequence[str] = ()
     ) -> None:
         """`aliases`, `inputs` and `outputs` are the effect's `aliases`, `needs_inputs` and `needs_outputs`."""
-        self._standard = dict(model.standard)
+        self._model = model
         input_names = {self._standard_name(channel.name) for channel in model.inputs}
         output_names = {self._standard_name(channel.name) for channel in model.outputs}
         other_names = output_names | {self._standard_name(channel.name) for channel in model.states}
@@ -40,7 +40,7 @@ class ChannelAliases:
                 self._renamed |= {chosen: name, name: chosen}
 
     def _standard_name(self, name: str) -> str:
-        return self._standard.get(name, (name, 1))[0]
+        return self._model.standard_of(name)[0]
 
     def in_effect(self, name: str) -> str:
         """The effect's name for a channel of the model."""
@@ -50,11 +50,11 @@ class ChannelAliases:
     def in_model(self, name: str) -> str:
         """The model's name for a channel that the effect names."""
         chosen = self._chosen.get(name, name)
-        return next((channel for channel, (standard, _) in self._standard.items() if standard == chosen), chosen)
+        return next((channel for channel, (standard, _) in self._model.standard.items() if standard == chosen), chosen)
 
     def sign(self, name: str) -> int:
         """+1 or -1: the standard channel is this times the model's channel `name`."""
-        return self._standard.get(name, (name, 1))[1]
+        return self._model.standard_of(name)[1]
 
 
 class View:

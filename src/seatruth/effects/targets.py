@@ -64,23 +64,20 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         for actuator in named
     ]
     if not named:
-        standard = {model.standard.get(channel.name, (channel.name, 1))[0]: channel.name for channel in model.inputs}
+        standard = {model.standard_of(channel.name)[0]: channel.name for channel in model.inputs}
         found = [Target(standard[name], standard[name]) for name in USUAL.get(effect.actuator, ()) if name in standard]
         found = found[:1]
     if effect.pairs:
-        found = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
-    if not effect.which:
-        return tuple(found)
-    wanted = [thrusters.index(name) for name in effect.which] if effect.pairs else []
-    if effect.pairs:
-        return tuple(target for target in found if [target.thruster, target.other] == wanted)
-    return tuple(target for target in found if target.name in effect.which)
+        pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
+        wanted = [thrusters.index(name) for name in effect.which]
+        return tuple(pair for pair in pairs if not wanted or [pair.thruster, pair.other] == wanted)
+    return tuple(target for target in found if not effect.which or target.name in effect.which)
 
 
 def aliases_of(effect: ActsOnInputs, model: Model, target: Target | None = None) -> ChannelAliases:
     """The names under which an effect sees the channels of a model; `drive` or `delta` is the input of its target."""
     names = dict(effect.aliases)
     if effect.actuator:
-        standard = "" if target is None else model.standard.get(target.input, (target.input, 1))[0]
+        standard = "" if target is None else model.standard_of(target.input)[0]
         names[effect.input_name] = (standard,)
     return ChannelAliases(names, effect.needs_inputs, model, effect.needs_outputs)

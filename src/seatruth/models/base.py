@@ -161,6 +161,16 @@ class Model:
         """Nominal value of every parameter."""
         return {parameter.name: parameter.value for parameter in self.parameters}
 
+    def standard_of(self, channel: str) -> tuple[str, int]:
+        """The standard channel for which one of its channels stands, and the sign: the standard one is that times it.
+
+        Example:
+            >>> from seatruth.models import load_model
+            >>> load_model("torpedo").standard_of("psi")
+            ('psi', 1)
+        """
+        return self.standard.get(channel, (channel, 1))
+
     def number_of(self, trial: str) -> float:
         """`e.trial` of a trial, by its name."""
         return float(self.trials.index(trial)) if trial in self.trials else OTHER_TRIAL

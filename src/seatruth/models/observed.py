@@ -115,7 +115,7 @@ class _Sources:
         first = "outputs" if isinstance(model, BlackBox) else "states"
         for kind in (first, "inputs"):
             for place, channel in enumerate(getattr(model, kind)):
-                name, sign = model.standard.get(channel.name, (channel.name, 1))
+                name, sign = model.standard_of(channel.name)
                 if name in Motion._fields:
                     self.found.setdefault(name, (kind, place, float(sign)))
 
@@ -189,7 +189,7 @@ class ObservedModel(ModelWrapper):
         self.observations = tuple(observations)
         self._sources = _Sources(base)
         replaced = {name for one in observations for name in one.measure.replaces} - {*keep}
-        standard = {channel.name: base.standard.get(channel.name, (channel.name, 1))[0] for channel in base.outputs}
+        standard = {channel.name: base.standard_of(channel.name)[0] for channel in base.outputs}
         super().__init__(
             base, outputs=_outputs(base, observations, lambda name: standard[name] not in replaced or name in keep)
         )
@@ -225,15 +225,15 @@ class ObservedModel(ModelWrapper):
 
     def make_initial_state(self) -> Equations:
         base, states = self.base.initial_state, [channel.name for channel in self.base.states]
-        observations, standard = self.observations, self.base.standard
+        observations, model = self.observations, self.base
         outputs, kind = self.base.outputs, record("Outputs", self.base.outputs)
         kept = {channel.name for channel in self.outputs} - {one.channel for one in observations}
 
         def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
-            m = initial_motion(_standard(y._asdict(), kept, standard), _observations(observations), y._asdict())
+            m = initial_motion(_standard(y._asdict(), kept, model), _observations(observations), y._asdict())
             values = {}
             for channel in outputs:
-                name, sign = standard.get(channel.name, (channel.name, 1))
+                name, sign = model.standard_of(channel.name)
                 values[channel.name] = (
                     getattr(y, channel.name) if channel.name in kept else sign * getattr(m, name, 0.0)
                 )
@@ -313,12 +313,12 @@ def _observations(observations: Sequence[Observation]) -> list[tuple[str, str, P
     return [(one.channel, one.measured, one.at) for one in observations]
 
 
-def _standard(values: Mapping[str, float], kept: set[str], standard: Mapping[str, tuple[str, int]]) -> dict[str, float]:
+def _standard(values: Mapping[str, float], kept: set[str], model: Model) -> dict[str, float]:
     """Values of a model's own outputs under their standard names and signs."""
     result = {}
     for channel, value in values.items():
         if channel in kept:
-            name, sign = standard.get(channel, (channel, 1))
+            name, sign = model.standard_of(channel)
             result[name] = sign * value
     return result
 
@@ -328,7 +328,7 @@ def _complete(
 ) -> dict[str, float]:
     made = {one.channel: one for one in observations}
     kept = {channel.name for channel in outputs} - {*made}
-    m = initial_motion(_standard(known, kept, base.standard), _observations(observations), known)
+    m = initial_motion(_standard(known, kept, base), _observations(observations), known)
     result = {}
     for channel in outputs:
         name = channel.name
@@ -337,6 +337,6 @@ def _complete(
         elif name in made:
             result[name] = float(made[name].measure.function(m, Water(), made[name].at))
         else:
-            standard, sign = base.standard.get(name, (name, 1))
+            standard, sign = base.standard_of(name)
             result[name] = sign * getattr(m, standard, 0.0)
     return result

@@ -88,7 +88,7 @@ def _statement(stretches: Sequence[Stretch], chosen: Sequence[str], how: str) ->
     kinds = list(dict.fromkeys(stretch.kind for stretch in stretches))
     counts = ", ".join(f"{sum(s.kind == kind for s in stretches)} × {kind}" for kind in kinds)
     return Statement(
-        f"{counts}",
+        counts,
         f"{len(chosen)} of {len(stretches)} are taken as trials. To take others, run the command again with --pick and "
         "the numbers below, as --pick 1,3-5.",
     )
@@ -206,10 +206,11 @@ def _history(axes: Axes, log: Trial, name: str) -> None:
     values = log.channel(name)
     unit = STANDARD_CHANNELS[name].unit if name in STANDARD_CHANNELS else ""
     if unit.startswith("rad"):
-        known = np.isfinite(values)
-        turned = np.array(values)
-        turned[known] = np.unwrap(turned[known]) if name == "psi" else turned[known]
-        values, unit = np.degrees(turned), unit.replace("rad", "deg")
+        if name == "psi":
+            known = np.isfinite(values)
+            values = np.array(values)
+            values[known] = np.unwrap(values[known])
+        values, unit = np.degrees(values), unit.replace("rad", "deg")
     rows = thinned(log.t, values, 500)
     axes.plot(log.t[rows], values[rows], color=INK, linewidth=0.8)
     few_ticks(axes, 8, 3)

@@ -20,7 +20,7 @@ import pytest
 from seatruth.arrays import Array
 from seatruth.effects import EQUATIONS, Effect, with_effects
 from seatruth.effects.causes import ROOT, children, is_cause
-from seatruth.models import available
+from seatruth.models import Thruster, available
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
 from seatruth.testing.models import RANGES
@@ -84,14 +84,14 @@ class EffectConformance:
             for parameter in bound.parameters:
                 prior = priors[parameter.name]
                 assert prior.mean == bound.null[parameter.name]
+                assert np.isfinite(prior.sd)
+                assert prior.sd > 0.0
+                assert parameter.min <= typical[parameter.name] <= parameter.max
                 if parameter.name in bound.shape_priors:
                     assert typical[parameter.name] == prior.mean
             for start in bound.starting_points(model):
                 for parameter in bound.parameters:
                     assert parameter.min <= start[parameter.name] <= parameter.max
-                assert np.isfinite(prior.sd)
-                assert prior.sd > 0.0
-                assert parameter.min <= typical[parameter.name] <= parameter.max
 
     def test_its_places_are_those_of_the_model(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
@@ -150,13 +150,21 @@ class EffectConformance:
                 assert exact[:, :, k] == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), names[k]
 
     def trial(self, model: Model) -> tuple[Trial, Array]:
-        """A short run under random inputs, and a state to start it from."""
+        """A short run under random inputs, and a state to start it from.
+
+        Every input swings slowly and changes sides within one sample, half way: limits of the rate show there alone.
+        Thrusters work up to two thirds of their full power.
+        """
         rng = np.random.default_rng(self.seed)
         t: Array = np.arange(61) * np.float64(0.2)
+        full = {actuator.input: actuator.full for actuator in model.actuators if isinstance(actuator, Thruster)}
+        side = np.where(t < 0.5 * t[-1], 1.0, -1.0)
         inputs: dict[str, Array] = {}
         for channel in model.inputs:
-            low, high = RANGES.get(channel.name, (-1.0, 1.0))
-            inputs[channel.name] = 0.5 * (low + high) + 0.2 * (high - low) * np.sin(rng.uniform(0.3, 1.0) * t + 0.5)
+            name = channel.name
+            low, high = (-full[name], full[name]) if name in full else RANGES.get(name, (-1.0, 1.0))
+            swing = np.sin(rng.uniform(0.3, 1.0) * t + 0.5)
+            inputs[name] = 0.5 * (low + high) + (high - low) * (0.2 * swing + 0.13 * side)
         first = np.array([1.0 if channel.name == "u" else 0.02 for channel in model.states])
         return Trial(TRIAL, t, inputs, {}, synthetic=True), first
 

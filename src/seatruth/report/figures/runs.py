@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -120,10 +120,10 @@ def _summary(data: View, trial: str, name: str) -> str:
     return f"{size}; {number(row['ratio'], 2)} × noise" if math.isfinite(row["ratio"]) else size
 
 
-def _line(axes: Axes, t: Array, y: Array, **kwargs: object) -> None:
+def _line(axes: Axes, t: Array, y: Array, **kwargs: Any) -> None:
     y = np.where(np.isfinite(y), y, np.nan)
     kept = thinned(t, y)
-    axes.plot(t[kept], y[kept], **kwargs)  # type: ignore[arg-type]
+    axes.plot(t[kept], y[kept], **kwargs)
 
 
 def _limits(axes: Axes, main: Sequence[Array], other: Array) -> None:
@@ -214,7 +214,7 @@ def _track_height(track: Track) -> float:
 
 
 def _draw_track(axes: Axes, track: Track, title: str) -> None:
-    looks = {
+    looks: dict[str, dict[str, Any]] = {
         "measured": {"color": MEASURED, "linewidth": 2.6},
         "start": {"color": VERMILLION, "linestyle": START_DASHES, "linewidth": 1.0},
         "fitted": {"color": BLUE, "linewidth": 1.2},
@@ -223,7 +223,7 @@ def _draw_track(axes: Axes, track: Track, title: str) -> None:
         if name in track:
             east, north = track[name]
             kept = np.union1d(thinned(_clock(east), east, 300), thinned(_clock(north), north, 300))
-            axes.plot(east[kept], north[kept], gid=trace(name), **look)  # type: ignore[arg-type]
+            axes.plot(east[kept], north[kept], gid=trace(name), **look)
     east, north = next(iter(track.values()))
     first = int(np.flatnonzero(np.isfinite(east))[0])
     axes.plot([east[first]], [north[first]], marker="o", color=INK, markersize=4, zorder=5)

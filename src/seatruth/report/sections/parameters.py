@@ -12,8 +12,8 @@ from seatruth.report import figures
 from seatruth.report.blocks import Block, Column, Pictures, Section, Table, Text, table
 from seatruth.report.figures.estimates import MOST_CORRELATED, correlated
 from seatruth.report.numbers import count, estimate, interval, listed, number, shown
+from seatruth.report.readings import strong_pairs
 from seatruth.report.sections.pictures import Album
-from seatruth.report.text.identification import strong_pairs
 from seatruth.report.view import View, finite
 from seatruth.text import origin_legend
 

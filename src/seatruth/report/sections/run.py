@@ -8,16 +8,10 @@ from typing import Any
 from seatruth.report import figures
 from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Table, Text, table
 from seatruth.report.numbers import listed, number, seconds
+from seatruth.report.readings import estimated, in_order, pooled
 from seatruth.report.sections.pictures import Album
-from seatruth.report.text.identification import (
-    ending,
-    estimated,
-    fit_in_words,
-    in_order,
-    parameters_in_words,
-    pooled,
-    worries,
-)
+from seatruth.report.text.identification import ending, fit_in_words, parameters_in_words
+from seatruth.report.text.worries import worries
 from seatruth.report.view import View, finite
 
 _SHORT = 16

@@ -12,8 +12,8 @@ from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Ta
 from seatruth.report.figures.quality import worst_ratio
 from seatruth.report.figures.runs import residual_channels, track_trials
 from seatruth.report.numbers import count, listed, number, percent, rounded, times
+from seatruth.report.readings import channel_ratios, estimated, fits_trajectories
 from seatruth.report.sections.pictures import Album
-from seatruth.report.text.identification import channel_ratios, estimated, fits_trajectories
 from seatruth.report.view import View
 
 MOST_PANELS = 48
