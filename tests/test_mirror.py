@@ -131,7 +131,7 @@ ELSEWHERE = {
     "sample/test_sample.py": ("sample/make",),
     "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
     "study/test_study_expressions.py": ("study/validation",),
-    "study/test_study_parse.py": ("study/reference", "study/schema"),
+    "study/test_study_parse.py": ("study/reference", "study/schema", "study/schema_base", "study/schema_trials"),
     "study/test_study_parts.py": (
         "study/build",
         "study/load",
@@ -171,6 +171,7 @@ ELSEWHERE = {
     ),
     "trials/test_trials_read.py": (
         "trials/channel",
+        "trials/columns",
         "trials/condition",
         "trials/finding",
         "trials/places",
