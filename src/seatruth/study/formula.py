@@ -14,7 +14,8 @@ from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
 from seatruth.readers import Table, read_log
 from seatruth.study import parameters
-from seatruth.study.schema import ChannelTable, StudyFile, TrialTable
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable, TrialTable
 from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial, Trials

@@ -10,7 +10,8 @@ from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
 from seatruth.models import MEASURES, Model, Observation, WithServos, observed
 from seatruth.models.observed import ObservedBlackBox, ObservedModel
-from seatruth.study.schema import ChannelTable, StudyFile
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
 from seatruth.trials.prepare import apply_steps

@@ -15,7 +15,8 @@ from seatruth.models.base import Model
 from seatruth.study.file_patterns import MOST_FILES, is_pattern, matching_files
 from seatruth.study.observations import plain_outputs, turned_with_heading
 from seatruth.study.quantity import number
-from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable, PrepareTable, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
 from seatruth.trials.frames import POSITIONS, with_origin
