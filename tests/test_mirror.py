@@ -67,6 +67,8 @@ ELSEWHERE = {
     ),
     # What a command does is tested as a user calls it; errors by what it then says.
     "test_cli.py": ("commands/*", "__main__", "errors"),
+    "test_init_command.py": ("commands/init",),
+    "test_list_command.py": ("commands/list_installed",),
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
