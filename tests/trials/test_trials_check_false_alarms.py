@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -63,7 +65,7 @@ TRUE = {"input-constant", "input-jumps", "heading-coverage", "speed-range"}
 """What is so in a right log: a run on one course, at one speed, with rudders that are sampled coarsely."""
 
 
-def false_alarms(seeds: range) -> list[str]:
+def false_alarms(seeds: Iterable[int]) -> list[str]:
     found = []
     for seed in seeds:
         trial, model = right_log(seed)
@@ -75,10 +77,11 @@ def test_right_logs_of_all_vehicles_raise_no_false_alarm() -> None:
     assert false_alarms(range(9)) == []
 
 
+def test_a_vehicle_that_does_not_turn_shows_no_lever_arm() -> None:
+    """Steps of speed on a straight course, without noise: the integral's own small errors are no arm."""
+    assert false_alarms([11, 147]) == []
+
+
 @pytest.mark.slow
 def test_two_hundred_right_logs_raise_no_false_alarm() -> None:
-    found = false_alarms(range(9, 216))
-    # Two of 207: a small torpedo in a current as fast as itself, whose steps of speed look like a lever arm.
-    fast = [one for one in found if "torpedo_324 speed steps" in one and "[lever-arm]" in one]
-    assert [one for one in found if one not in fast] == []
-    assert len(fast) <= 2
+    assert false_alarms(range(9, 216)) == []
