@@ -208,6 +208,8 @@ UTC = "UTC"
 
 
 def _series(values: Any, unit: str | None) -> pd.Series[Any]:
+    if values.dtype.kind == "S":
+        values = values.astype(object)  # pandas has no column of bytes
     series: pd.Series[Any] = pd.Series(values, copy=False)
     if unit == UTC and values.dtype.kind == "M":
         series = series.dt.tz_localize(UTC)

@@ -13,6 +13,7 @@ from seatruth.expression import equation, names_in
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
 from seatruth.readers import Table, read_log
+from seatruth.readers.tables import as_text
 from seatruth.study import parameters
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable, TrialTable
@@ -113,7 +114,8 @@ def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
     """The rows with the same entry in a column as a trial each, in the order in which they come."""
     if column not in table.columns:
         raise BadInput(f"no column {column!r} to distinguish the trials", do=nearest(column, list(table.columns)))
-    entries = table.columns[column].astype("string").fillna("").str.strip().to_numpy()[trial.t.astype(np.intp)]
+    entries = as_text(table.columns[column], f"{table.source}, column {column!r}").fillna("").to_numpy()
+    entries = entries[trial.t.astype(np.intp)]
     labels = list(dict.fromkeys(entries.tolist()))
     if len(labels) > _MOST_TRIALS:
         do = "Name a column with few different entries, or none."
