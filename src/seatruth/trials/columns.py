@@ -104,33 +104,39 @@ class _Raw(NamedTuple):
     values: Array
     where: str
     unit: str | None
-    codes: Sequence[float] = ()
+    codes: Sequence[float]
     """Numbers that stood for no value."""
-    missing: int = 0
+    missing: int
     """How often they did."""
 
 
 def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
     """The channel's numbers as the file has them, where they are, and their unit if that is known."""
-    if spec.vector is not None or spec.quaternion is not None:
-        if spec.unit is not None:
-            raise BadInput(
-                f"channel {name!r} has a unit beside columns that give an angle in rad",
-                where=table.source,
-                do="Remove the unit.",
-            )
-        columns = spec.quaternion or spec.vector or ()
-        raw = from_quaternion(table, columns, name) if spec.quaternion else from_vector(table, columns)
-        return _Raw(raw, f"{table.source}, columns {', '.join(map(repr, columns))}", "rad")
-    raw = table.numbers(spec.column)
-    empty, codes = missing_codes(raw)
-    if codes:
-        raw = np.where(empty, np.nan, raw)
-    where = f"{table.source}, column {spec.column!r}"
-    if spec.unit == DDMM:
-        return _Raw(from_ddmm(raw), where, "deg", codes, int(empty.sum()))
-    stated = table.units.get(spec.column) or table.units.get(spec.column.strip())
-    return _Raw(raw, where, stated, codes, int(empty.sum()))
+    if spec.unit is not None and (spec.vector is not None or spec.quaternion is not None):
+        raise BadInput(
+            f"channel {name!r} has a unit beside columns that give an angle in rad",
+            where=table.source,
+            do="Remove the unit.",
+        )
+    parts = [table.numbers(column) for column in spec.values_in]
+    missing = np.zeros(len(table), dtype=np.bool_)
+    codes: list[float] = []
+    for k, part in enumerate(parts):
+        empty, found = missing_codes(part)
+        if found:
+            parts[k] = np.where(empty, np.nan, part)
+            missing |= empty
+            codes += [code for code in found if code not in codes]
+    columns = ", ".join(map(repr, spec.values_in))
+    where = f"{table.source}, column{'s' if len(parts) > 1 else ''} {columns}"
+    values, unit = parts[0], table.units.get(spec.column) or table.units.get(spec.column.strip())
+    if spec.quaternion is not None:
+        values, unit = from_quaternion(table, spec.quaternion, parts, name), "rad"
+    elif spec.vector is not None:
+        values, unit = from_vector(table, spec.vector, parts), "rad"
+    elif spec.unit == DDMM:
+        values, unit = from_ddmm(values), "deg"
+    return _Raw(values, where, unit, codes, int(missing.sum()))
 
 
 def _listed(codes: Sequence[float]) -> str:
