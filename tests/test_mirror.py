@@ -100,7 +100,7 @@ ELSEWHERE = {
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
     "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
-    "models/test_model_registry.py": ("models/registry", "models/user_file"),
+    "models/test_model_registry.py": ("models/registry", "models/user_file", "plugins"),
     "optimizers/test_checkpoint.py": ("optimizers/journal",),
     "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
     # Recognising a file, and what a log then is to a study.
