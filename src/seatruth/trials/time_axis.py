@@ -224,10 +224,9 @@ def _counts_minutes(values: Array) -> bool:
     finite = values[np.isfinite(values)]
     if finite.size < 3 or finite.min() < 0 or finite.max() >= 240000:
         return False
-    _, minutes, seconds = _digits(finite)
+    hours, minutes, seconds = _digits(finite)
     if not bool(((minutes < 60) & (seconds < 60)).all()):
         return False
-    hours, minutes, seconds = _digits(finite)
     t, _ = _through_midnight(hours * 3600.0 + minutes * 60.0 + seconds)
     jumps = np.diff(finite) - np.diff(t)
     # A minute ends: the numbers jump by 40 more than the time does (by 4040 where an hour ends).
