@@ -12,9 +12,10 @@ import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
 from seatruth.commands.identify import names
+from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable
 from seatruth.errors import BadInput, nearest
-from seatruth.study import Study, load_study
+from seatruth.study import Study
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -58,7 +59,7 @@ def diagnose(
     """Find the effect that a model lacks. Says where, which, how far the gap shrinks, and what to try next."""
     folder = result_folder(out, study.parent / f"{study.stem}-diagnosis", study)
     return run(
-        load_study(study),
+        load_study(study, quiet=quiet),
         folder,
         names(effects),
         seed=seed,

@@ -12,9 +12,10 @@ import pandas as pd
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
+from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable
 from seatruth.storage.atomic import CannotWrite
-from seatruth.study import Study, load_study
+from seatruth.study import Study
 from seatruth.study.load import profile_names
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def identify(
     json_file: JsonFile = None,
 ) -> Result:
     """Identify a study's parameters and write a report."""
-    loaded = load_study(study)
+    loaded = load_study(study, quiet=quiet)
     patterns = names(profile)
     return run(
         loaded,

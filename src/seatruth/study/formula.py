@@ -12,6 +12,7 @@ from seatruth.errors import BadInput, nearest
 from seatruth.expression import equation, names_in
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
+from seatruth.progress import Progress, silent
 from seatruth.readers import Table, read_log
 from seatruth.readers.tables import as_text
 from seatruth.study import parameters
@@ -62,10 +63,10 @@ def parts(file: StudyFile, folder: Path, problems: Problems) -> FormulaParts | N
     return FormulaParts(model, model.parameters, Recording(files[0].stem, files[0], 0, entry))
 
 
-def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
+def read(file: StudyFile, made: FormulaParts, problems: Problems, progress: Progress = silent) -> Trials:
     """The table as a trial whose time counts the rows; numbers are taken in the units in which the file has them."""
     with problems.at("formula", "file"):
-        table = read_log(made.table.path, **file.files.reading).table()
+        table = read_log(made.table.path, progress=progress, **file.files.reading).table()
         with_rows = Table(
             table.source,
             {**table.columns, _ROW: pd.Series(range(len(table)), dtype="float64")},
