@@ -158,6 +158,7 @@ def trial_from_log(
         conditions=conditions if joined.start is None else {**(conditions or {}), "start": joined.start},
         hold=hold,
         notes=[*log.notes, *joined.notes],
+        own_times=joined.own_times,
         **rest,
     )
 
@@ -181,8 +182,12 @@ def trial_from_table(
     frames: Frames | None = None,
     hold: Hold = "foh",
     notes: Sequence[str] = (),
+    own_times: bool = False,
 ) -> Trial:
-    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here."""
+    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here.
+
+    `own_times` says that each output has values at its own times alone.
+    """
     clock, frames, notes = _clock(time), frames or Frames(), list(notes)
     missing: dict[str, list[float]] = {}
     specs = {kind: {c: _spec(spec) for c, spec in named.items()} for kind, named in _kinds(inputs, outputs)}
@@ -217,7 +222,9 @@ def trial_from_table(
     if len(trial) < 2:
         raise BadInput("it holds fewer than two samples", where=table.source, do="A trial needs a time history.")
     if notes:
-        trial = trial.with_step(Step("read", {"missing_codes": missing} if missing else {}, "; ".join(notes)))
+        own = list(outputs) if own_times or clocks else []
+        known = {"missing_codes": missing, "own_clocks": own}
+        trial = trial.with_step(Step("read", {key: value for key, value in known.items() if value}, "; ".join(notes)))
     trial = in_our_axes(trial, frames)
     if prepare:
         from seatruth.trials.prepare import apply_steps
