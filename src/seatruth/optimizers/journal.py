@@ -151,7 +151,7 @@ class Journal:
     def _check_header(self, line: bytes, identity: Mapping[str, Any]) -> None:
         try:
             header = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             header = None
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise StaleCheckpoint(
