@@ -76,6 +76,8 @@ ELSEWHERE = {
     ),
     # What a command does is tested as a user calls it; errors by what it then says.
     "test_cli.py": ("commands/*", "__main__", "errors"),
+    "test_init_command.py": ("commands/init",),
+    "test_list_command.py": ("commands/list_installed",),
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
@@ -111,7 +113,7 @@ ELSEWHERE = {
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
     "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
-    "models/test_model_registry.py": ("models/registry", "models/user_file"),
+    "models/test_model_registry.py": ("models/registry", "models/user_file", "plugins"),
     "optimizers/test_checkpoint.py": ("optimizers/journal",),
     "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
     # Recognising a file, and what a log then is to a study.
@@ -144,7 +146,7 @@ ELSEWHERE = {
     "sample/test_sample.py": ("sample/make",),
     "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
     "study/test_study_expressions.py": ("study/validation",),
-    "study/test_study_parse.py": ("study/reference", "study/schema"),
+    "study/test_study_parse.py": ("study/reference", "study/schema", "study/schema_base", "study/schema_trials"),
     "study/test_study_parts.py": (
         "study/build",
         "study/load",
@@ -184,6 +186,7 @@ ELSEWHERE = {
     ),
     "trials/test_trials_read.py": (
         "trials/channel",
+        "trials/columns",
         "trials/condition",
         "trials/finding",
         "trials/places",

@@ -61,7 +61,7 @@ def test_other_options_are_refused(tmp_path: Path) -> None:
         minimise(rosenbrock().cost, make("differential_swarm", particles=21), budget=BUDGET, checkpoint=file)
 
 
-@pytest.mark.parametrize("content", ["t,u,v\n0,1,2\n", "[" * 100_000 + "\n"])
+@pytest.mark.parametrize("content", ["t,u,v\n0,1,2\n", "[" * 100_000 + "\n"], ids=["log", "nested"])
 def test_a_file_that_is_no_checkpoint_is_left_alone(tmp_path: Path, content: str) -> None:
     file = tmp_path / "log.csv"
     file.write_text(content)
