@@ -104,6 +104,7 @@ ELSEWHERE = {
         "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
+    "diagnosis/test_diagnosis_sizes.py": ("diagnosis/size_search",),
     # What the tables of a diagnosis are made of.
     "diagnosis/test_diagnosis_assembly.py": ("diagnosis/gap", "diagnosis/information"),
     # The layout of diagnosis.json, tested by what is saved and loaded.

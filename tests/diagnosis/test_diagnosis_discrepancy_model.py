@@ -78,11 +78,6 @@ def test_a_term_adds_its_product_over_the_scales(model: DiscrepancyModel, state:
     np.testing.assert_allclose(added, expected, rtol=1e-6, atol=1e-14)
 
 
-def test_the_size_of_a_term_is_the_product_of_its_scales(model: DiscrepancyModel) -> None:
-    term = next(term for term in model.terms if term.text == "u v")
-    assert model.size(term) == pytest.approx(0.4)
-
-
 def test_hats_sum_to_one() -> None:
     basis = hats(np.linspace(0.0, DURATION, 33), DURATION / (KNOTS - 1), KNOTS)
     np.testing.assert_allclose(basis.sum(axis=1), 1.0)

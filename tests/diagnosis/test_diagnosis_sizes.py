@@ -13,12 +13,12 @@ import small_case as small
 
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.size_search import maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     first_sizes,
     log_prior,
-    maximise,
     noise_prior,
     noise_shapes,
     price_of_sizes,

@@ -18,23 +18,22 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.size_search import maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     log_prior,
-    maximise,
     noise_shapes,
     price_of_sizes,
     proposed_shapes,
 )
 from seatruth.statistics.state_space_noise import whiten
+from seatruth.trials.prepare.filters import MAD_TO_SD
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
 _CLOSE = 3.0
 """Median error, in noise deviations, from which a channel's noise is no longer inflated."""
-_MEDIAN = 1.4826
-"""Standard deviation of a normal variable over the median of its size."""
 _NO_NEARER = 0.03
 """Mean fall of the logarithm of the channels' errors below which a fit is as near its record as it comes. [S]"""
 _NOISE_STEPS, _SHAPE_STEP = (0, 1, 3, 7), 1
@@ -156,7 +155,7 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
             point, distance = moved, nearer
         if progress < _NO_NEARER * len(distance):
             break
-    left = np.where(np.isfinite(distance), distance * _MEDIAN, 1.0)
+    left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
 
 

@@ -25,9 +25,17 @@ from seatruth.statistics.state_space_noise import whiten
 BLOCKS = 12
 """Parts of each trial that are looked at in time and moved about in tests."""
 CELLS = 4
+"""Parts of what a variable was, each with as many rows. [S]"""
 SECTORS = 8
+"""Sectors of the heading, by the points of the compass."""
 DRAWS = 400
+"""Orders of the blocks in a permutation test, so that p is 1/401 or more. [S]"""
 _RATE = 0.05
+"""False discovery rate over all cells. Convention."""
+_FEWEST = 20
+"""Rows of a cell below which it is left out: the mean of fewer squares is chance. [S]"""
+_MOST = 0.9
+"""Part of all rows from which a cell is left out: hardly anything is left to compare it with. [S]"""
 
 
 def by_channel(problem: Problem, deviation: Array, points: Mapping[str, Point]) -> pd.DataFrame:
@@ -111,7 +119,7 @@ def in_region(problem: Problem, errors: Array, point: Point, seed: int = 0) -> p
     for name, (unit, values) in variables.items():
         for label, low, high, here in _cells(name, values):
             n = int(here.sum())
-            if n < 20 or n > 0.9 * len(squares):
+            if n < _FEWEST or n > _MOST * len(squares):
                 continue
             size = float(squares[here].mean())
             more = sum(float(other[here].mean()) >= size for other in moved)

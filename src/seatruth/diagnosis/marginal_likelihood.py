@@ -66,8 +66,7 @@ class Likelihood:
 
     def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
         self.problem, self.errors = problem, at.errors
-        active = problem.active(at.effects)
-        self.columns = active if at.discrepancy else active[~np.isin(active, problem.terms)]
+        self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}

@@ -116,10 +116,11 @@ class Problem:
             np.zeros((len(self.trials), len(self.equations), settings.knots)),
         )
 
-    def active(self, effects: Sequence[str]) -> Indices:
+    def active(self, effects: Sequence[str], *, discrepancy: bool) -> Indices:
         """Columns of the shared unknowns that a hypothesis frees: coefficients, terms, these effects' parameters."""
         own = [self.columns[name] for name in effects]
-        return np.concatenate([self.coefficients, self.terms, *own]).astype(np.intp)
+        terms = self.terms if discrepancy else self.terms[:0]
+        return np.concatenate([self.coefficients, terms, *own]).astype(np.intp)
 
     def errors(self, point: Point) -> Array:
         """Measured minus simulated (N,) at a point; inf where a run diverges."""
@@ -153,8 +154,7 @@ class Problem:
         return last
 
     def _linearized(self, point: Point, effects: tuple[str, ...], discrepancy: bool) -> Linearization:
-        kept = self.active(effects)
-        kept = kept if discrepancy else kept[~np.isin(kept, self.terms)]
+        kept = self.active(effects, discrepancy=discrepancy)
         free = [self.unknowns[k].name for k in kept]
         knots = list(self._knot_names) if discrepancy else []
         tied = [name for name in self.space.varying if name not in self.space.free_names]

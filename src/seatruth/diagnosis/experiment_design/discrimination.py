@@ -66,10 +66,7 @@ class Rivals:
         self.fits = {name: fit for name in chances if (fit := self._fitted(name)) is not None}
         self.chances = {name: chances[name] for name in self.fits}
         self.true = {name: self._true(name) for name in self.fits}
-        self._columns = {name: self.problem.active((name,)) for name in self.fits}
-        self._columns = {
-            name: columns[~np.isin(columns, self.problem.terms)] for name, columns in self._columns.items()
-        }
+        self._columns = {name: self.problem.active((name,), discrepancy=False) for name in self.fits}
         self._ranges = self._recorded_ranges()
         self._recorded = {(s, r): self._on_record(s, r) for s in self.fits for r in self.fits if s != r}
         self.before = {pair: one.least() for pair, one in self._recorded.items()}
