@@ -91,7 +91,11 @@ def test_a_temperature_is_found_again_and_holds_on_cases_left_out() -> None:
     before = np.mean([log_score(case, Constants()) for case in cases])
     after = np.mean([log_score(case, constants) for case in cases])
     assert before < np.mean(left_out) <= after + 0.02
-    assert cross_validated(cases, 0) == left_out
+
+
+def test_the_same_seed_gives_the_same_folds() -> None:
+    cases = [table(truth, own) for truth, own in _drawn(10, 2.0, 4)]
+    assert cross_validated(cases, 3) == cross_validated(cases, 3)
 
 
 def test_what_grows_with_what_is_explained_widens_the_answer() -> None:
