@@ -189,3 +189,24 @@ def test_a_term_of_the_hull_that_is_refused_takes_nothing_with_it() -> None:
     assert left.clusters[0].probability == pytest.approx(0.75)
     assert left.discrepancy
     assert said("current").kind == "unknown"
+
+
+def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
+    """A current beside a delay leads and predicts nothing; the wind that comes after them does."""
+    sets = [(("current", "rudder_delay"), 14.0, 0.9), (("wind",), 11.5, 0.08), ((), 0.0, 0.02)]
+    found = [Hypothesis(key, False, evidence, 0.0, p, True) for key, evidence, p in sets]
+
+    def said(refused: tuple[str, ...]) -> Decision:
+        return decide(
+            found,
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: name not in refused,
+            underpowered=False,
+        )
+
+    second = said(("current", "rudder_delay"))
+    assert (second.kind, [cause.effects for cause in second.clusters]) == ("effects", [("wind",)])
+    assert second.probability == pytest.approx(0.8)
+    assert said(("current", "rudder_delay", "wind")).kind == "unknown"

@@ -3,9 +3,10 @@
 A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
 holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
-positive. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model of
-another form, and stands for no cause. One that is refused takes nothing with it: what it stood for is left to the
-discrepancy of the model's form, beside which the other effects have been compared as well.
+positive: where all of an answer falls for that, the most probable answer without it is asked. A term of the hull's
+forces is not named where others are missing beside it: it is then a part of a model of another form, and stands for no
+cause. One that is refused takes nothing with it: what it stood for is left to the discrepancy of the model's form,
+beside which the other effects have been compared as well.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
+_ROUNDS = 3
+"""Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
 
@@ -78,62 +81,112 @@ def decide(
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
         nothing = converged and not underpowered and none >= settings.name_threshold
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
+    left, gone = list(found), set[str]()
+    for _ in range(_ROUNDS):
+        answer = _answer(left, effects, settings, near, helps)
+        if answer.clusters:
+            single = all(len(cluster.effects) == 1 for cluster in answer.clusters)
+            return Decision(
+                "effects" if single else "inseparable",
+                answer.clusters,
+                min(cluster.probability for cluster in answer.clusters),
+                answer.lacking,
+                answer.kept,
+            )
+        gone |= set(answer.refused)
+        left = _left(found, gone)
+        total = sum(one.probability for one in left)
+        if not answer.refused or total == 0.0 or _needed(found, left, gone, effects):
+            break
+        left = [replace(one, probability=one.probability / total) for one in left]
+    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    first = next(iter(sets), ())
+    unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
+    if unnamed >= settings.name_threshold:
+        return Decision("unknown", (), min(1.0, unnamed), True, ())
+    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """What the most probable set leads to: the causes that stand, and what was refused though it was probable."""
+
+    clusters: tuple[Cluster, ...]
+    kept: Key
+    refused: Key
+    lacking: bool
+    """Whether the model also lacks something that no effect describes."""
+
+
+def _answer(
+    found: Sequence[Hypothesis],
+    effects: Mapping[str, Effect],
+    settings: Settings,
+    near: Callable[[str, str], float],
+    helps: Callable[[str, Key], bool],
+) -> _Answer:
+    """Takes from the most probable set what is not probable by itself, and what does not predict."""
+    sets = answers(found)
     first: Key = next(iter(sets), ())
-    kept, refused = first, False
+    kept, refused = first, list[str]()
     clusters: list[Cluster] = []
     while kept:
         # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
         # that only together look like something else do not stand when one of them falls.
         gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
+        sure = {name: _without(found, one.effects, gone, effects) for name, one in candidates.items()}
         probable = [
             name
             for name in kept
-            if candidates[name].probability >= settings.name_threshold
-            and _without(found, candidates[name].effects, gone, effects) >= settings.name_threshold
-            and not (is_within(candidates[name].cause, _STRUCTURE) and _discrepancy(found, kept))
+            if min(candidates[name].probability, sure[name]) >= settings.name_threshold
+            and not (_is_structure(name, effects) and _discrepancy(found, kept))
         ]
         passing = tuple(name for name in probable if helps(name, kept))
-        refused |= len(passing) < len(probable)
+        refused += [name for name in probable if name not in passing]
         clusters = [
-            replace(one, probability=min(one.probability, _without(found, one.effects, gone, effects)))
-            for one in (candidates[name] for name in passing)
+            replace(candidates[name], probability=min(candidates[name].probability, sure[name])) for name in passing
         ]
         if passing == kept:
             break
         kept = passing
-    clusters = _merged(clusters, effects)
-    if clusters:
-        single = all(len(cluster.effects) == 1 for cluster in clusters)
-        return Decision(
-            "effects" if single else "inseparable",
-            tuple(clusters),
-            min(cluster.probability for cluster in clusters),
-            _discrepancy(found, kept) or any(is_within(effects[n].cause, _STRUCTURE) for n in set(first) - set(kept)),
-            kept,
-        )
-    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    unnamed = max(lacking, unknown + (sets[first] if refused and gap else 0.0))
-    if unnamed >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unnamed), True, ())
-    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+    lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
+    return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
+
+
+def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:
+    return is_within(effects[name].cause, _STRUCTURE)
 
 
 def _without(
     found: Sequence[Hypothesis], members: Sequence[str], gone: set[str], effects: Mapping[str, Effect]
 ) -> float:
-    """Probability that one of these effects acts, given that those that are gone do not.
-
-    0 where the trials need what is gone: it does not predict, so what they need has another name. A term of the hull's
-    forces has one: another form of the model.
-    """
-    left = [one for one in found if not gone & set(one.effects)]
-    total = sum(one.probability for one in left)
-    foreign = any(not is_within(effects[name].cause, _STRUCTURE) for name in gone)
-    if foreign and total < _NEEDED and _explained(left) < _MOST * _explained(found):
+    """Probability that one of these effects acts, given that those that are gone do not; 0 where they are needed."""
+    left = _left(found, gone)
+    if _needed(found, left, gone, effects):
         return 0.0
-    return sum(one.probability for one in left if set(members) & set(one.effects)) / total
+    total = sum(one.probability for one in left)
+    acting = sum(one.probability for one in left if set(members) & set(one.effects))
+    return acting / total if total > 0.0 else 0.0
+
+
+def _left(found: Sequence[Hypothesis], gone: set[str]) -> list[Hypothesis]:
+    """The hypotheses in which none of these effects acts."""
+    return [one for one in found if not gone & set(one.effects)]
+
+
+def _needed(
+    found: Sequence[Hypothesis], left: Sequence[Hypothesis], gone: set[str], effects: Mapping[str, Effect]
+) -> bool:
+    """Whether the trials need what is gone, so that it stands for something of another name.
+
+    They do where the hypotheses that are left are too improbable and explain too little. A term of the hull's forces
+    has another name already: another form of the model.
+    """
+    foreign = any(not _is_structure(name, effects) for name in gone)
+    total = sum(one.probability for one in left)
+    return foreign and total < _NEEDED and _explained(left) < _MOST * _explained(found)
 
 
 def _explained(found: Sequence[Hypothesis]) -> float:
