@@ -81,6 +81,9 @@ def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = 
     hashes = {name: digest_file(place / f"{name}.json") for name in names}
     write(place / MANIFEST, json.dumps({"program": program, "verdicts": hashes}, indent=1) + "\n")
     note(out, "diagnose", "end", {"program": program, "manifest": digest_file(place / MANIFEST)})
+    failed = sum(bool(json.loads((place / f"{name}.json").read_text(encoding="utf-8")).get("failed")) for name in names)
+    if failed:
+        print(f"{program}: ATTENTION: {failed} of {len(names)} cases ended in an error, see {errors}", flush=True)
     print(f"{program}: {len(missing)} verdicts in {time.perf_counter() - begin:.0f} s, hashed", flush=True)
 
 
