@@ -11,6 +11,8 @@ import pytest
 
 import seatruth
 
+LONG = ("seatruth.diagnosis.results", "seatruth.report.page")
+"""Modules whose examples take seconds."""
 MODULES = sorted(
     module.name
     for module in pkgutil.walk_packages(seatruth.__path__, "seatruth.")
@@ -18,7 +20,7 @@ MODULES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in MODULES])
 def test_examples_give_what_they_show(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # some examples write files
     result = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)

@@ -22,7 +22,12 @@ from seatruth.trials.trial import Trial
 class TestInstalled(EffectConformance):
     """The suite itself, on one effect of each kind; `test_effects_library` has them all on all models."""
 
-    @pytest.fixture(params=["current", "rudder_delay", "added_mass", "pitch_delay", "sloshing", "quantisation"])
+    @pytest.fixture(
+        params=[
+            *("current", "rudder_delay", "quantisation"),
+            *(pytest.param(name, marks=pytest.mark.slow) for name in ("added_mass", "pitch_delay", "sloshing")),
+        ]
+    )
     def effect(self, request: pytest.FixtureRequest) -> Effect:
         return available()[request.param]
 

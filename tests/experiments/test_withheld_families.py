@@ -122,6 +122,7 @@ def test_the_container_ship_is_stable_and_turns_and_zigzags_like_one(seed: int |
             assert 0.25 * angle < extreme - angle < most
 
 
+@pytest.mark.slow
 def test_a_current_is_the_same_in_both_codes() -> None:
     """Inertia of the water's share in a current, in the vertical plane: the library's effect beside reality's."""
     quiet = {name: Noise(1e-9, 0.0, 1.0) for name in TORPEDO.outputs}
@@ -139,6 +140,7 @@ def test_a_current_is_the_same_in_both_codes() -> None:
         assert np.abs(y[:, k] - record.clean[channel.name]).max() < 0.1 * TORPEDO.noise[channel.name], channel.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["twin", "frame"])
 def test_craft_with_thrusters_keep_their_course_turn_and_record_their_thrusters(name: str) -> None:
     family = FAMILIES[name]

@@ -127,6 +127,7 @@ def test_public_cases_differ_by_the_error_alone_and_name_none(quick: Path) -> No
 # --- who can read the anemometer ---
 
 
+@pytest.mark.slow
 @real
 def test_a_diagnosing_run_cannot_read_the_anemometer_though_its_study_names_it(quick: Path, tmp_path: Path) -> None:
     """The whole step, with a study changed to take the anemometer's files for its trials."""
@@ -159,6 +160,7 @@ def test_the_score_s_own_reader_of_the_wind_is_shut_off_there() -> None:
     assert of_run(run, DATA)["speed"] > 0.0
 
 
+@pytest.mark.slow
 def test_nothing_that_diagnoses_imports_the_anemometer() -> None:
     folder = ROOT / "experiments" / "withheld"
     blind = [folder / "blind.py", folder / "verdicts.py", folder / "seal.py", *(folder / "programs").glob("*.py")]
