@@ -38,6 +38,7 @@ _ANGLE = "rad"
 """Unit of what steers: it is never a drive, however long it was held."""
 _TRIM = 0.25
 """Part of the largest angle up to which a median is a trim; beyond it, most of the time was spent in turns. [S]"""
+YAW = "yaw thrust"
 _FEW = 3
 """Axes of thrusters up to which each has every manoeuvre; on more, turns one way, zigzags and staircases do. [S]"""
 _STILL = 1e-6
@@ -90,9 +91,12 @@ class Menu:
         thrusting = tuple(name for name in self.thrusters if name in self.drives)
         self.driving += [thrusting] if thrusting else []
         axes = thruster_layout(problem.study.model).axes if self.thrusters else {}
-        if thrusting:  # the manoeuvres of a drive hold surge
-            axes = {axis: shares for axis, shares in axes.items() if axis != "surge"}
-        self.axes = {axis: reach for axis, shares in axes.items() if (reach := self._along(shares))}
+        self.axes = {
+            f"{axis} thrust": reach
+            for axis, shares in axes.items()
+            if (reach := self._along(shares)) and not (thrusting and axis == "surge")
+        }
+        """Thrust along each axis: how far each input goes. The manoeuvres of a drive hold surge."""
         self.t = np.arange(0.0, self.pattern.duration - 0.5 * self.step, self.step)
         self.phases = {phase.name: phase for phase in self._phases()}
 
@@ -166,16 +170,15 @@ class Menu:
     def _phases(self) -> list[Phase]:
         found = [phase for group in self.steering for phase in self._steered(_words(group), self._reach(group))]
         for axis, reach in self.axes.items():
-            phases = self._steered(f"{axis} thrust", reach)
+            phases = self._steered(axis, reach)
             found += phases if len(self.axes) <= _FEW else [phases[0], phases[2], phases[5]]
         found += [self._one_by_one()] if self.thrusters else []
         for group in self.driving:
             found += self._driven(group)
             slow = {name: np.full(self.t.shape, _SLOW * self.usual[name]) for name in group}
-            turning = {axis: reach for axis, reach in self.axes.items() if axis == "yaw"}
-            turns = {_words(others): self._reach(others) for others in self.steering} | turning
-            for words, reach in turns.items():
-                for phase in self._steered(words if words not in turning else f"{words} thrust", reach)[:3]:
+            turning = {axis: reach for axis, reach in self.axes.items() if axis == YAW}
+            for words, reach in ({_words(others): self._reach(others) for others in self.steering} | turning).items():
+                for phase in self._steered(words, reach)[:3]:
                     text = f"{_words(group)} at {100 * _SLOW:.0f} %, {phase.text}"
                     lower = {n: slow[n] - self.usual[n] for n in slow if n in phase.inputs}
                     steered = {n: x + lower.get(n, 0.0) for n, x in phase.inputs.items()}
@@ -208,8 +211,9 @@ class Menu:
         return np.clip(order, -power, power)
 
     def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
-        """Manoeuvres of actuators that move together, so far each."""
+        """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
         t, half = self.t, self.seconds / 8.0
+        verb, full = ("step of", "as far as it went") if name in self.axes else ("turn by", "hard over")
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
 
         def moved(part: Array | float) -> dict[str, Array]:
@@ -217,9 +221,9 @@ class Menu:
             return {n: self._possible(n, usual[n] + size * part) for n, size in reach.items()}
 
         return [
-            Phase(f"turn by +{name}", f"{name} hard over and held", moved(1.0)),
-            Phase(f"turn by -{name}", f"{name} hard over to the other side and held", moved(-1.0)),
-            Phase(f"zigzag of {name}", f"{name} hard over, alternating every {half:.3g} s", moved(_square(t, half))),
+            Phase(f"{verb} +{name}", f"{name} {full} and held", moved(1.0)),
+            Phase(f"{verb} -{name}", f"{name} {full} to the other side and held", moved(-1.0)),
+            Phase(f"zigzag of {name}", f"{name} {full}, alternating every {half:.3g} s", moved(_square(t, half))),
             Phase(
                 f"small zigzag of {name}",
                 f"{name} at a quarter, alternating every {half / 2.5:.3g} s",
