@@ -7,29 +7,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-import pandas as pd
+import fake_parts
 
-from seatruth.diagnosis.results import (
-    ChannelNoise,
-    Coefficient,
-    Diagnosis,
-    Discrepancy,
-    EffectParameter,
-    EffectResult,
-    Fold,
-    Hypothesis,
-    Kind,
-    MenuEntry,
-    MissingForce,
-    MissingTerm,
-    NamedCause,
-    NextTrial,
-    Shares,
-    Validation,
-    Verdict,
-)
+from seatruth.diagnosis.parts import Coefficient
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import verdict_sentence
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, Kind, NamedCause, Verdict
 from seatruth.trials.finding import Finding
 
 KINDS = (
@@ -37,11 +20,8 @@ KINDS = (
     *("no_gap", "underpowered", "unknown", "unknown_small", "one_trial", "interrupted"),
 )
 """What `diagnosis` can make."""
-TRIALS = ("zigzag_20_20", "turn_35_port", "straight_run")
-CHANNELS = {"u": ("m/s", 0.02), "psi": ("rad", 0.002), "x": ("m", 0.5)}
 CURRENT = "environment.moving_water.uniform_current"
 FORCE = "environment.force_fixed_to_earth"
-T = tuple(float(t) for t in range(0, 101, 2))
 
 
 def diagnosis(kind: str = "effects") -> Diagnosis:
@@ -52,11 +32,11 @@ def diagnosis(kind: str = "effects") -> Diagnosis:
     }.get(kind, "effects")  # type: ignore[assignment]  # the literals above are kinds
     causes = _causes(kind)
     names = tuple(cause.effects[0] for cause in causes)
-    shares = _shares(kind)
-    validation = None if kind in ("one_trial", "interrupted") or not names else _validation(names, kind)
+    shares = fake_parts.shares(kind)
+    validation = None if kind in ("one_trial", "interrupted") or not names else fake_parts.validation(names, kind)
     discrepancy = kind == "with_discrepancy"
     p = {"no_gap": 0.62, "underpowered": 0.4, "unknown": 0.985, "unknown_small": 0.9}.get(kind, 0.97)
-    trials = TRIALS[:1] if kind == "one_trial" else TRIALS
+    trials = fake_parts.TRIALS[:1] if kind == "one_trial" else fake_parts.TRIALS
     sentence = verdict_sentence(verdict_kind, causes, p, discrepancy, shares, validation, one_trial=kind == "one_trial")
     effects = tuple(_effect(name, chance) for name, chance in sorted(_probabilities(kind), key=lambda entry: -entry[1]))
     named = [effect for effect in effects if effect.name in names]
@@ -77,18 +57,18 @@ def diagnosis(kind: str = "effects") -> Diagnosis:
         hypotheses=_hypotheses(kind, p, names),
         causes=_nodes(kind),
         places=_places(kind),
-        noise=_noise(),
+        noise=fake_parts.noise(),
         shares=shares,
         coefficients=(
             Coefficient("Y_v", "1", -0.315, 0.06, -0.331, 0.01),
             Coefficient("N_r", "1", -0.05, 0.01, -0.079, 0.002),
         ),
-        gap=_gap(trials, kind),
-        time=_time(trials, kind),
-        region=_region(kind),
-        discrepancy=_discrepancy(kind),
+        gap=fake_parts.gap_table(trials, kind),
+        time=fake_parts.time_table(trials, kind),
+        region=fake_parts.region_table(kind),
+        discrepancy=fake_parts.discrepancy(kind),
         validation=validation,
-        next_trial=None if kind in ("one_trial", "interrupted") else _next(kind),
+        next_trial=None if kind in ("one_trial", "interrupted") else fake_parts.next_trial(kind),
         augmented={
             "effects": list(names),
             "parameters": {f"{effect.name}_{q.name}": q.value for effect in named for q in effect.parameters},
@@ -111,7 +91,7 @@ def diagnosis(kind: str = "effects") -> Diagnosis:
             "cpu_s": 20.0,
             "fits": 18,
         },
-        traces=_traces(trials),
+        traces=fake_parts.traces(trials),
         findings=[Finding("warning", "few-headings", "All trials keep to one course.", "the study", "Sail another.")],
         provenance={"seatruth": "0.0.0", "time_utc": "2026-01-02T03:04:05Z"},
     )
@@ -132,23 +112,6 @@ def _places(kind: str) -> dict[str, float]:
         return {"yaw": 0.97, "sway": 0.97, "surge": 0.97, "kinematics": 0.03, "sensor:psi": 0.005}
     bias = 0.95 if kind in ("two_causes", "only_small") else 0.005
     return {"kinematics": 0.97, "sensor:psi": bias, "surge": 0.04, "sway": 0.04, "actuator:delta": 1e-5}
-
-
-def _noise() -> tuple[ChannelNoise, ...]:
-    return tuple(
-        ChannelNoise(name, unit, sd, sd if name == "x" else 0.0, 8.0, math.nan, 150)
-        for name, (unit, sd) in CHANNELS.items()
-    )
-
-
-def _time(trials: Sequence[str], kind: str) -> pd.DataFrame:
-    rows = []
-    for n, trial in enumerate(trials):
-        for k in range(4):
-            row = {"trial": trial, "from_s": 25.0 * k, "to_s": 25.0 * (k + 1), "n": 36, "p": 0.5 if k == 0 else 1e-6}
-            row |= {"misfit": 1.0 + 20.0 * k * (n == 1), "p_adjusted": row["p"]}
-            rows.append(row | {"significant": n == 1 and k > 0 and kind != "no_gap"})
-    return pd.DataFrame(rows)
 
 
 def named(
@@ -261,102 +224,3 @@ def _hypotheses(kind: str, p: float, names: tuple[str, ...]) -> tuple[Hypothesis
         Hypothesis(key, extra, 60.0 - 10.0 * k, -1.6, chance, settled=k < 4)
         for k, ((key, extra), chance) in enumerate(zip(keys, left))
     )
-
-
-def _shares(kind: str) -> Shares:
-    if kind in ("no_gap", "unknown_small", "underpowered", "only_small"):
-        return Shares(0.4, 0.58, 0.0, 0.02, 2.5, 1.05, 1.05)
-    if kind == "unknown":
-        return Shares(0.1, 0.2, 0.0, 0.7, 10.0, 8.0, 8.0)
-    return Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.5)
-
-
-def _validation(names: tuple[str, ...], kind: str) -> Validation:
-    poor = kind == "not_predictive"
-    folds = tuple(Fold(trial, names, 2.8, 2.9 if poor else 1.1, 2.6, -0.5 if poor else 10.0) for trial in TRIALS)
-    if poor:
-        return Validation(folds, 0.08, -0.4, 0.56, 0.1)
-    return Validation(folds, 0.93, 0.85, 1.0, 0.12)
-
-
-def _gap(trials: Sequence[str], kind: str) -> pd.DataFrame:
-    large = kind not in ("no_gap", "unknown_small", "underpowered", "only_small")
-    multiples = {"before": 4.0, "refit": 3.0 if large else 1.02, "effects": 3.0 if kind == "unknown" else 1.01}
-    rows = []
-    for trial in trials:
-        for channel, (unit, noise) in CHANNELS.items():
-            row: dict[str, Any] = {"trial": trial, "channel": channel, "unit": unit, "n": 50, "noise": noise}
-            row |= {f"rmse_{fit}": noise * m for fit, m in multiples.items()}
-            rows.append(row | {f"multiple_{fit}": m for fit, m in multiples.items()})
-    return pd.DataFrame(rows)
-
-
-def _region(kind: str) -> pd.DataFrame:
-    rows = []
-    for k, cell in enumerate(("north", "east", "south", "west")):
-        row = {"variable": "heading", "unit": "rad", "cell": cell, "from": k * math.pi / 2, "to": (k + 1) * math.pi / 2}
-        rows.append(row | {"n": 40, "misfit": 1.0 + 5.0 * k})
-    for k in range(2):
-        row = {"variable": "speed", "unit": "m/s", "cell": "", "from": 0.5 * k, "to": 0.5 * (k + 1)}
-        rows.append(row | {"n": 40, "misfit": 2.0})
-    for row in rows:
-        row["p"] = row["p_adjusted"] = 0.001 if row["misfit"] > 10.0 else 0.4
-        row["significant"] = row["misfit"] > 10.0 and kind != "no_gap"
-    return pd.DataFrame(rows)
-
-
-def _discrepancy(kind: str) -> Discrepancy:
-    grave = kind in ("with_discrepancy", "unknown")
-    forces = tuple(
-        MissingForce(trial, "yaw", T, tuple(0.001 * math.sin(t / 9.0) for t in T), (3e-4,) * len(T), "rad/s^2")
-        for trial in TRIALS
-    )
-    terms = (
-        MissingTerm("yaw", "v r / U^2", 0.25, 0.02, "rad/s^2"),
-        MissingTerm("yaw", "1", -0.02, 0.004, "rad/s^2"),
-    )
-    sizes = {"yaw": 0.21, "sway": 0.03, "surge": 0.0} if grave else {"yaw": 0.002, "sway": 0.0, "surge": 0.0}
-    return Discrepancy(sizes, forces if grave else (), terms if grave else (), 24.0 if grave else -3.0)
-
-
-def _next(kind: str) -> NextTrial:
-    helps = kind in ("inseparable", "effects", "underpowered")
-    track = {"x": T, "y": tuple(10.0 * math.sin(t / 30.0) for t in T), "psi": tuple(t / 100.0 for t in T)}
-    pair = ("wind", "wave_drift")
-    menu = (
-        MenuEntry(
-            "turn by +delta", "rudder hard over to starboard", 100.0 if helps else 4.0, 8.0 if helps else 1.0, pair
-        ),
-        MenuEntry("zigzag 10/10", "rudder 10 deg to each side", 9.0 if helps else 4.0, 2.2 if helps else 1.0, pair),
-    )
-    none: dict[str, tuple[float, ...]] = {}
-    return NextTrial(
-        manoeuvre="turn by +delta" if helps else "",
-        text="rudder hard over to starboard" if helps else "",
-        survivors=("wind", "wave_drift", "unknown"),
-        noncentrality_now=4.0,
-        noncentrality_then=100.0 if helps else 4.0,
-        gain=8.0 if helps else 1.0,
-        menu=menu,
-        t=T if helps else (),
-        inputs={"delta": tuple(0.6 * (t > 10.0) for t in T)} if helps else none,
-        motion=track if helps else none,
-        units={"delta": "rad", "x": "m", "y": "m", "psi": "rad"},
-    )
-
-
-def _traces(trials: Sequence[str]) -> pd.DataFrame:
-    rng = np.random.default_rng(0)
-    parts = []
-    for trial in trials:
-        for channel, (_, noise) in CHANNELS.items():
-            t = np.array(T)
-            gap = 3.0 * noise * np.sin(t / 20.0)
-            values = {
-                "measured": gap + noise * rng.normal(size=t.size),
-                "before": -gap,
-                "refit": 0.0 * t,
-                "effects": gap,
-            }
-            parts.append(pd.DataFrame({"trial": trial, "t": t, "channel": channel, **values}))
-    return pd.concat(parts, ignore_index=True)

@@ -48,7 +48,9 @@ ELSEWHERE = {
         "simulate/compiler/derivatives",
         "simulate/compiler/graph",
         "simulate/compiler/lowering",
+        "simulate/compiler/node",
         "simulate/compiler/operations",
+        "simulate/compiler/simplify",
     ),
     # Stages of the compiler, tested by the kernel that comes out.
     "simulate/test_simulate_compiler_cache.py": (
@@ -56,8 +58,8 @@ ELSEWHERE = {
         "simulate/compiler/llvm_ir",
         "simulate/compiler/machine_code",
     ),
-    # The kernel of the derivatives, tested by the derivatives.
-    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation",),
+    # What the derivatives are made of, tested by the derivatives.
+    "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation", "simulate/compiler/system"),
     # Stages of the simulation, tested by its outputs.
     "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
     # A user's simulator, run one call after another.
@@ -75,6 +77,8 @@ ELSEWHERE = {
     ),
     # What a command does is tested as a user calls it; errors by what it then says.
     "test_cli.py": ("commands/*", "__main__", "errors"),
+    "test_init_command.py": ("commands/init",),
+    "test_list_command.py": ("commands/list_installed",),
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
@@ -101,12 +105,17 @@ ELSEWHERE = {
         "diagnosis/noise_sharing",
         "diagnosis/screening",
     ),
+    "diagnosis/test_diagnosis_sizes.py": ("diagnosis/size_search",),
+    # What the tables of a diagnosis are made of.
+    "diagnosis/test_diagnosis_assembly.py": ("diagnosis/gap", "diagnosis/information"),
+    # The layout of diagnosis.json, tested by what is saved and loaded.
+    "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
     "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
     "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
-    "models/test_model_registry.py": ("models/registry", "models/user_file"),
+    "models/test_model_registry.py": ("models/registry", "models/user_file", "plugins"),
     "optimizers/test_checkpoint.py": ("optimizers/journal",),
     "optimizers/test_driver.py": ("optimizers/base", "optimizers/budget", "optimizers/evaluator", "optimizers/problem"),
     # Recognising a file, and what a log then is to a study.
@@ -139,7 +148,7 @@ ELSEWHERE = {
     "sample/test_sample.py": ("sample/make",),
     "storage/test_storage_checkpoint.py": ("storage/checksum", "storage/lock"),
     "study/test_study_expressions.py": ("study/validation",),
-    "study/test_study_parse.py": ("study/reference", "study/schema"),
+    "study/test_study_parse.py": ("study/reference", "study/schema", "study/schema_base", "study/schema_trials"),
     "study/test_study_parts.py": (
         "study/build",
         "study/load",
@@ -179,6 +188,7 @@ ELSEWHERE = {
     ),
     "trials/test_trials_read.py": (
         "trials/channel",
+        "trials/columns",
         "trials/condition",
         "trials/finding",
         "trials/places",

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from known_glide import TRUE, study
 
-from seatruth import Budget, ProgressEvent, compare, identify
+from seatruth import Budget, ProgressEvent, compare, identify, load_study, sample
+from seatruth.commands import progress
 from seatruth.comparison import Comparison, Noise, Problem
 from seatruth.progress import remaining
 
@@ -41,6 +42,24 @@ def test_time_to_go_is_that_of_equal_units() -> None:
     assert remaining(2, 10, 3.0) == 12.0
     assert ProgressEvent("x", 3, 9).left == 6
     assert ProgressEvent("x", 3).left is None
+
+
+def test_loading_a_study_reports_each_log() -> None:
+    events: list[ProgressEvent] = []
+    loaded = load_study(sample.FOLDER / "study.toml", progress=events.append)
+    read = dict.fromkeys(event.stage for event in events)
+    assert list(read) == [f"Reading {Path(trial.source).name}" for trial in (*loaded.trials, *loaded.holdout)]
+    assert [event.done for event in events if event.done == event.total] == [100] * len(read)
+
+
+def test_a_command_shows_how_far_its_logs_are_read(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "_LOG_EVERY_S", 0.0)
+    progress.load_study(sample.FOLDER / "study.toml")
+    assert "Reading zigzag_20_20.csv: 100 of 100 percent" in capsys.readouterr().err
+    progress.load_study(sample.FOLDER / "study.toml", quiet=True)
+    assert capsys.readouterr().err == ""
 
 
 def test_identify_reports_every_stage() -> None:

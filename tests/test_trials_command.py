@@ -165,6 +165,9 @@ def test_events_come_from_a_file(study: Path, capsys: pytest.CaptureFixture[str]
     Path("events.txt").write_text("# marks of the crew\n100.0 zigzag begins\n\n300.0\n")
     code, out, _ = run(capsys, "day.csv", "--by", "events", "--events", "events.txt")
     assert (code, out.count("[[trials]]")) == (0, 3)
+    Path("events.txt").write_bytes(b"\xff\xfe1\x002\x00")
+    code, _, said = run(capsys, "day.csv", "--by", "events", "--events", "events.txt")
+    assert (code, "events.txt: it is not UTF-8 text" in said) == (2, True)
 
 
 def test_the_map_shows_every_stretch(study: Path, capsys: pytest.CaptureFixture[str]) -> None:

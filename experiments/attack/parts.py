@@ -39,7 +39,7 @@ def cases_of(part: str, quick: bool, asked: int | None) -> int:
 
 def in_own_process(part: str, cases: int, seed: int, out: Path, guided: bool) -> Tally:
     """Runs a part; a process that ends without an answer is itself what gave way."""
-    answer = out / f"{part.replace(':', '').replace(',', '').replace(' ', '_')}.json"
+    answer = _answer(part, out)
     answer.unlink(missing_ok=True)
     line = [sys.executable, "-P", "-W", "ignore", str(Path(__file__).parent), "--part", part, "--cases", str(cases)]
     begun = time.perf_counter()
@@ -66,8 +66,12 @@ def run(part: str, cases: int, seed: int, out: Path, guided: bool) -> None:
             tally = _tally(part, cases, seed, place, out / "gave way", guided)
     finally:
         shutil.rmtree(place, ignore_errors=True)
-    name = part.replace(":", "").replace(",", "").replace(" ", "_")
-    (out / f"{name}.json").write_text(json.dumps(dataclasses.asdict(tally)))
+    _answer(part, out).write_text(json.dumps(dataclasses.asdict(tally)))
+
+
+def _answer(part: str, out: Path) -> Path:
+    """The file in which a part's process leaves its tally."""
+    return out / f"{part.replace(':', '').replace(',', '').replace(' ', '_')}.json"
 
 
 def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, guided: bool) -> Tally:

@@ -4,12 +4,15 @@ Input is one table of hypotheses for each case, as the diagnosis wrote it beside
 also lacks something that no effect describes (discrepancy), log-evidence, log-prior. Nothing else of the diagnosis is
 used. The posterior of a hypothesis with n effects is proportional to
 
-    exp(log_evidence / temperature + log_prior + kind[n] + discrepancy (log_odds - occam [n > 0])),
+    exp(log_evidence / T + log_prior + kind[n] + discrepancy (log_odds - occam [n > 0])),
+    T = temperature + model_form explained,
 
-`temperature` for what the evidence leaves out (an approximate noise model overstates it), `kind` for the shares of
-answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside effects. The constants
-maximise the mean log probability of the truth; how well that holds on other cases is said by cross-validation over
-cases. The naming threshold is the lowest probability from which the named answers are wrong in at most `WRONG`.
+`temperature` for what the evidence leaves out (an approximate noise model overstates it), `model_form` for what it
+leaves out the more of, the more nats the best hypothesis explains (see `seatruth.diagnosis.posterior.temperature_of`),
+`kind` for the shares of answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside
+effects. The constants maximise the mean log probability of the truth; how well that holds on other cases is said by
+cross-validation over cases. The naming threshold is the lowest probability from which the named answers are wrong in at
+most `WRONG`. `settings` are the same constants as the diagnosis takes them (`seatruth.diagnosis.Settings`).
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from seatruth.diagnosis import Settings
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
@@ -35,6 +39,8 @@ from withheld.seal import commit, write
 FOLDS = 5
 WRONG = 0.02
 """Share of the named answers that may be wrong."""
+START = 0.003
+"""Where the search for `model_form` begins: a form that is 5 % off leaves 0.05^2 of its signature to its rivals."""
 WIDTH = 2.0
 """Standard deviation (nats) of the weak normal prior that keeps constants of which few cases tell near 0."""
 FLOOR = 1e-6
@@ -44,9 +50,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Constants:
-    """The constants of the decision; all but the temperature are in nats."""
+    """The constants of the decision; all but the first two are in nats."""
 
     temperature: float = 1.0
+    model_form: float = 0.0
+    """Added to the temperature for each nat that the best hypothesis explains."""
     log_odds: float = 0.0
     """Of a discrepancy."""
     occam: float = 0.0
@@ -72,6 +80,8 @@ class Case:
     """Whether an answer (by number) names an effect."""
     right: NDArray[np.bool_]
     """Whether an answer is the truth."""
+    explained: float = 0.0
+    """Log-evidence (nats) of the best hypothesis over the one without effects that has its discrepancy."""
 
 
 def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any]:
@@ -83,16 +93,18 @@ def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any
     cases = [table(truths[name], own) for name, own in verdicts.items() if own.get("hypotheses")]
     if len(cases) < FOLDS:
         raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
+    before = _settings(list(verdicts.values()), out)
     constants = fit(cases)
     left_out = cross_validated(cases, seed)
-    before = Constants()
+    diagnosed = Constants(before.temperature, before.model_form)
     content = {
         "constants": asdict(constants),
+        "settings": as_settings(constants, before),
         "threshold": threshold([one for case in cases for one in named_answers(case, constants)]),
         "cases": len(cases),
         "set": {"hash": _hash(out, program), "seed": settings["seed"], "commit": commit(), "folds_seed": seed},
         "log_score": {
-            "as_diagnosed": float(np.mean([log_score(case, before) for case in cases])),
+            "as_diagnosed": float(np.mean([log_score(case, diagnosed) for case in cases])),
             "fitted": float(np.mean([log_score(case, constants) for case in cases])),
             "cross_validated": float(np.mean(left_out)),
             "standard_error": float(np.std(left_out, ddof=1) / math.sqrt(len(left_out))),
@@ -125,14 +137,23 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         np.array([answers.index(key) for key in keys], dtype=np.intp),
         np.array([bool(key) and key != (UNKNOWN,) for key in answers]),
         np.array([key in accepted for key in answers]),
+        _explained(rows),
     )
+
+
+def _explained(rows: Sequence[Mapping[str, Any]]) -> float:
+    best = max(rows, key=lambda row: float(row["log_evidence"]))
+    alone = [row for row in rows if not row["effects"]]
+    same = [row for row in alone if row["discrepancy"] == best["discrepancy"]] or alone
+    return max(0.0, float(best["log_evidence"]) - min(float(row["log_evidence"]) for row in same)) if same else 0.0
 
 
 def posterior(case: Case, constants: Constants) -> Array:
     """Probability of each answer, (answers,)."""
     kind = np.array([constants.none, 0.0, constants.two, constants.more])[np.minimum(case.count, 3)]
     beside = constants.log_odds - constants.occam * (case.count > 0)
-    log = case.log_evidence / constants.temperature + case.log_prior + kind + case.discrepancy * beside
+    temperature = constants.temperature + constants.model_form * case.explained
+    log = case.log_evidence / temperature + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())
 
@@ -147,13 +168,41 @@ def fit(cases: Sequence[Case]) -> Constants:
     """The constants of the largest mean log score, with a weak prior about no change."""
 
     def constants(x: Array) -> Constants:
-        return Constants(float(np.exp(x[0])), *(float(value) for value in x[1:]))
+        return Constants(float(np.exp(x[0])), START * float(np.exp(x[1])), *(float(value) for value in x[2:]))
 
     def loss(x: Array) -> float:
         return -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float(x @ x) / WIDTH**2
 
-    found = minimize(loss, np.zeros(6), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
+    found = minimize(loss, np.zeros(7), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
     return constants(np.asarray(found.x, dtype=np.float64))
+
+
+def _settings(verdicts: Sequence[Mapping[str, Any]], out: Path) -> Settings:
+    """The settings with which the tables were made; BadInput where they differ between cases."""
+    used = [json.dumps(own["settings"], sort_keys=True) for own in verdicts if own.get("settings")]
+    if len(set(used)) > 1:
+        raise BadInput("its cases were diagnosed with several settings", where=str(out), do="Diagnose it anew.")
+    given = json.loads(used[0]) if used else {}
+    return Settings(**{name: tuple(v) if isinstance(v, list) else v for name, v in given.items()})
+
+
+def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
+    """The constants as the diagnosis takes them, where the tables were made with the settings `before`."""
+    off = 1.0 - before.prior_discrepancy
+    on = before.prior_discrepancy * math.exp(constants.log_odds - constants.occam)
+    kind = [0.0, constants.two, constants.more]
+    sets = [share * math.exp(more) * (off + on) for share, more in zip(before.prior_sets, kind, strict=True)]
+    none = before.prior_none * math.exp(constants.none)
+    unknown = before.prior_unknown * math.exp(constants.log_odds + constants.none)
+    total = none + unknown + sum(sets)
+    return {
+        "temperature": constants.temperature,
+        "model_form": constants.model_form,
+        "prior_none": none / total,
+        "prior_unknown": unknown / total,
+        "prior_sets": [share / total for share in sets],
+        "prior_discrepancy": on / (off + on),
+    }
 
 
 def cross_validated(cases: Sequence[Case], seed: int) -> list[float]:

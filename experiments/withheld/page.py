@@ -52,7 +52,7 @@ def write_page(out: Path, pairs: Mapping[str, Sequence[Pair]]) -> None:
     end = max(datetime.fromisoformat(line["time"]) for line in content["log"])
     facts = [
         ("Set", SETS[content["set"]]),
-        ("Cases", f"{len(cases)}, synthetic"),
+        ("Cases", f"{len(cases)} of {content['sealed']} that are sealed, synthetic"),
         ("Families", ", ".join(sorted({case["family"] for case in cases}))),
         ("Commit of the diagnosis", commit_of(content["log"], first)),
         ("Scored", f"{end:%Y-%m-%d}"),

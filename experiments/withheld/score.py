@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,6 +15,7 @@ from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from seatruth.errors import BadInput
+from seatruth.progress import remaining
 from withheld.commits import doubts
 from withheld.diagnose import MANIFEST
 from withheld.generate import ASIDE
@@ -97,7 +99,7 @@ def pairs_of(
         for name, file in kept.items()
         if not file.exists()
     ]
-    Parallel(n_jobs=max(1, min(workers, len(jobs))))(delayed(_next_judged)(*job) for job in jobs)
+    _at_once([delayed(_next_judged)(*job) for job in jobs], workers, f"{program}: suggested trials")
     found: list[Pair] = []
     for name, own in verdicts.items():
         truth = {**truths[name], "aside": truths[name]["family"] in ASIDE}
@@ -134,10 +136,18 @@ def limits(out: Path, truths: Mapping[str, dict[str, Any]], workers: int) -> dic
     place = out / "sealed" / LIMIT
     place.mkdir(exist_ok=True)
     missing = [name for name in truths if not (place / f"{name}.json").exists()]
-    Parallel(n_jobs=max(1, min(workers, len(missing))))(
-        delayed(_limit_kept)(truths[name], out / "public" / name, place / f"{name}.json") for name in missing
-    )
+    jobs = [delayed(_limit_kept)(truths[name], out / "public" / name, place / f"{name}.json") for name in missing]
+    _at_once(jobs, workers, "the limit")
     return {name: json.loads((place / f"{name}.json").read_text(encoding="utf-8")) for name in truths}
+
+
+def _at_once(jobs: Sequence[Any], workers: int, what: str) -> None:
+    """Runs jobs in so many processes, and says how far they are and how long it will take."""
+    begin = time.perf_counter()
+    done = Parallel(n_jobs=max(1, min(workers, len(jobs))), return_as="generator_unordered")(jobs)
+    for number, _ in enumerate(done, 1):
+        left = remaining(number, len(jobs), time.perf_counter() - begin)
+        print(f"[{number}/{len(jobs)}] {what}, {0.0 if left is None else left / 60.0:.0f} min to go", flush=True)
 
 
 def _limit_kept(truth: Mapping[str, Any], public: Path, kept: Path) -> None:
@@ -166,7 +176,9 @@ def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
         raise BadInput("nothing was diagnosed", where=str(out), do="Run generate and diagnose first.")
     hashed = {name: digest_file(out / "verdicts" / name / MANIFEST) for name in names if name not in INSIDERS}
     note(out, "score", "begin", {"manifests": hashed})
-    truths = opened(out)
+    sealed = opened(out)
+    # Of a set that was diagnosed in part, everybody is asked about the same part.
+    truths = {name: sealed[name] for name in sorted({name for own in hashed for name in said(out, own)})}
     pairs = {name: pairs_of(out, name, truths, referee=True, workers=workers) for name in names}
     prior, best = ({truth["case"]: own for truth, own in pairs.get(name, [])} for name in ("prior", LIMIT))
     table = {name: encoded(measures(of, prior, best)) for name, of in pairs.items()}
@@ -189,6 +201,7 @@ def score(out: Path, workers: int = 1) -> dict[str, list[Pair]]:
     settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
     content = {
         "synthetic": True, **settings, "first": first, "programs": table, "parts": parts, "cases": cases,
+        "sealed": len(sealed),
         "doubts": doubts(log(out), [name for name in names if name not in INSIDERS]), "log": log(out),
     }  # fmt: skip
     write(out / "score.json", json.dumps(content, indent=1) + "\n")

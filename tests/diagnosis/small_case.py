@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
@@ -99,6 +101,16 @@ def problem(
 ) -> Problem:
     """The problem of diagnosing some trials."""
     return Problem(study(folder, runs), load_effects(effects, folder), settings or Settings(), threads=1)
+
+
+def diagnosed(folder: Path, runs: Sequence[Trial], *, suggest: bool = False, **options: Any) -> Diagnosis:
+    """The diagnosis, without the next trial unless it is asked for: that takes most of the time."""
+    return diagnose(study(folder, runs), EFFECTS, threads=1, suggest=suggest, **options)
+
+
+def codes(found: Diagnosis) -> set[str]:
+    """Codes of the findings."""
+    return {finding.code for finding in found.findings}
 
 
 def shortened(runs: Sequence[Trial], samples: int) -> list[Trial]:

@@ -8,8 +8,8 @@ import pytest
 
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.results import Hypothesis
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
 
 SETTINGS = Settings()
@@ -168,3 +168,53 @@ def test_what_needs_an_effect_that_is_refused_falls_with_it() -> None:
     stands = ((("current", "wind"), 0.80), (("current",), 0.19), ((), 0.01))
     said = decided(*stands, refused=("wind",))
     assert [cause.effects for cause in said.clusters] == [("current",)]
+
+
+def test_a_term_of_the_hull_that_is_refused_takes_nothing_with_it() -> None:
+    """It stands for another form of the model, beside which the other effect is as sure as before."""
+
+    def said(second: str) -> Decision:
+        sets = [(("gyro_bias", second), 31.0, 0.9998), (("gyro_bias",), 16.0, 1.5e-4), ((), 0.0, 5e-5)]
+        return decide(
+            [Hypothesis(key, False, evidence, 0.0, p, True) for key, evidence, p in sets],
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: name != second,
+            underpowered=False,
+        )
+
+    left = said("munk")
+    assert (left.kind, [cause.effects for cause in left.clusters]) == ("effects", [("gyro_bias",)])
+    assert left.clusters[0].probability == pytest.approx(0.75)
+    assert left.discrepancy
+    assert said("current").kind == "unknown"
+
+
+def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
+    """A current beside a delay leads and predicts nothing; the wind that comes after them does."""
+    sets = [(("current", "rudder_delay"), 14.0, 0.9), (("wind",), 11.5, 0.08), ((), 0.0, 0.02)]
+    found = [Hypothesis(key, False, evidence, 0.0, p, True) for key, evidence, p in sets]
+
+    def said(refused: tuple[str, ...]) -> Decision:
+        return decide(
+            found,
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: name not in refused,
+            underpowered=False,
+        )
+
+    second = said(("current", "rudder_delay"))
+    assert (second.kind, [cause.effects for cause in second.clusters]) == ("effects", [("wind",)])
+    assert second.probability == pytest.approx(0.8)
+    assert said(("current", "rudder_delay", "wind")).kind == "unknown"
+
+
+def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None:
+    said = decided((("current",), 0.6), (("trial_current",), 0.35), ((), 0.05))
+    assert [cause.effects for cause in said.clusters] == [("current",)]
+    assert said.clusters[0].probability == pytest.approx(0.95)
+    other = decided((("trial_current",), 0.6), (("current",), 0.35), ((), 0.05))
+    assert other.clusters[0].effects == ("trial_current", "current")

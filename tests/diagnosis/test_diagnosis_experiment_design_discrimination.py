@@ -73,7 +73,7 @@ def test_it_is_the_misfit_that_refitting_a_rival_leaves(found: Search) -> None:
             step = Likelihood(clean, clean.linearize(point, PAIR[1:])).solve(sizes, PAIR[1:])
             point = clean.moved(point, step.shared, step.local)
         errors = clean.errors(point) / np.exp(sizes.white)[clean.channel_of]
-        active = clean.active(PAIR[1:])
+        active = clean.active(PAIR[1:], discrepancy=True)
         active = active[~np.isin(active, clean.terms)]
         prior = ((point.shared - clean.mean) / clean.sd)[active]
         assert sizes.shape == (0, 0)

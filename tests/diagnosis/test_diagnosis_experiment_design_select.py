@@ -10,7 +10,7 @@ import small_case as small
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
 from seatruth.diagnosis.experiment_design.select import next_trial
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.results import NextTrial
+from seatruth.diagnosis.parts import NextTrial
 from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 
@@ -26,9 +26,7 @@ def found(ship_folder: Path) -> Search:
 
 @pytest.fixture(scope="module")
 def suggested(found: Search) -> NextTrial:
-    suggestion = next_trial(found, CHANCES, small.silent)
-    assert suggestion is not None
-    return suggestion
+    return next_trial(found, CHANCES, small.silent)
 
 
 def test_the_suggestion_is_the_best_of_the_menu(suggested: NextTrial) -> None:
@@ -70,7 +68,6 @@ def test_none_is_suggested_where_nothing_helps(ship_folder: Path, offset_runs: l
     problem = small.problem(ship_folder, offset_runs[:2], ["rudder_offset", "twin.py:Twin"])
     twins = search(problem, small.silent)
     suggestion = next_trial(twins, {"rudder_offset": 0.5, "twin": 0.5}, small.silent)
-    assert suggestion is not None
     assert suggestion.manoeuvre == ""
     assert suggestion.text
     assert suggestion.noncentrality_then == suggestion.noncentrality_now

@@ -103,3 +103,23 @@ def test_a_channel_that_no_trial_recorded(ship_folder: Path, plain_runs: list[Tr
     problem = small.problem(ship_folder, bare)
     table = by_channel(problem, np.array([0.001, math.nan]), {"before": problem.start})
     assert set(table["channel"]) == {"r"}
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_run_that_diverges_is_as_far_off_as_can_be_and_in_no_cell(found: Search) -> None:
+    """A rudder gain of 1e300: states overflow, or would when they are squared."""
+    problem = found.problem
+    shared = found.null.point.shared.copy()
+    shared[[q.name for q in problem.unknowns].index("K")] = 1e300
+    point = dataclasses.replace(found.null.point, shared=shared)
+    errors = problem.errors(point)
+    assert np.isinf(errors).any()
+    assert all(np.isfinite(values).all() or np.isnan(values).any() for values in problem.states(point))
+    white = whitened(problem, errors, found.null.sizes)
+    assert not np.isnan(white).any()
+    table = by_channel(problem, noise_deviation(problem, found.null.sizes), {"refit": point})
+    assert np.isinf(table["rmse_refit"]).any()
+    times = in_time(problem, white)
+    assert np.isinf(times["misfit"]).any()
+    assert times.loc[np.isinf(times["misfit"]), "significant"].all()
+    assert not in_region(problem, white, point)["p"].isna().any()

@@ -33,6 +33,16 @@ def test_a_short_trial_is_refused(ship_folder: Path, plain_runs: list[Trial]) ->
     assert "Leave it out" in str(said.value)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_value_whose_square_no_number_holds_is_refused(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    r = np.asarray(plain_runs[1].outputs["r"]).copy()
+    r[3], r[4] = math.inf, 1e160
+    wild = dataclasses.replace(plain_runs[1], outputs={**plain_runs[1].outputs, "r": r})
+    with pytest.raises(BadInput, match=r"1e\+160") as said:
+        require_trials(small.study(ship_folder, [plain_runs[0], wild]))
+    assert "trial 'run_1', channel 'r', t = 4 s" in str(said.value)
+
+
 def test_effects_that_cannot_act_are_left_out_with_the_reason(ship_folder: Path, plain_runs: list[Trial]) -> None:
     usable, reasons = usable_effects(small.study(ship_folder, plain_runs), None)
     assert set(small.EFFECTS) <= {effect.name for effect in usable}

@@ -14,7 +14,8 @@ import pandas as pd
 import pytest
 import results_table
 
-from seatruth.diagnosis.results import FORMAT, NAME, TRACES, UNKNOWN, Diagnosis, towards
+from seatruth.diagnosis.results import FORMAT, NAME, TRACES, Diagnosis
+from seatruth.diagnosis.verdict import UNKNOWN
 from seatruth.errors import BadInput
 from seatruth.estimate import encoded
 from seatruth.storage.sealed import sealed, unsealed
@@ -141,11 +142,6 @@ def test_it_shows_itself_in_a_terminal_and_a_notebook() -> None:
     shown = diagnosis._repr_html_()
     assert "<b>a study" not in shown
     assert "&lt;b&gt;a study" in shown
-
-
-def test_components_as_size_and_direction() -> None:
-    assert towards({"north": (0.0, 0.1), "east": (0.3, 0.1)}).endswith("towards 90 +- 19 deg")
-    assert towards({"angle": (0.1, 0.1)}) == ""
 
 
 def test_the_page_holds_the_table_made_from_the_docstrings() -> None:

@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis import hypothesis_fits
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis import hypothesis_fits, noise_sharing
+from seatruth.diagnosis import search as search_module
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import Sizes
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 
@@ -31,7 +35,7 @@ ACTING: Mapping[str, tuple[str, float]] = {
 
 
 def test_the_effect_that_acts_has_the_highest_evidence(found: Search) -> None:
-    assert found.sets()[0] == ("rudder_offset",)
+    assert found.leader.effects == ("rudder_offset",)
     assert found.evidence(("rudder_offset",)) > found.fits[(), False].evidence + 20.0
     assert found.evidence(("rudder_offset",)) > found.null.evidence
     assert not found.failed
@@ -43,7 +47,7 @@ def test_other_effects_too(ship_folder: Path, name: str) -> None:
     parameter, value = ACTING[name]
     runs = small.trials(ship_folder, {parameter: value}, specs=[name])
     other = search(small.problem(ship_folder, runs), small.silent)
-    assert other.sets()[0] == (name,)
+    assert other.leader.effects == (name,)
 
 
 def test_all_singles_and_the_model_alone_are_fitted_both_ways(found: Search) -> None:
@@ -80,7 +84,7 @@ def test_two_effects_that_act_are_found_together(ship_folder: Path) -> None:
         ship_folder, {"rudder_offset_angle": 0.02, "gyro_bias_b": 0.003}, specs=["rudder_offset", "gyro_bias"]
     )
     both = search(small.problem(ship_folder, runs), small.silent)
-    assert both.sets()[0] == ("gyro_bias", "rudder_offset")
+    assert both.leader.effects == ("gyro_bias", "rudder_offset")
 
 
 def test_the_setting_bounds_the_size_of_a_set(ship_folder: Path) -> None:
@@ -158,8 +162,8 @@ def test_an_effect_that_makes_the_model_diverge_does_not_win(ship_folder: Path, 
     (ship_folder / "explodes.py").write_text(EXPLODES)
     problem = small.problem(ship_folder, offset_runs, ["explodes.py:Explodes", *small.EFFECTS])
     other = search(problem, small.silent)
-    assert "explodes" not in other.sets()[0]
-    assert "rudder_offset" in other.sets()[0]
+    assert "explodes" not in other.leader.effects
+    assert "rudder_offset" in other.leader.effects
 
 
 def test_a_hypothesis_whose_algebra_fails_is_set_aside(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,3 +176,24 @@ def test_a_hypothesis_whose_algebra_fails_is_set_aside(found: Search, monkeypatc
     hypothesis_fits.fit_both(found, ("gyro_bias",), found.null)
     assert found.failed == {("gyro_bias",): "not positive definite"}
     assert found.fits == fits
+
+
+def test_no_two_attempts_at_a_hypothesis_are_stored_under_one_name(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the model alone is fitted again as often as it may be: the later one would not be made."""
+    begun: dict[str, set[bytes]] = {}
+    real = hypothesis_fits.fit_once
+
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first") -> Fit | None:
+        begun.setdefault(f"{key} {on} {attempt}", set()).add(start.shared.tobytes() + sizes.white.tobytes())
+        return real(found, key, on, start, sizes, attempt=attempt)
+
+    monkeypatch.setattr(hypothesis_fits, "_NOT_AGAIN", -math.inf)
+    for module in (hypothesis_fits, search_module, noise_sharing):
+        monkeypatch.setattr(module, "fit_once", watched)
+    search(
+        small.problem(ship_folder, small.shortened(offset_runs[:2], 30), ["rudder_offset", "gyro_bias"]), small.silent
+    )
+    assert {"() False from its end, 3", "() False from the end of rudder_offset, 0"} <= begun.keys()
+    assert all(len(starts) == 1 for starts in begun.values())

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from seatruth.diagnosis.results import EffectParameter, Fold, Kind, NamedCause, Shares, Validation
-from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
+from seatruth.diagnosis.parts import Fold, Shares, Validation
+from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, towards, verdict_sentence
+from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
 AT_NOISE = Shares(0.9, 0.08, 0.0, 0.02, 1.3, 1.05, 1.05)
@@ -130,3 +131,8 @@ def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
     east = replace(north, name="east", value=0.3)
     assert size_in_words((north, east)) == "0.3 +- 0.1 m/s towards 90 +- 19 deg"
     assert size_in_words(()) == ""
+
+
+def test_components_as_size_and_direction() -> None:
+    assert towards({"north": (0.0, 0.1), "east": (0.3, 0.1)}).endswith("towards 90 +- 19 deg")
+    assert towards({"angle": (0.1, 0.1)}) == ""

@@ -13,12 +13,12 @@ import small_case as small
 
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.size_search import maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     first_sizes,
     log_prior,
-    maximise,
     noise_prior,
     noise_shapes,
     price_of_sizes,
@@ -178,6 +178,19 @@ def test_residuals_propose_the_shape_of_their_noise(problem: Problem) -> None:
     shape = noise_shapes(problem.settings)[number]
     assert shape.tau in (3.0, 10.0, 30.0)
     assert math.exp(log_white) * shape.ratio == pytest.approx(0.6, rel=0.5)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_residuals_that_overflow_propose_no_noise(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    """A step that leads nowhere: a model that runs away."""
+    problem = small.problem(ship_folder, plain_runs[:1], ["gyro_bias"])
+    assert proposed_shapes(problem, np.full(problem.count, 1e200)) == {}
+
+
+def test_exact_data_propose_no_noise(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    """Noise of no size has a weight that no number holds."""
+    problem = small.problem(ship_folder, plain_runs[:1], ["gyro_bias"])
+    assert not any(proposed_shapes(problem, np.zeros(problem.count)).values())
 
 
 def test_sizes_that_do_nothing_cost_nothing() -> None:

@@ -90,6 +90,7 @@ def test_a_noisy_first_sample_is_estimated_with_the_rest() -> None:
     assert max(abs(row["error"][name]) / bound[name] for name in bound) < 4.0
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_workers() -> None:
     jobs = [
         {"level": 0.03, "label": "DS", "solver": chen2011.SWARM, "k": k, "evaluations": 500, "elevator": None}

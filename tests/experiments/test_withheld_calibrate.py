@@ -14,10 +14,22 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
 from withheld import calibrate as module
-from withheld.calibrate import Constants, calibrate, cross_validated, fit, log_score, posterior, table, threshold
+from withheld.calibrate import (
+    Constants,
+    as_settings,
+    calibrate,
+    cross_validated,
+    fit,
+    log_score,
+    posterior,
+    table,
+    threshold,
+)
 from withheld.seal import digest_file, note
 from withheld.verdicts import verdict
 
+from seatruth.diagnosis import Settings
+from seatruth.diagnosis.posterior import log_prior
 from seatruth.errors import BadInput
 
 ANSWERS: list[tuple[list[str], bool]] = [
@@ -79,7 +91,34 @@ def test_a_temperature_is_found_again_and_holds_on_cases_left_out() -> None:
     before = np.mean([log_score(case, Constants()) for case in cases])
     after = np.mean([log_score(case, constants) for case in cases])
     assert before < np.mean(left_out) <= after + 0.02
-    assert cross_validated(cases, 0) == left_out
+
+
+def test_the_same_seed_gives_the_same_folds() -> None:
+    cases = [table(truth, own) for truth, own in _drawn(10, 2.0, 4)]
+    assert cross_validated(cases, 3) == cross_validated(cases, 3)
+
+
+def test_what_grows_with_what_is_explained_widens_the_answer() -> None:
+    truth = {"case": "a", "kind": "single", "effects": ["wind"]}
+    case = table(truth, {"hypotheses": _rows([0.0, 20.0, 300.0, 310.0, 290.0])})
+    assert case.explained == pytest.approx(290.0)
+    flat, wide = (posterior(case, Constants(model_form=slope)).max() for slope in (0.0, 0.03))
+    assert flat > wide
+    assert wide == pytest.approx(posterior(case, Constants(temperature=1.0 + 0.03 * 290.0)).max())
+
+
+def test_the_settings_give_the_same_probabilities_as_the_constants() -> None:
+    """Priors of each kind of answer, with discrepancy and without, up to one factor."""
+    constants = Constants(2.0, 0.01, log_odds=-0.4, occam=1.5, none=0.2, two=-1.0, more=0.3)
+    before = Settings()
+    after = Settings(**as_settings(constants, before))
+    shifts = []
+    for count, kind in enumerate((constants.none, 0.0, constants.two, constants.more)):
+        for on in (False, True):
+            key = tuple("abc"[:count])
+            shift = kind + on * (constants.log_odds - constants.occam * (count > 0))
+            shifts.append(log_prior(key, on, 9, after) - log_prior(key, on, 9, before) - shift)
+    assert shifts == pytest.approx([shifts[0]] * len(shifts))
 
 
 def test_the_threshold_leaves_few_wrong_ones_above_it() -> None:

@@ -10,9 +10,13 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
+from withheld.blind import program
 from withheld.programs import classifier
 from withheld.programs.classifier import decided, noise
 from withheld.programs.orthogonal import discrepancy, named_by
+from withheld.verdicts import problems
+
+import seatruth.sample
 
 N = 240
 T = np.linspace(0.0, 1.0, N)
@@ -67,3 +71,17 @@ def test_a_discrepancy_is_found_is_orthogonal_and_is_named() -> None:
 def test_white_noise_holds_no_discrepancy() -> None:
     residuals = 3.0 * T + np.random.default_rng(7).standard_normal(N)
     assert discrepancy(residuals, NUISANCES, [rows for _, rows in RUNS]).gain == 0.0
+
+
+SLOW = ("white", "kinematics", "orthogonal")
+
+
+@pytest.mark.parametrize(
+    "name", ["bic", "rmse", "prior", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)]
+)
+def test_a_program_gives_a_verdict_on_a_study_as_it_is(name: str) -> None:
+    """With every effect that can act, those that have values for each trial included."""
+    found = program(name)(Path(seatruth.sample.__file__).parent / "diagnose.toml")
+    assert not problems(found)
+    if name == "bic":
+        assert found["effects"] in (["current"], ["trial_current"])

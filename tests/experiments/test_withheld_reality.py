@@ -131,7 +131,13 @@ def test_the_library_runs_the_same_ship_alike(name: str) -> None:
         assert worst < 0.1 * family.noise[channel.name], channel.name
 
 
-@pytest.mark.parametrize("name", list(FAMILIES))
+LONG_RUNS = ("tanker", "ship", "container", "mariner")
+"""Families whose trials last for thousands of steps."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG_RUNS)) for name in FAMILIES]
+)
 def test_another_form_changes_the_motion_and_vanishes_with_its_size(name: str) -> None:
     family = FAMILIES[name]
     plan = [(2 * family.time, math.radians(10), 1.0), (9 * family.time, math.radians(-12), 0.7)]

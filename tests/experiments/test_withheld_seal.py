@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -89,6 +90,29 @@ def test_the_anemometer_is_out_of_reach_of_a_diagnosing_process() -> None:
         [*walls([ANEMOMETER]), sys.executable, "-c", code], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_of_a_set_diagnosed_in_part_all_are_asked_about_that_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def knows(truth: dict[str, Any], public: Path) -> dict[str, Any]:
+        asked.append(truth["case"])
+        return verdict_of(truth["case"], [(["trim"], 0.9)])
+
+    monkeypatch.setattr(score_module, "limit", knows)
+    _set(tmp_path)
+    more = json.loads((tmp_path / "sealed" / "c001.json").read_text()) | {"case": "c002"}
+    (tmp_path / "sealed" / "c002.json").write_text(json.dumps(more))
+    seal = {name: digest_file(tmp_path / "sealed" / f"{name}.json") for name in ("c001", "c002")}
+    (tmp_path / "public" / "seal.json").write_text(json.dumps({"set": "dev", "sealed": seal}))
+    diagnose(tmp_path, "prior", 1, skip=1)
+    pairs = score(tmp_path)
+    assert asked == ["c002"]
+    assert {name: len(of) for name, of in pairs.items()} == {"prior": 1, "limit": 1, "oracle": 1}
+    content = json.loads((tmp_path / "score.json").read_text())
+    assert (len(content["cases"]), content["sealed"]) == (1, 2)
 
 
 def test_steps_in_order_and_hashes_that_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,8 +51,8 @@ def _scored(out: Path, log: list[dict[str, Any]]) -> dict[str, list[Pair]]:
     case = {"case": "c001", "family": "auv", "kind": "single", "stratum": "100-400", "effects": ["trim"],
             "set": ["trim"], "lambda": {"trim": 150.0}, "seatruth": "effects: trim (0.80)"}  # fmt: skip
     content = {
-        "synthetic": True, "set": "test", "cases": [case], "seed": 1, "first": "seatruth", "programs": rows,
-        "parts": parts, "doubts": doubts(log, ["seatruth", "prior"]), "log": log,
+        "synthetic": True, "set": "test", "cases": [case], "sealed": 1, "seed": 1, "first": "seatruth",
+        "programs": rows, "parts": parts, "doubts": doubts(log, ["seatruth", "prior"]), "log": log,
     }  # fmt: skip
     (out / "score.json").write_text(json.dumps(content))
     return pairs

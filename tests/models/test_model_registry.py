@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from seatruth import plugins
 from seatruth.errors import BadInput, PluginError
 from seatruth.models import BlackBox, available, broken, load_model, registry
 from seatruth.models.mmg import MMGShip
@@ -128,7 +129,7 @@ def test_a_broken_plug_in_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
     def entry_points(group: str) -> Any:
         return points
 
-    monkeypatch.setattr(registry, "entry_points", entry_points)
+    monkeypatch.setattr(plugins, "entry_points", entry_points)
     assert list(available()) == ["mmg"]
     reasons = broken()
     assert "no_such_package" in reasons["gone"]

@@ -61,12 +61,13 @@ def test_other_options_are_refused(tmp_path: Path) -> None:
         minimise(rosenbrock().cost, make("differential_swarm", particles=21), budget=BUDGET, checkpoint=file)
 
 
-def test_a_file_that_is_no_checkpoint_is_left_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("content", ["t,u,v\n0,1,2\n", "[" * 100_000 + "\n"], ids=["log", "nested"])
+def test_a_file_that_is_no_checkpoint_is_left_alone(tmp_path: Path, content: str) -> None:
     file = tmp_path / "log.csv"
-    file.write_text("t,u,v\n0,1,2\n")
+    file.write_text(content)
     with pytest.raises(StaleCheckpoint, match="not a seatruth checkpoint"):
         minimise(rosenbrock().cost, "differential_swarm", budget=BUDGET, checkpoint=file)
-    assert file.read_text() == "t,u,v\n0,1,2\n"
+    assert file.read_text() == content
 
 
 def test_an_optimizer_that_cannot_repeat_itself_is_found_out(tmp_path: Path) -> None:

@@ -18,7 +18,8 @@ import pytest
 from fake_diagnosis import KINDS, diagnosis
 from test_report_page import Page
 
-from seatruth.diagnosis.results import Diagnosis, Discrepancy
+from seatruth.diagnosis.parts import Discrepancy
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.page import render
 from seatruth.report.text import diagnosis as text
 from seatruth.report.text import gap

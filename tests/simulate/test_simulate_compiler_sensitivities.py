@@ -13,7 +13,8 @@ from seatruth.effects import available, effects_by_name, with_effects
 from seatruth.models import load_model
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import sensitivities as module
-from seatruth.simulate.compiler.graph import LANE, Graph
+from seatruth.simulate.compiler.graph import Graph
+from seatruth.simulate.compiler.node import LANE
 from seatruth.simulate.compiler.sensitivities import vanishing
 from seatruth.trials.trial import Trial
 

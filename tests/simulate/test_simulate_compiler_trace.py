@@ -16,7 +16,7 @@ from known_models import plain_model
 
 from seatruth.errors import PluginError
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
-from seatruth.simulate.compiler.graph import ordered
+from seatruth.simulate.compiler.node import ordered
 from seatruth.simulate.compiler.trace import trace
 
 SLOPE = 2.5

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from seatruth.errors import BadInput
-from seatruth.storage.regular import read_regular
+from seatruth.storage.regular import read_regular, read_start
 
 
 def test_a_plain_file_is_read_whole(tmp_path: Path) -> None:
@@ -16,6 +16,7 @@ def test_a_plain_file_is_read_whole(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("a")
     assert read_regular(tmp_path / "a") == read_regular(str(tmp_path / "link")) == b"1,2\r\n"
     assert read_regular(tmp_path / "a", most=5) == b"1,2\r\n"
+    assert (read_start(tmp_path / "a", 2), read_start(tmp_path / "a", 9)) == (b"1,", b"1,2\r\n")
     with pytest.raises(BadInput, match=r"5 bytes, too many .*at most 4"):
         read_regular(tmp_path / "a", most=4)
 
@@ -27,6 +28,8 @@ def test_what_may_never_end_is_not_read(tmp_path: Path) -> None:
     for path in (tmp_path / "pipe", tmp_path / "zero"):
         with pytest.raises(BadInput, match="no plain file"):
             read_regular(path)
+        with pytest.raises(BadInput, match="no plain file"):
+            read_start(path, 1)
     with pytest.raises(IsADirectoryError):
         read_regular(tmp_path)
     with pytest.raises(FileNotFoundError):
@@ -34,7 +37,7 @@ def test_what_may_never_end_is_not_read(tmp_path: Path) -> None:
     if Path(
         "/proc/self/status"
     ).exists():  # a plain file, says the kernel, of 0 bytes; others there wait without an end
-        assert read_regular("/proc/self/status") == b""
+        assert read_regular("/proc/self/status") == read_start("/proc/self/status", 9) == b""
 
 
 def test_names_that_no_text_can_hold(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Optimizer
 from seatruth.study import OutputSettings
+from seatruth.trials.trial import Trials
 
 LOG = "t,x\n" + "\n".join(f"{0.5 * k},{10.0 * (1.0 - np.exp(-0.1 * k)):.6f}" for k in range(60))
 MODEL = """
@@ -149,7 +150,8 @@ def test_a_diagnosis_takes_the_seed_of_the_study(folder: Path) -> None:
     from seatruth.sample import load
 
     study = load("diagnose.toml")
-    short = study.replace(trials=study.trials[:2])
+    runs = Trials([trial.section(0, 40, trial.name) for trial in study.trials[:2]])
+    short = study.replace(trials=runs)
     found = [
         diagnose(short, ["current"], seed=seed, validate=False, suggest=False, threads=1).seed for seed in (None, 4)
     ]

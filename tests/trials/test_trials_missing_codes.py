@@ -57,6 +57,23 @@ def test_noise_of_any_size_is_no_code(seed: int, size: float) -> None:
     assert missing_codes(np.round(10.0**size * rng.standard_normal(40), 3))[1] == []
 
 
+def test_angles_from_several_columns_have_gaps_where_one_holds_a_code(tmp_path: Path) -> None:
+    psi = np.linspace(-1.0, 1.0, 60)
+    half = {"w": np.cos(psi / 2), "k": 0 * psi, "m": 0 * psi, "z": np.sin(psi / 2)}
+    columns = {"t": np.arange(60.0), "c": np.cos(psi), "s": np.sin(psi), **half}
+    columns["c"][[20, 21]] = columns["s"][[21, 22]] = columns["z"][30] = -9999.0
+    file = tmp_path / "run.csv"
+    np.savetxt(file, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
+    vector, turn = ColumnSpec("", vector=("c", "s")), ColumnSpec("", quaternion=("w", "k", "m", "z"))
+    for spec, gaps in ((vector, [20, 21, 22]), (turn, [30])):
+        trial = read_trial(file, inputs={}, outputs={"psi": spec})
+        assert np.flatnonzero(np.isnan(trial.outputs["psi"])).tolist() == gaps
+        ok = np.isfinite(trial.outputs["psi"])
+        np.testing.assert_allclose(trial.outputs["psi"][ok], psi[ok], atol=1e-12)
+        assert f"{len(gaps)} of 60 samples missing, written as -9999" in trial.steps[0].effect
+        assert [f.channel for f in check_trials([trial]) if f.code == "missing-code"] == ["psi"]
+
+
 def test_a_file_with_codes_has_gaps_and_a_word(tmp_path: Path) -> None:
     rows = [
         f"{k / 10},{10 * np.sin(k / 5):.2f},{-9999 if k in (20, 21) else 20 * np.sin(k / 5):.3f}" for k in range(60)

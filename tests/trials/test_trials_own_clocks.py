@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from seatruth.errors import BadInput
-from seatruth.trials import ColumnSpec, Trial, read_trial
+from seatruth.trials import ColumnSpec, Trial, check_trials, read_trial
 from seatruth.trials.own_clocks import Series, joined
 
 LOG = {
@@ -43,6 +43,27 @@ def test_outputs_keep_their_samples_and_inputs_are_interpolated(hold: Any, rudde
     effect = trial.steps[0].effect
     assert "10 times of 3 channels with clocks of their own; 1 times left out" in effect
     assert f"inputs {'linear between' if hold == 'foh' else 'held after'} their samples" in effect
+
+
+def slow_gps(folder: Path, kept: Any = slice(None), spike: float = 0.0) -> list[str]:
+    """What the checks say of single outputs where a gyro gives ten values a second and satellites one."""
+    fast, slow = np.arange(0.0, 60.0, 0.1), np.arange(0.05, 60.0, 1.0)[kept]
+    log = {"t": fast, "rudder": np.sin(fast), "t_gyro": fast + 0.03, "gyro": np.cos(fast)}
+    log |= {"t_gps": slow, "x": 2 * slow + spike * (slow == 30.05)}
+    trial = read(folder, {name: pd.Series(values) for name, values in log.items()})
+    return [f"{f.channel} {f.code}" for f in check_trials([trial]) if f.code.startswith(("output-", "outlier"))]
+
+
+def test_the_times_of_other_clocks_are_no_missing_samples(tmp_path: Path) -> None:
+    assert slow_gps(tmp_path) == []
+    assert slow_gps(tmp_path, slice(8, None)) == ["x output-late"]
+    assert slow_gps(tmp_path, np.r_[0:20, 35:60]) == ["x output-gap"]
+    assert slow_gps(tmp_path, slice(0, 20)) == ["x output-missing"]
+    assert slow_gps(tmp_path, slice(0, 2)) == ["x output-missing"]
+
+
+def test_neighbours_of_a_sample_are_those_of_its_own_clock(tmp_path: Path) -> None:
+    assert slow_gps(tmp_path, spike=100.0) == ["x outliers"]
 
 
 def test_clocks_with_dates_share_their_origin(tmp_path: Path) -> None:

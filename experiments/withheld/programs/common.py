@@ -101,17 +101,19 @@ def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
     """Refits a study's coefficients (unless told not to) and differentiates by them and by every effect, if wanted."""
     study = load_study(path)
     values = fitted(study) if fit else {}
-    acting: list[Effect] = [available()[name] for name in effects_on(study.model)] if effects else []
+    trials = [trial.name for trial in study.trials]
+    names = effects_on(study.model) if effects else ()
+    acting: list[Effect] = [available()[name].of_trials(trials) for name in names]
     model = with_effects(study.model, acting) if acting else study.model
     own = {p.name: p for p in study.parameters}
     parameters = tuple(own[p.name] if p.name in own else p.replace(vary=True) for p in model.parameters)
     cost = TrajectoryCost(study.replace(model=model, parameters=parameters))
     x = np.array([values.get(name, start) for name, start in zip(cost.names, cost.start.tolist(), strict=True)])
     jacobian = cost.jacobian(x)
-    names = list(cost.names)
-    columns = {e.name: [names.index(e.named(q.name)) for q in e.parameters] for e in acting}
+    free = list(cost.names)
+    columns = {e.name: [free.index(e.named(q.name)) for q in e.parameters] for e in acting}
     taken = {k for of in columns.values() for k in of}
-    rest = [k for k in range(len(names)) if k not in taken]
+    rest = [k for k in range(len(free)) if k not in taken]
     groups = [group for group in cost.residual_blocks if group.kind == "data" and len(group.rows)]
     channels: dict[str, list[Any]] = {}
     for group in groups:

@@ -9,7 +9,8 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
-from seatruth.study import Study, load_study
+from seatruth.commands.progress import load_study
+from seatruth.study import Study
 from seatruth.trials.finding import Finding
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from rich.table import Table
 from rich.text import Text
 
 from seatruth.errors import BadInput, SeatruthError
-from seatruth.storage.atomic import CannotWrite, cannot_write, write_file
+from seatruth.storage.atomic import FULL, CannotWrite, cannot_write, write_file
 from seatruth.storage.lock import locked_folder
 from seatruth.text import listed, visible
 
@@ -231,7 +231,7 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
 
 def _os_problem(problem: OSError) -> tuple[int, dict[str, str]]:
     name = f" {problem.filename}" if problem.filename else ""
-    if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+    if problem.errno in FULL:
         return 1, _message(
             "DiskFull", f"no space left on the disk{name and ' for' + name}", "Free some space and run it again."
         )

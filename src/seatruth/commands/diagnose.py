@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, own_folder, result_folder, say, table
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
 from seatruth.commands.identify import names
-from seatruth.commands.progress import ProgressLine
+from seatruth.commands.progress import load_study
+from seatruth.commands.resumable import resumable
 from seatruth.errors import BadInput, nearest
-from seatruth.study import Study, load_study
+from seatruth.study import Study
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -58,7 +59,7 @@ def diagnose(
     """Find the effect that a model lacks. Says where, which, how far the gap shrinks, and what to try next."""
     folder = result_folder(out, study.parent / f"{study.stem}-diagnosis", study)
     return run(
-        load_study(study),
+        load_study(study, quiet=quiet),
         folder,
         names(effects),
         seed=seed,
@@ -91,43 +92,33 @@ def run(
     from seatruth.diagnosis import diagnose as diagnose_study
     from seatruth.report import write_report
     from seatruth.storage.atomic import CannotWrite
-    from seatruth.storage.checkpoint import StaleCheckpoint
 
     checkpoint = folder / CHECKPOINT
-    with own_folder(folder):
-        if fresh:
-            checkpoint.unlink(missing_ok=True)
-        if checkpoint.exists() and not quiet:
-            note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
-        place = study.source.parent if study.source is not None else Path.cwd()
-        chosen, specs = select_effects(effects or [], place)
-        with ProgressLine(quiet=quiet) as progress:
-            try:
-                diagnosis = diagnose_study(
-                    study,
-                    chosen,
-                    seed=seed,
-                    threads=threads,
-                    workers=workers,
-                    progress=progress,
-                    checkpoint=checkpoint,
-                    validate=validate,
-                    suggest=suggest,
-                )
-            except StaleCheckpoint as problem:
-                do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
-                raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
-            progress.show("Writing the result", now=False)
-            try:
-                diagnosis.save(folder)
-                report = folder / REPORT
-                write_report(diagnosis, report)
-                written = write_augmented(diagnosis, study, folder, specs)
-            except CannotWrite:
-                # The result is on the screen at least; the same command makes the files from the checkpoint.
-                progress.__exit__(None, None, None)
-                show(diagnosis)
-                raise
+    place = study.source.parent if study.source is not None else Path.cwd()
+    chosen, specs = select_effects(effects or [], place)
+    with resumable(folder, [checkpoint], fresh=fresh, quiet=quiet) as progress:
+        diagnosis = diagnose_study(
+            study,
+            chosen,
+            seed=seed,
+            threads=threads,
+            workers=workers,
+            progress=progress,
+            checkpoint=checkpoint,
+            validate=validate,
+            suggest=suggest,
+        )
+        progress.show("Writing the result", now=False)
+        try:
+            diagnosis.save(folder)
+            report = folder / REPORT
+            write_report(diagnosis, report)
+            written = write_augmented(diagnosis, study, folder, specs)
+        except CannotWrite:
+            # The result is on the screen at least; the same command makes the files from the checkpoint.
+            progress.__exit__(None, None, None)
+            show(diagnosis)
+            raise
         interrupted = diagnosis.outcome["code"] == "interrupted"
         if not interrupted:
             checkpoint.unlink(missing_ok=True)

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import pandas as pd
 import typer
 
-from seatruth.commands.common import JsonFile, Result, StudyPath, console, note, own_folder, result_folder, say, table
-from seatruth.commands.progress import ProgressLine
+from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
+from seatruth.commands.progress import load_study
+from seatruth.commands.resumable import resumable
 from seatruth.storage.atomic import CannotWrite
-from seatruth.study import Study, load_study
+from seatruth.study import Study
 from seatruth.study.load import profile_names
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def identify(
     json_file: JsonFile = None,
 ) -> Result:
     """Identify a study's parameters and write a report."""
-    loaded = load_study(study)
+    loaded = load_study(study, quiet=quiet)
     patterns = names(profile)
     return run(
         loaded,
@@ -85,44 +86,32 @@ def run(
     What is None is what the study says.
     """
     from seatruth.identification import identify as identify_study
-    from seatruth.optimizers import StaleCheckpoint
     from seatruth.storage.checkpoint import jobs_file
 
     folder = result_folder(folder, study.output.folder or Path(f"{study.name}-result"), study.source)
     checkpoint = folder / CHECKPOINT
     kept = (checkpoint, jobs_file(checkpoint))
-    with own_folder(folder):
-        if fresh:
-            for path in kept:
-                path.unlink(missing_ok=True)
-        resumed = checkpoint.exists()
-        if resumed and not quiet:
-            note(f"Going on with the interrupted run in {folder} (--fresh starts again).")
-        with ProgressLine(quiet=quiet) as progress:
-            try:
-                estimate = identify_study(
-                    study,
-                    budget=budget,
-                    seed=seed,
-                    checkpoint=checkpoint,
-                    progress=progress,
-                    cross_validate=cross_validate,
-                    profile=profile,
-                    threads=threads,
-                    workers=workers,
-                )
-            except StaleCheckpoint as problem:
-                do = "--fresh drops it and starts again; --out DIR keeps it and writes elsewhere."
-                raise StaleCheckpoint(problem.what, where=problem.where, do=do) from None
-            progress.show("Writing the result", now=False)
-            try:
-                estimate.save(folder)
-                report = _report(estimate, study, folder)
-            except CannotWrite:
-                # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
-                progress.__exit__(None, None, None)
-                show(estimate)
-                raise
+    with resumable(folder, kept, fresh=fresh, quiet=quiet) as progress:
+        estimate = identify_study(
+            study,
+            budget=budget,
+            seed=seed,
+            checkpoint=checkpoint,
+            progress=progress,
+            cross_validate=cross_validate,
+            profile=profile,
+            threads=threads,
+            workers=workers,
+        )
+        progress.show("Writing the result", now=False)
+        try:
+            estimate.save(folder)
+            report = _report(estimate, study, folder)
+        except CannotWrite:
+            # What was found is on the screen at least; the same command makes the rest again from the checkpoint.
+            progress.__exit__(None, None, None)
+            show(estimate)
+            raise
         code = str(estimate.outcome["code"])
         if code != "interrupted":
             for path in kept:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from rich.live import Live
 from rich.text import Text
@@ -13,8 +15,19 @@ from seatruth.commands.common import error_console, note
 from seatruth.progress import ProgressEvent
 from seatruth.text import visible
 
+if TYPE_CHECKING:
+    from seatruth.study import Study
+
 _LOG_EVERY_S = 5.0
 """Shortest time between two lines of a log, s (chosen here [S])."""
+
+
+def load_study(path: Path, *, quiet: bool = False) -> Study:
+    """The study of a command, with the progress of its logs' reading."""
+    from seatruth import study
+
+    with ProgressLine(quiet=quiet) as progress:
+        return study.load_study(path, progress=progress)
 
 
 class ProgressLine:

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
-from seatruth.study import load_study
+from seatruth.commands.progress import load_study
 
 
 def simulate(

@@ -15,6 +15,7 @@ from seatruth.commands.common import JsonFile, Result, console, relative, say, t
 from seatruth.errors import BadInput
 from seatruth.manoeuvres.recognise import SHORTEST, recognise, steady
 from seatruth.storage.atomic import write_file
+from seatruth.storage.regular import read_regular
 from seatruth.study.load import read_text
 from seatruth.study.log import read_log, row_times
 from seatruth.study.trial_tables import trial_tables, with_trials
@@ -147,7 +148,11 @@ def _times(events: str) -> list[float]:
         from_file = False
     if from_file:
         where = events
-        lines = [line.partition("#")[0].strip() for line in Path(events).read_text(encoding="utf-8-sig").splitlines()]
+        try:
+            text = read_regular(events).decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise BadInput("it is not UTF-8 text", where=events, do="Write one time a line.") from None
+        lines = [line.partition("#")[0].strip() for line in text.splitlines()]
         words = [re.split(r"[\s,;]+", line)[0] for line in lines if line]
     else:
         words = [word for word in re.split(r"[\s,;]+", events) if word]

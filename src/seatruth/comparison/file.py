@@ -18,7 +18,8 @@ from seatruth.optimizers import Optimizer
 from seatruth.study import Study, load_study, parsed, read_text
 from seatruth.study import solver as solvers
 from seatruth.study.reference import rows
-from seatruth.study.schema import OpenTable, OptimizerTable, Table
+from seatruth.study.schema import OptimizerTable
+from seatruth.study.schema_base import OpenTable, Table
 from seatruth.study.validation import Problems, add_schema_errors
 
 

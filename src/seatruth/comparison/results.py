@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from seatruth.comparison import estimation, optimisation, ranks
 from seatruth.comparison.optimisation import CONDITION
 from seatruth.comparison.spec import Comparison
 from seatruth.comparison.text import Conclusion, conclusions
+from seatruth.storage.parsing import parsed
 
 if TYPE_CHECKING:
     from seatruth.comparison.store import Store
@@ -67,7 +67,7 @@ class Results:
         estimates = _with_truth(store, runs, fits)
         used = set(runs["source"]) | set(fits["source"])
         sources = store.frame("sources")
-        used_sources = [json.loads(stored) for stored in sources.loc[sources["id"].isin(used), "provenance"]]
+        used_sources = [parsed(stored) for stored in sources.loc[sources["id"].isin(used), "provenance"]]
         left = len(comparison.runs) - len(runs)
         return cls(comparison, runs, estimates, fits.reset_index(drop=True), histories, tuple(used_sources), left)
 
@@ -184,7 +184,7 @@ class Results:
 
 def _history(stored: str) -> tuple[Any, Any, Any]:
     """Evaluations, best values and seconds as arrays."""
-    columns = json.loads(stored) if stored else []
+    columns = parsed(stored) if stored else []
     lists = columns if len(columns) == 3 else [[], [], []]
     return np.array(lists[0], dtype=float), np.array(lists[1], dtype=float), np.array(lists[2], dtype=float)
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
@@ -17,38 +15,27 @@ from seatruth.diagnosis.cross_validation import (
     lower_bound,
     noise_deviation,
     predictive_gains,
-    refit_initial_states,
     validate,
 )
 from seatruth.diagnosis.decision import Cluster, Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
-from seatruth.diagnosis.experiment_design.candidates import Menu
-from seatruth.diagnosis.experiment_design.select import next_trial
-from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
+from seatruth.diagnosis.fit import without_discrepancy
+from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
+from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
-from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Point
-from seatruth.diagnosis.results import (
-    ChannelNoise,
-    Coefficient,
-    Diagnosis,
-    EffectParameter,
-    EffectResult,
-    NamedCause,
-    NextTrial,
-    Validation,
-    Verdict,
-)
+from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Trial
 
 _SURVIVORS = 4
 """Single effects that lead, between which the next trial is to decide beside those of the answer. [S]"""
@@ -71,6 +58,7 @@ class Assembly:
         self.hypotheses = posterior.hypotheses(search, self.settings)
         self.sets = posterior.answers(self.hypotheses)
         self.inclusion = posterior.inclusion(self.hypotheses, list(self.problem.effects))
+        self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
 
     @cached_property
@@ -80,9 +68,9 @@ class Assembly:
             self.hypotheses,
             self.problem.effects,
             self.settings,
-            near=self.noncentrality_between,
+            near=self.information.noncentrality_between,
             helps=self._helps,
-            underpowered=len(self._undetectable()) > len(self.problem.effects) // 2,
+            underpowered=len(self.information.undetectable()) > len(self.problem.effects) // 2,
             converged=self.search.null.settled,
             gap=self._leaves_a_gap(),
         )
@@ -92,7 +80,8 @@ class Assembly:
         plain = self.search.fits.get(((), False))
         if plain is None:
             return True
-        return self._misfit(without_discrepancy(self.problem, plain.point)) > self.settings.gap * self.problem.count
+        left = misfit(self.problem, self._deviation, without_discrepancy(self.problem, plain.point))
+        return left > self.settings.gap * self.problem.count
 
     def _helps(self, name: str, key: Key) -> bool:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
@@ -102,13 +91,13 @@ class Assembly:
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False
-        columns = self.problem.columns[name]
-        at = np.searchsorted(fit.solution.free, columns, sorter=np.argsort(fit.solution.free))
-        place = np.argsort(fit.solution.free)[at]
-        effect = self.problem.effects[name]
-        magnitudes = [k for k, q in enumerate(effect.parameters) if q.name in effect.magnitudes]
-        covariance = fit.solution.covariance[np.ix_(place[magnitudes], place[magnitudes])]
-        distance = (fit.point.shared - self.problem.mean)[columns][magnitudes]
+        effect, free = self.problem.effects[name], fit.solution.free.tolist()
+        columns = [
+            k for k, q in zip(self.problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
+        ]
+        place = [free.index(k) for k in columns]
+        covariance = fit.solution.covariance[np.ix_(place, place)]
+        distance = (fit.point.shared - self.problem.mean)[columns]
         size = float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
         if size < self.settings.least_noncentrality:
             return False
@@ -120,125 +109,14 @@ class Assembly:
             self._gains[name, key] = predictive_gains(self.search, name, key)
         return self._gains[name, key]
 
-    # The information that these trials hold on each effect
-
-    @cached_property
-    def _screen(self) -> tuple[Likelihood, Fit]:
-        """All effects linearized at the best fit, and that fit."""
-        at = self.search.best(self.search.sets()[0])
-        assert at is not None
-        return Likelihood(self.problem, self.problem.linearize(at.point, tuple(self.problem.effects))), at
-
-    def _information(self, *names: str) -> Array:
-        likelihood, at = self._screen
-        return likelihood.information(at.sizes, names)[0]
-
-    def _distance(self, name: str) -> Array | None:
-        """Fitted parameters of an effect less their prior means; None where it was not fitted."""
-        fit = self._fit_of(name)
-        columns = self.problem.columns[name]
-        return None if fit is None else fit.point.shared[columns] - self.problem.mean[columns]
-
-    def _fit_of(self, name: str) -> Fit | None:
-        """The fit that speaks for an effect: of the answer if it is in it, else alone."""
-        shown = self.decision.shown if "decision" in self.__dict__ else ()
-        return self.search.best(shown) if name in shown else self.search.best((name,))
-
-    def noncentrality(self, name: str) -> float:
-        """Squared size of an effect's signature, everything else refitted; NaN where it was not fitted."""
-        distance = self._distance(name)
-        return math.nan if distance is None else float(distance @ self._information(name) @ distance)
-
-    def noncentrality_between(self, name: str, other: str) -> float:
-        """What is left of an effect's signature when the other one is fitted in its place."""
-        distance = self._distance(name)
-        if distance is None:
-            return math.inf
-        both, n = self._information(name, other), len(distance)
-        held = both[n:, n:] + np.diag(1.0 / self.problem.sd[self.problem.columns[other]] ** 2)
-        left = both[:n, :n] - both[:n, n:] @ np.linalg.solve(held, both[n:, :n])
-        return float(distance @ left @ distance)
-
-    @cached_property
-    def detectable(self) -> dict[str, dict[str, float]]:
-        """Smallest magnitude of each effect's parameters that these trials show."""
-        found: dict[str, dict[str, float]] = {}
-        for name, effect in self.problem.effects.items():
-            information = self._information(name)
-            found[name] = {}
-            for k, q in enumerate(effect.parameters):
-                rest = [j for j in range(len(information)) if j != k]
-                left = float(information[k, k])
-                if rest:
-                    block = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
-                    left -= float(information[k, rest] @ block @ information[rest, k])
-                found[name][q.name] = self.settings.power / math.sqrt(left) if left > 0.0 else math.inf
-        return found
-
-    def _undetectable(self) -> list[str]:
-        """Effects none of whose magnitudes would show at its typical size."""
-        found = []
-        for name, limits in self.detectable.items():
-            priors = self.problem.effects[name].priors(self.study.model)
-            magnitudes = self.problem.effects[name].magnitudes
-            if all(limits[q] > priors[q].sd for q in magnitudes):
-                found.append(name)
-        return found
-
-    # Points that are compared
-
-    @cached_property
-    def shown(self) -> Fit:
-        """The fit that stands for the answer."""
-        found = self.search.best(self.decision.shown)
-        return found if found is not None else self.search.null
-
     @cached_property
     def _deviation(self) -> Array:
-        return noise_deviation(self.problem, self._screen[1].sizes)
+        return noise_deviation(self.problem, self.information.at.sizes)
 
     @cached_property
-    def points(self) -> dict[str, Point]:
-        """The declared model, the refitted one, and that with the effects of the answer: all without discrepancy."""
-        problem = self.problem
-        plain = self.search.fits.get(((), False)) or self.search.null
-        key = self.decision.shown
-        named = self.search.fits.get((key, False)) or self.shown
-        declared = refit_initial_states(problem, problem.start, self._deviation)
-        return {
-            "before": declared,
-            "refit": without_discrepancy(problem, plain.point),
-            "effects": without_discrepancy(problem, named.point) if key else without_discrepancy(problem, plain.point),
-        }
-
-    def _misfit(self, point: Point) -> float:
-        """Sum of squared errors over the noise variance."""
-        errors = self.problem.errors(point) / self._deviation[self.problem.channel_of]
-        return float(errors @ errors) if np.isfinite(errors).all() else math.inf
-
-    def _share(self, name: str) -> float:
-        """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.
-
-        Runs that stray from their records have no misfit that means anything; there it is the part of the evidence.
-        """
-        key = self.decision.shown
-        rest = tuple(n for n in key if n != name)
-        plain, named = self._misfit(self.points["refit"]), self._misfit(self.points["effects"])
-        if max(plain, named) > self.settings.stray * self.problem.count:
-            return self._share_of_evidence(rest)
-        without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
-        if without is None or gap <= 0.0:
-            return math.nan
-        left = self._misfit(without_discrepancy(self.problem, without.point))
-        return float(np.clip((left - named) / gap, 0.0, 1.0))
-
-    def _share_of_evidence(self, rest: Key) -> float:
-        """Part of the evidence of the answer over none that is lost without one effect."""
-        at = self.shown
-        without, none = ensure(self.search, rest, at), self.search.fits.get(((), at.discrepancy))
-        if without is None or none is None or at.evidence <= none.evidence:
-            return math.nan
-        return float(np.clip((at.evidence - without.evidence) / (at.evidence - none.evidence), 0.0, 1.0))
+    def gap(self) -> Gap:
+        """What is left between the models and the trials."""
+        return Gap(self.search, self._deviation, self.decision.shown)
 
     # Parts of the diagnosis
 
@@ -246,30 +124,13 @@ class Assembly:
         """Each trial predicted from the others."""
         return validate(self.search, self.decision.shown, say)
 
-    def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial | None:
+    def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
         members = [name for cluster in self.decision.clusters for name in cluster.effects]
         alone = [key[0] for key, p in self.sets.items() if len(key) == 1 and p > _HARDLY][:_SURVIVORS]
         names = list(dict.fromkeys([*members, *alone]))
         fitted = {name: max(self.inclusion[name], _HARDLY) for name in names if self.search.best((name,)) is not None}
-        found = next_trial(self.search, fitted, say)
-        if found is None or not found.manoeuvre:
-            return found
-        trial = Menu(self.problem).named(found.manoeuvre).trial
-        y = self._simulated(trial)
-        channels = (*self.study.model.inputs, *self.study.model.outputs)
-        return replace(
-            found,
-            motion={
-                n: tuple(y[:, c].tolist()) for c, n in enumerate(self.problem.outputs) if np.isfinite(y[:, c]).all()
-            },
-            units={channel.name: channel.unit for channel in channels},
-        )
-
-    def _simulated(self, trial: Trial) -> Array:
-        """Outputs (n, C) that the model with the answer's effects expects of a trial."""
-        sim = self.problem.on_trial(trial, (), self.problem.named(self.points["effects"]))
-        return np.asarray(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0])
+        return with_motion(next_trial(self.search, fitted, say), self.problem, self.gap.points["effects"])
 
     def diagnosis(
         self,
@@ -280,12 +141,11 @@ class Assembly:
         outcome: dict[str, Any],
     ) -> Diagnosis:
         """All parts together."""
-        problem, points = self.problem, self.points
+        problem, points = self.problem, self.gap.points
         findings = [*findings, *self._unconverged()]
-        sizes = self._screen[1].sizes
-        errors = whitened(problem, problem.errors(points["refit"]), sizes)
-        before, refit, effects = (self._misfit(points[name]) for name in ("before", "refit", "effects"))
-        split = shares(before, refit, effects, problem.count)
+        errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
+        misfits = self.gap.misfits
+        split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
         places = {name: self._places(effect) for name, effect in problem.effects.items()}
         causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
         discrepancy = describe(self.search, self.decision.shown)
@@ -333,14 +193,14 @@ class Assembly:
                 for trial in problem.trials
             ],
             outcome=outcome,
-            traces=self._traces(),
+            traces=self.gap.traces(),
             findings=findings,
             provenance=provenance(),
         )
 
     def _unconverged(self) -> list[Finding]:
         """Fits that the answer rests on and that did not converge."""
-        fits = {"the model alone": self.search.null, "the answer": self.shown}
+        fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         names = [name for name, fit in fits.items() if not fit.settled]
         if not names:
             return []
@@ -357,7 +217,7 @@ class Assembly:
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
-        fit, problem = self._fit_of(name), self.problem
+        fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
         if fit is None:
             return ()
         effect, error, columns = problem.effects[name], fit.stderr(problem), problem.columns[name]
@@ -377,10 +237,11 @@ class Assembly:
         rows = []
         for name in ranked:
             effect, key = self.problem.effects[name], self.decision.shown
-            own = self.noncentrality(name)
+            own = self.information.noncentrality(name, key)
             near = {}
             if name in leading and own > _VISIBLE:
-                near = {other: self.noncentrality_between(name, other) for other in leading if other != name}
+                others = [other for other in leading if other != name]
+                near = {other: self.information.noncentrality_between(name, other, key) for other in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(
@@ -395,12 +256,12 @@ class Assembly:
                     noncentrality=own,
                     parameters=parameters,
                     in_words=size_in_words(parameters),
-                    detectable=self.detectable[name],
+                    detectable=self.information.detectable[name],
                     typical={q: effect.priors(self.study.model)[q].sd for q in effect.magnitudes},
                     units={q.name: q.unit for q in effect.parameters},
                     confusable={o: v for o, v in sorted(near.items(), key=lambda e: e[1]) if v < _CONFUSED},
                     equivalent=effect.equivalent,
-                    share=self._share(name) if name in key else math.nan,
+                    share=self.gap.share(name) if name in key else math.nan,
                     predictive_gain=float(gains.sum()) if len(gains) else math.nan,
                     predictive_gain_lower=lower_bound(gains, self.settings.significance),
                     prior_deviations=self._prior_deviations(parameters),
@@ -414,7 +275,7 @@ class Assembly:
     def _named(self, cluster: Cluster) -> NamedCause:
         name = next((n for n in cluster.effects if n in self.decision.shown), cluster.effects[0])
         parameters = self._parameters(name)
-        share = self._share(name)
+        share = self.gap.share(name)
         words = self.problem.effects[name].title
         if len(cluster.effects) > 1:
             words = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
@@ -430,7 +291,7 @@ class Assembly:
         )
 
     def _noise(self) -> tuple[ChannelNoise, ...]:
-        sizes, shapes = self._screen[1].sizes, noise_shapes(self.settings)
+        sizes, shapes = self.information.at.sizes, noise_shapes(self.settings)
         declared = self.search.known.declared
         rows = []
         for c, channel in enumerate(self.study.model.outputs):
@@ -447,10 +308,11 @@ class Assembly:
         return tuple(rows)
 
     def _coefficients(self) -> tuple[Coefficient, ...]:
-        error = self.shown.stderr(self.problem)
+        shown = self.gap.shown
+        error = shown.stderr(self.problem)
         return tuple(
             Coefficient(
-                q.name, q.unit, q.value, float(self.problem.sd[k]), float(self.shown.point.shared[k]), float(error[k])
+                q.name, q.unit, q.value, float(self.problem.sd[k]), float(shown.point.shared[k]), float(error[k])
             )
             for k in self.problem.coefficients
             for q in (self.problem.unknowns[k],)
@@ -460,18 +322,3 @@ class Assembly:
         """The named effects at their reported values, and nothing else."""
         parameters = {f"{name}_{q.name}": q.value for name in self.decision.shown for q in self._parameters(name)}
         return {"effects": list(self.decision.shown), "parameters": parameters}
-
-    def _traces(self) -> pd.DataFrame:
-        problem = self.problem
-        simulated = {name: problem.simulate(point) for name, point in self.points.items()}
-        frames = []
-        for number, trial in enumerate(problem.trials):
-            for c, channel in enumerate(problem.outputs):
-                measured = np.asarray(trial.outputs.get(channel, np.full(len(trial), math.nan)))
-                columns = {name: y[number][:, c] for name, y in simulated.items()}
-                frames.append(
-                    pd.DataFrame(
-                        {"trial": trial.name, "t": trial.t, "channel": channel, "measured": measured, **columns}
-                    )
-                )
-        return pd.concat(frames, ignore_index=True)

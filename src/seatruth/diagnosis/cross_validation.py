@@ -14,17 +14,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import t as student
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import log_prior, temperature_of
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.results import Fold, Validation
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.statistics.ratios import ratio_interval
 
 _BLOCKS = 4
 """Parts of a single trial that are left out in turn. [S] Fewer hold too little, more leave too little out."""
@@ -35,8 +35,8 @@ _ENUMERATED = 6
 _DRAWS = 2000
 _CLEARLY = 3.0
 """nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
-_NO_GAP = 0.05
-"""Mean squared error over the noise variance, minus 1, below which there is no gap to explain. [S]"""
+_NO_GAP = 0.025
+"""Root mean square error over the noise, minus 1, below which there is no gap to explain. [S]"""
 
 
 def predictive_gains(search: Search, name: str, key: Key) -> Array:
@@ -96,9 +96,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     named = _plain(search, shown) if shown else refit
     control = search.fits.get(((), True), refit)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
-    best = search.best(search.sets()[0])
-    assert best is not None
-    deviation = noise_deviation(problem, best.sizes)
+    deviation = noise_deviation(problem, search.leader.sizes)
     gains = np.zeros(count)
     for name in shown:
         found = predictive_gains(search, name, shown)
@@ -121,20 +119,13 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
 
 
 def summary(folds: Sequence[Fold]) -> Validation:
-    """The part of the gap that the effects explain on trials left out, with a jackknife interval over trials."""
+    """The part of the gap that the effects explain on trials left out, with its interval over trials."""
     refit, named, control = (
-        np.array([getattr(fold, f"error_{which}") ** 2 for fold in folds])
-        for which in ("refit", "effects", "discrepancy")
+        np.array([getattr(fold, f"error_{which}") for fold in folds]) for which in ("refit", "effects", "discrepancy")
     )
     value = _explained(refit, named)
-    n = len(folds)
-    keep = [np.arange(n) != k for k in range(n)]
-    parts = np.array([_explained(refit[k], named[k]) for k in keep])
-    spread = (
-        math.sqrt((n - 1) / n * float(((parts - parts.mean()) ** 2).sum())) if np.isfinite(parts).all() else math.nan
-    )
-    half = float(student.ppf(0.975, n - 1)) * spread
-    return Validation(tuple(folds), value, value - half, value + half, _explained(refit, control))
+    low, high = ratio_interval(refit - named, refit - 1.0) if math.isfinite(value) else (math.nan, math.nan)
+    return Validation(tuple(folds), value, low, high, _explained(refit, control))
 
 
 def _explained(refit: Array, named: Array) -> float:

@@ -3,8 +3,10 @@
 A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
 holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
-positive. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model of
-another form, and stands for no cause.
+positive: where all of an answer falls for that, the most probable answer without it is asked. A term of the hull's
+forces is not named where others are missing beside it: it is then a part of a model of another form, and stands for no
+cause. One that is refused takes nothing with it: what it stood for is left to the discrepancy of the model's form,
+beside which the other effects have been compared as well.
 """
 
 from __future__ import annotations
@@ -14,15 +16,18 @@ from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.posterior import answers, none_and_unknown
-from seatruth.diagnosis.results import Hypothesis, Kind
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within, lowest_common_ancestor
+from seatruth.effects.each_trial import EachTrial
 
 _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
+_ROUNDS = 3
+"""Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
 
@@ -34,6 +39,8 @@ class Cluster:
     effects: tuple[str, ...]
     cause: str
     probability: float
+    counted: tuple[str, ...]
+    """Effects whose probability is the cause's: its own, and the same with a value for each trial."""
 
 
 @dataclass(frozen=True)
@@ -77,58 +84,112 @@ def decide(
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
         nothing = converged and not underpowered and none >= settings.name_threshold
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
+    left, gone = list(found), set[str]()
+    for _ in range(_ROUNDS):
+        answer = _answer(left, effects, settings, near, helps)
+        if answer.clusters:
+            single = all(len(cluster.effects) == 1 for cluster in answer.clusters)
+            return Decision(
+                "effects" if single else "inseparable",
+                answer.clusters,
+                min(cluster.probability for cluster in answer.clusters),
+                answer.lacking,
+                answer.kept,
+            )
+        gone |= set(answer.refused)
+        left = _left(found, gone)
+        total = sum(one.probability for one in left)
+        if not answer.refused or total == 0.0 or _needed(found, left, gone, effects):
+            break
+        left = [replace(one, probability=one.probability / total) for one in left]
+    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    first = next(iter(sets), ())
+    unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
+    if unnamed >= settings.name_threshold:
+        return Decision("unknown", (), min(1.0, unnamed), True, ())
+    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """What the most probable set leads to: the causes that stand, and what was refused though it was probable."""
+
+    clusters: tuple[Cluster, ...]
+    kept: Key
+    refused: Key
+    lacking: bool
+    """Whether the model also lacks something that no effect describes."""
+
+
+def _answer(
+    found: Sequence[Hypothesis],
+    effects: Mapping[str, Effect],
+    settings: Settings,
+    near: Callable[[str, str], float],
+    helps: Callable[[str, Key], bool],
+) -> _Answer:
+    """Takes from the most probable set what is not probable by itself, and what does not predict."""
+    sets = answers(found)
     first: Key = next(iter(sets), ())
-    kept, refused = first, False
+    kept, refused = first, list[str]()
     clusters: list[Cluster] = []
     while kept:
         # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
         # that only together look like something else do not stand when one of them falls.
         gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
+        sure = {name: _without(found, one.counted, gone, effects) for name, one in candidates.items()}
         probable = [
             name
             for name in kept
-            if candidates[name].probability >= settings.name_threshold
-            and _without(found, candidates[name].effects, gone) >= settings.name_threshold
-            and not (is_within(candidates[name].cause, _STRUCTURE) and _discrepancy(found, kept))
+            if min(candidates[name].probability, sure[name]) >= settings.name_threshold
+            and not (_is_structure(name, effects) and _discrepancy(found, kept))
         ]
         passing = tuple(name for name in probable if helps(name, kept))
-        refused |= len(passing) < len(probable)
+        refused += [name for name in probable if name not in passing]
         clusters = [
-            replace(one, probability=min(one.probability, _without(found, one.effects, gone)))
-            for one in (candidates[name] for name in passing)
+            replace(candidates[name], probability=min(candidates[name].probability, sure[name])) for name in passing
         ]
         if passing == kept:
             break
         kept = passing
-    clusters = _merged(clusters, effects)
-    if clusters:
-        single = all(len(cluster.effects) == 1 for cluster in clusters)
-        return Decision(
-            "effects" if single else "inseparable",
-            tuple(clusters),
-            min(cluster.probability for cluster in clusters),
-            _discrepancy(found, kept),
-            kept,
-        )
-    # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    unnamed = max(lacking, unknown + (sets[first] if refused and gap else 0.0))
-    if unnamed >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unnamed), True, ())
-    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+    lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
+    return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
 
 
-def _without(found: Sequence[Hypothesis], members: Sequence[str], gone: set[str]) -> float:
-    """Probability that one of these effects acts, given that those that are gone do not.
+def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:
+    return is_within(effects[name].cause, _STRUCTURE)
 
-    0 where the trials need what is gone: it does not predict, so what they need has another name.
-    """
-    left = [one for one in found if not gone & set(one.effects)]
-    total = sum(one.probability for one in left)
-    if total < _NEEDED and _explained(left) < _MOST * _explained(found):
+
+def _without(
+    found: Sequence[Hypothesis], members: Sequence[str], gone: set[str], effects: Mapping[str, Effect]
+) -> float:
+    """Probability that one of these effects acts, given that those that are gone do not; 0 where they are needed."""
+    left = _left(found, gone)
+    if _needed(found, left, gone, effects):
         return 0.0
-    return sum(one.probability for one in left if set(members) & set(one.effects)) / total
+    total = sum(one.probability for one in left)
+    acting = sum(one.probability for one in left if set(members) & set(one.effects))
+    return acting / total if total > 0.0 else 0.0
+
+
+def _left(found: Sequence[Hypothesis], gone: set[str]) -> list[Hypothesis]:
+    """The hypotheses in which none of these effects acts."""
+    return [one for one in found if not gone & set(one.effects)]
+
+
+def _needed(
+    found: Sequence[Hypothesis], left: Sequence[Hypothesis], gone: set[str], effects: Mapping[str, Effect]
+) -> bool:
+    """Whether the trials need what is gone, so that it stands for something of another name.
+
+    They do where the hypotheses that are left are too improbable and explain too little. A term of the hull's forces
+    has another name already: another form of the model.
+    """
+    foreign = any(not _is_structure(name, effects) for name in gone)
+    total = sum(one.probability for one in left)
+    return foreign and total < _NEEDED and _explained(left) < _MOST * _explained(found)
 
 
 def _explained(found: Sequence[Hypothesis]) -> float:
@@ -156,6 +217,9 @@ def _cluster(
     rivals = sorted(
         (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
     )
+    # The same with a value for each trial is no other cause: where the common one leads, they need not differ.
+    repeated = [n for n in rivals if _repeats(effects[n], name)]
+    rivals = [n for n in rivals if n not in repeated]
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
         alike = near(name, rival) < settings.apart
@@ -163,8 +227,14 @@ def _cluster(
         if alike or wanted:
             members.append(rival)
         held += weight[rival]
-    covered = sum(p for other, p in sets.items() if set(other) & set(members))
-    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered)
+    counted = (*members, *repeated)
+    covered = sum(p for other, p in sets.items() if set(other) & set(counted))
+    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered, counted)
+
+
+def _repeats(effect: Effect, name: str) -> bool:
+    """Whether an effect is the one of this name, with a value for each trial."""
+    return isinstance(effect, EachTrial) and effect.like.name == name
 
 
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
@@ -177,7 +247,8 @@ def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[
             continue
         members = tuple(dict.fromkeys([*found[twin].effects, *cluster.effects]))
         cause = lowest_common_ancestor([effects[n].cause for n in members])
-        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability))
+        counted = tuple(dict.fromkeys([*found[twin].counted, *cluster.counted]))
+        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability), counted)
     return found
 
 

@@ -10,32 +10,30 @@ Algorithms, chapter 27).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.size_search import maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     log_prior,
-    maximise,
     noise_shapes,
     price_of_sizes,
     proposed_shapes,
 )
 from seatruth.statistics.state_space_noise import whiten
+from seatruth.trials.prepare.filters import MAD_TO_SD
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
 _CLOSE = 3.0
 """Median error, in noise deviations, from which a channel's noise is no longer inflated."""
-_MEDIAN = 1.4826
-"""Standard deviation of a normal variable over the median of its size."""
 _NO_NEARER = 0.03
 """Mean fall of the logarithm of the channels' errors below which a fit is as near its record as it comes. [S]"""
 _NOISE_STEPS, _SHAPE_STEP = (0, 1, 3, 7), 1
@@ -107,9 +105,6 @@ def fit(
     if not discrepancy:
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
-    def evidence(likelihood: Likelihood, candidate: Sizes) -> float:
-        return likelihood.log_likelihood(candidate, effects) + log_prior(settings, candidate, known)
-
     point, sizes = _approached(problem, effects, point, sizes)
     reached = -math.inf
     for round_ in range(_ROUNDS):
@@ -120,7 +115,7 @@ def fit(
                 break
             likelihood = Likelihood(problem, at)
             sizes, value = maximise(
-                partial(evidence, likelihood), sizes, settings, channels=channels,
+                of_sizes(likelihood, effects, known), sizes, settings, channels=channels,
                 noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
                 shapes=round_ == 0 and number == _SHAPE_STEP, sweeps=1,
             )  # fmt: skip
@@ -160,7 +155,7 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
             point, distance = moved, nearer
         if progress < _NO_NEARER * len(distance):
             break
-    left = np.where(np.isfinite(distance), distance * _MEDIAN, 1.0)
+    left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
 
 
@@ -199,10 +194,7 @@ def _final_sizes(
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
     likelihood = Likelihood(problem, at)
-
-    def evidence(candidate: Sizes) -> float:
-        return likelihood.log_likelihood(candidate, effects) + log_prior(problem.settings, candidate, known)
-
+    evidence = of_sizes(likelihood, effects, known)
     before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     if not before > rival - problem.settings.hopeless:
@@ -250,6 +242,15 @@ def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
     return found if np.isfinite(errors).all() else np.full_like(found, math.inf)
 
 
+def of_sizes(likelihood: Likelihood, effects: Sequence[str], known: NoisePrior) -> Callable[[Sizes], float]:
+    """What sizes are chosen by: the marginal likelihood (nats) and the prior density of the sizes."""
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.log_likelihood(sizes, effects) + log_prior(likelihood.problem.settings, sizes, known)
+
+    return value
+
+
 def without_discrepancy(problem: Problem, point: Point) -> Point:
     """The point with nothing missing."""
     shared = point.shared.copy()
@@ -268,10 +269,7 @@ def objective(
     """Minus the log-posterior of a point (nats) up to a constant; inf where the model diverges there."""
     if not np.isfinite(errors).all() or np.abs(errors).max(initial=0.0) > _DIVERGED:
         return math.inf
-    shapes, total = noise_shapes(problem.settings), 0.0
-    for one in problem.series:
-        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
-        total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel])
+    total = weighted_squares(problem, errors, sizes)
     at, root = likelihood.shared_root(sizes, effects)
     columns = likelihood.columns[at]
     total += _energy(root, point.shared[columns] - problem.mean[columns])
@@ -282,6 +280,15 @@ def objective(
         block = likelihood.local_root(sizes)[count:, count:]
         total += sum(_energy(block, own) for own in local[:, count:])
     return 0.5 * total
+
+
+def weighted_squares(problem: Problem, errors: Array, sizes: Sizes) -> float:
+    """Sum of the squares of errors (N,) whitened by the noise."""
+    shapes, total = noise_shapes(problem.settings), 0.0
+    for one in problem.series:
+        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
+        total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel])
+    return total
 
 
 def _energy(root: Array, values: Array) -> float:

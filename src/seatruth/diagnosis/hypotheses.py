@@ -41,26 +41,28 @@ class Search:
         """The model alone, as it fits best."""
         return max((f for (key, _), f in self.fits.items() if not key), key=lambda f: f.evidence)
 
+    @property
+    def leader(self) -> Fit:
+        """The fit of highest evidence."""
+        return min(self.fits.values(), key=_rank)
+
     def best(self, effects: Sequence[str]) -> Fit | None:
         """The better of a set's fits, with or without discrepancy; None where neither was fitted."""
         key = tuple(sorted(effects))
         fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
         return max(fits, key=lambda fit: fit.evidence) if fits else None
 
-    def sets(self) -> list[Key]:
-        """Fitted sets, the one of highest evidence first."""
-        keys = {key for key, _ in self.fits}
-        return sorted(keys, key=lambda key: (-self._evidence(key), key))
-
-    def _evidence(self, key: Key) -> float:
-        found = self.best(key)
-        return -math.inf if found is None else found.evidence
+    def sets(self) -> list[Fit]:
+        """The better fit of each set, the one of highest evidence first."""
+        found: dict[Key, Fit] = {}
+        for fit in sorted(self.fits.values(), key=_rank):
+            found.setdefault(fit.effects, fit)
+        return list(found.values())
 
     def evidence(self, key: Key) -> float:
         """Evidence of a set: of its fit, else linearized; -inf where neither is known."""
-        if self.best(key) is not None:
-            return self._evidence(key)
-        return max(self.screened.get((key, on), -math.inf) for on in (False, True))
+        found = self.best(key)
+        return self.expected(key) if found is None else found.evidence
 
     def expected(self, key: Key) -> float:
         """Linearized evidence of a set."""
@@ -73,3 +75,8 @@ class Search:
         """
         margin = max(HOPE, (self.rival - self.null.evidence) / 2.0)
         return self.evidence(key) > self.rival - margin
+
+
+def _rank(fit: Fit) -> tuple[float, Key, bool]:
+    """Order of fits: the highest evidence first, then by name, without discrepancy first."""
+    return -fit.evidence, fit.effects, fit.discrepancy

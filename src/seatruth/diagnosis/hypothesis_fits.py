@@ -10,21 +10,22 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, of_sizes, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
-from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
+from seatruth.diagnosis.initial_guess import from_equation_error, moved_to, with_effect, without_effects
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
-_TO_THE_END = 3
-"""Number of the attempt from which a fit is not broken off, however far behind its rival it begins."""
-_FROM_AFAR = 9
-"""Number of the attempt that begins where a fit without discrepancy ended."""
-_OTHER, _OTHER_STARTS = 30, 3
-"""Number of the attempt from the first other start, and how many of them are tried. [S]"""
+_FIRST = "first"
+"""The attempt that is broken off where it falls far behind its rival; all others go to their end."""
+_FROM_ITS_BEST_PART = "from its best part"
+_OTHER_STARTS = 3
+"""How many other starts of an effect are tried. [S]"""
+_NOT_AGAIN = 1.0
+"""Rise of the evidence (nats) of the model alone below which it is not fitted again. [S] As `fit` has it."""
 _FALLEN = 1e-3
 """Distance from its null, over that of a start, below which an effect has fallen back to it. [S]"""
 _AGAIN = 3
@@ -47,22 +48,24 @@ def fit_null(found: Search) -> None:
         if loose is None or not loose.settled:
             guess = from_equation_error(problem)
             if guess is not None:
-                again = fit_once(found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt=2)
+                again = fit_once(
+                    found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt="from the equation error"
+                )
                 loose = again or loose
         if loose is not None:
             start, sizes = loose.point, loose.sizes
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
     plain = fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
     if start is not problem.start and (plain is None or not plain.settled):
-        fit_once(found, (), False, start, sizes, attempt=2)
+        fit_once(found, (), False, start, sizes, attempt="from its fit with discrepancy")
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
     # Everything is measured by these fits, and a fit that begins at its own end may still find better noise.
     for on in (False, True):
-        for attempt in range(3, 3 + _AGAIN):
+        for number in range(1, 1 + _AGAIN):
             known = found.fits.get(((), on))
-            again = known and fit_once(found, (), on, known.point, known.sizes, attempt=attempt)
-            if known is None or again is None or again.evidence < known.evidence + 1.0:
+            again = known and fit_once(found, (), on, known.point, known.sizes, attempt=f"from its end, {number}")
+            if known is None or again is None or again.evidence < known.evidence + _NOT_AGAIN:
                 break
 
 
@@ -78,7 +81,7 @@ def fit_both(found: Search, key: Key, near: Fit) -> None:
         own = found.fits.get((key, on))
         # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
         if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
-            fit_once(found, key, on, parent.point, parent.sizes, attempt=3)
+            fit_once(found, key, on, parent.point, parent.sizes, attempt=_FROM_ITS_BEST_PART)
 
 
 def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
@@ -86,20 +89,23 @@ def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
     known = found.fits.get((key, near.discrepancy))
     if known is not None:
         return known
-    point = near.point
-    for name in near.effects:
-        if name not in key:
-            point = moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+    point = without_effects(found.problem, near.point, [name for name in near.effects if name not in key])
     return fit_once(found, key, near.discrepancy, point, near.sizes)
 
 
-def fit_once(found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: int = 1) -> Fit | None:
-    """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason."""
+def fit_once(
+    found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: str = _FIRST
+) -> Fit | None:
+    """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason.
+
+    `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
+    finished one is stored.
+    """
     name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
-    rival = found.rival if key and attempt < _TO_THE_END else -math.inf
+    rival = found.rival if key and attempt == _FIRST else -math.inf
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:
@@ -129,9 +135,8 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     got = None
     # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
     strays = plain is not None and plain.evidence < found.null.evidence - HOPE
-    if near.discrepancy and strays and not near.effects:
-        assert plain is not None
-        got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_TO_THE_END)
+    if plain is not None and strays and near.discrepancy and not near.effects:
+        got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
     elif not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
         got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
     if got is not None:
@@ -145,7 +150,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
     if got is not None:
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
-        loose = fit_once(found, key, True, got.point, sizes, attempt=_FROM_AFAR) or loose
+        loose = fit_once(found, key, True, got.point, sizes, attempt="from its fit without discrepancy") or loose
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
@@ -162,7 +167,7 @@ def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> F
             if moved > _FALLEN * float(np.abs(values - mean).max()):
                 break
             point = moved_to(problem, plain.point, name, values)
-            got = fit_once(found, key, False, point, plain.sizes, attempt=_OTHER + number) or got
+            got = fit_once(found, key, False, point, plain.sizes, attempt=f"from start {number} of {name}") or got
     return got
 
 
@@ -174,11 +179,7 @@ def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
     as_near = [near.sizes.shrunk(part) for part in PARTS]
     options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
     likelihood = Likelihood(found.problem, found.problem.linearize(got.point, got.effects))
-
-    def value(sizes: Sizes) -> float:
-        return likelihood.log_likelihood(sizes, got.effects) + log_prior(found.problem.settings, sizes, found.known)
-
-    return max(options, key=value)
+    return max(options, key=of_sizes(likelihood, got.effects, found.known))
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
@@ -207,14 +208,6 @@ def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
     return moved_to(problem, near.point, name, values)
 
 
-def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
-    """The point with an effect's parameters at other values, as far as their bounds allow."""
-    shared = point.shared.copy()
-    columns = problem.columns[name]
-    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
-    return Point(shared, point.initial, point.forces)
-
-
 def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
     """The point with an effect's values in each trial's own ones, and the effect itself at its null."""
     like = problem.effects[name]
@@ -223,8 +216,7 @@ def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
     for q in problem.effects[own].parameters:
         same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
         repeated.append(values[same])
-    moved = moved_to(problem, point, name, problem.mean[problem.columns[name]])
-    return moved_to(problem, moved, own, np.array(repeated))
+    return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
 
 
 def _kept(found: Search, got: Fit) -> Fit:

@@ -1,4 +1,4 @@
-"""Where the fit of runs that stray begins: with the forces that the recorded motion asks for.
+"""Where fits begin: those of runs that stray with the forces that the recorded motion asks for.
 
 A model that lacks much runs so far from its record that a fit of whole runs ends anywhere. The equations of motion at
 the recorded states need no simulation: over short blocks, the change of each recorded speed minus what the model's
@@ -9,6 +9,7 @@ equations give is linear in coefficients, discrepancy terms and forces (equation
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -88,18 +89,31 @@ def from_equation_error(problem: Problem) -> Point | None:
     return min(options)[2] if options else None
 
 
+def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
+    """The point with an effect's parameters at other values, as far as their bounds allow."""
+    shared = point.shared.copy()
+    columns = problem.columns[name]
+    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
+    return Point(shared, point.initial, point.forces)
+
+
+def without_effects(problem: Problem, point: Point, names: Sequence[str]) -> Point:
+    """The point with these effects at their prior means, where they vanish."""
+    for name in names:
+        point = moved_to(problem, point, name, problem.mean[problem.columns[name]])
+    return point
+
+
 def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Point:
     """The point with an effect's parameters at these values, and its force taken from each trial's own missing ones.
 
     Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
     """
-    model, columns = problem.discrepancy, problem.columns[name]
-    shared = point.shared.copy()
-    shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
+    model, columns, moved = problem.discrepancy, problem.columns[name], moved_to(problem, point, name, values)
     if model is None:
-        return Point(shared, point.initial, point.forces)
+        return moved
     names = [problem.unknowns[k].name for k in columns]
-    both = np.stack([point.shared[columns], shared[columns]])
+    both = np.stack([point.shared[columns], moved.shared[columns]])
     order, forces = [channel.name for channel in model.states], point.forces.copy()
     rows = [order.index(state) for state in problem.equations]
     nominal = {**problem.space.nominal(), **problem.named(point)}
@@ -113,7 +127,7 @@ def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Poi
         if finite.any():
             basis = hats(t, model.spacing, problem.settings.knots)
             forces[number] -= np.linalg.lstsq(basis[finite], change[finite], rcond=1e-8)[0].T
-    return Point(shared, point.initial, forces)
+    return Point(moved.shared, point.initial, forces)
 
 
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:

@@ -17,17 +17,25 @@ import pandas as pd
 from scipy.stats import chi2, false_discovery_control
 
 from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.parts import Shares
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.results import Shares
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
 BLOCKS = 12
 """Parts of each trial that are looked at in time and moved about in tests."""
 CELLS = 4
+"""Parts of what a variable was, each with as many rows. [S]"""
 SECTORS = 8
+"""Sectors of the heading, by the points of the compass."""
 DRAWS = 400
+"""Orders of the blocks in a permutation test, so that p is 1/401 or more. [S]"""
 _RATE = 0.05
+"""False discovery rate over all cells. Convention."""
+_FEWEST = 20
+"""Rows of a cell below which it is left out: the mean of fewer squares is chance. [S]"""
+_MOST = 0.9
+"""Part of all rows from which a cell is left out: hardly anything is left to compare it with. [S]"""
 
 
 def by_channel(problem: Problem, deviation: Array, points: Mapping[str, Point]) -> pd.DataFrame:
@@ -62,11 +70,16 @@ def shares(before: float, refit: float, effects: float, rows: int) -> Shares:
 
 
 def whitened(problem: Problem, errors: Array, sizes: Sizes) -> Array:
-    """Errors (N,) whitened by the noise alone: standard normal where nothing but noise is left."""
-    shapes, found = noise_shapes(problem.settings), errors.copy()
+    """Errors (N,) whitened by the noise alone: standard normal where nothing but noise is left.
+
+    A channel that diverges in a trial is infinite there from the first sample on.
+    """
+    shapes, found = noise_shapes(problem.settings), np.full_like(errors, math.inf)
     for one in problem.series:
-        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
-        found[one.rows] = white * math.exp(-float(sizes.white[one.channel]))
+        own = errors[one.rows]
+        if np.isfinite(own).all():
+            white, _ = whiten(own, one.t, shapes[sizes.shape[one.channel]])
+            found[one.rows] = white * math.exp(-float(sizes.white[one.channel]))
     return found
 
 
@@ -106,7 +119,7 @@ def in_region(problem: Problem, errors: Array, point: Point, seed: int = 0) -> p
     for name, (unit, values) in variables.items():
         for label, low, high, here in _cells(name, values):
             n = int(here.sum())
-            if n < 20 or n > 0.9 * len(squares):
+            if n < _FEWEST or n > _MOST * len(squares):
                 continue
             size = float(squares[here].mean())
             more = sum(float(other[here].mean()) >= size for other in moved)
@@ -163,12 +176,14 @@ def _variables(problem: Problem, point: Point) -> dict[str, tuple[str, Array]]:
 
 
 def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
+    """Words, ends and rows of each cell of a variable; what is NaN, as where a run diverges, is in none."""
     if name == "heading":
         width = 2.0 * math.pi / SECTORS
-        sector = np.floor((values + width / 2.0) / width).astype(int) % SECTORS
+        sector = np.floor((values + width / 2.0) / width) % SECTORS
         points = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
         return [(points[k], (k - 0.5) * width, (k + 0.5) * width, sector == k) for k in range(SECTORS)]
-    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, CELLS + 1)))
+    known = values[np.isfinite(values)]
+    edges = np.unique(np.quantile(known, np.linspace(0.0, 1.0, CELLS + 1))) if known.size else known
     found = []
     for low, high in itertools.pairwise(edges):
         last = high == edges[-1]

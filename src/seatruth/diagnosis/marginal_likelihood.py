@@ -66,8 +66,7 @@ class Likelihood:
 
     def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
         self.problem, self.errors = problem, at.errors
-        active = problem.active(at.effects)
-        self.columns = active if at.discrepancy else active[~np.isin(active, problem.terms)]
+        self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
@@ -198,12 +197,10 @@ class Likelihood:
         at = np.array([*first, *middle, *own], dtype=np.intp)
         root = np.diag(problem.sd[self.columns[at]])
         if on and problem.discrepancy is not None:
-            equation = self.equation_root(sizes.terms, sizes.coupling)
-            texts = np.array([term.text for term in problem.discrepancy.terms])
-            same = texts[:, None] == texts
-            which = problem.term_equation
-            n = len(first)
-            root[n : n + len(middle), n : n + len(middle)] = same * equation[np.ix_(which, which)]
+            for equations, members in problem.term_groups:
+                block = self.equation_root(sizes.terms, sizes.coupling, equations)
+                rows = len(first) + members
+                root[rows[:, :, None], rows[:, None, :]] = block
         return at, root
 
     def local_root(self, sizes: Sizes) -> Array:
@@ -216,13 +213,15 @@ class Likelihood:
             root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
         return root
 
-    def equation_root(self, log_sizes: Array, coupling: Array) -> Array:
-        """A square root (E, E) of the covariance of missing accelerations between equations."""
-        correlation = np.eye(len(log_sizes))
+    def equation_root(self, log_sizes: Array, coupling: Array, equations: Indices | None = None) -> Array:
+        """A square root (E, E) of the covariance of missing accelerations between all equations, or these ones."""
+        correlation = (1.0 + _RIDGE) * np.eye(len(log_sizes))
         for (a, b), value in zip(self._pairs, coupling):
             correlation[a, b] = correlation[b, a] = value
         size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
-        return np.asarray(size[:, None] * np.linalg.cholesky(correlation + _RIDGE * np.eye(len(size))))
+        if equations is not None:
+            correlation, size = correlation[np.ix_(equations, equations)], size[equations]
+        return np.asarray(size[:, None] * np.linalg.cholesky(correlation))
 
     # Elimination
 

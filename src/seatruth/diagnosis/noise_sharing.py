@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.fit import Fit, of_sizes
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.sizes import Sizes, log_prior
+from seatruth.diagnosis.sizes import Sizes
 
 _ROUNDS = 3
 """Times that noise is passed on. [S] One or two are usual."""
@@ -28,7 +28,10 @@ _BETTER = 0.5
 
 
 def share_noise(found: Search, turn: int) -> None:
-    """Fits the leaders and the model alone again, where the noise of another leader is better than their own."""
+    """Fits the leaders and the model alone again, where the noise of another leader is better than their own.
+
+    `turn` counts the calls of one search.
+    """
     for round_ in range(_ROUNDS):
         ranked = sorted(found.fits.items(), key=lambda entry: (-entry[1].evidence, entry[0]))
         best = ranked[0][1].evidence
@@ -40,7 +43,7 @@ def share_noise(found: Search, turn: int) -> None:
                 continue
             sizes = _better_noise(found, fit, offers)
             if sizes is not None:
-                fit_once(found, key, on, fit.point, sizes, attempt=10 * turn + round_)
+                fit_once(found, key, on, fit.point, sizes, attempt=f"with shared noise, {turn}.{round_}")
                 changed = True
         if not changed:
             return
@@ -51,11 +54,7 @@ def _better_noise(found: Search, fit: Fit, offers: Sequence[Sizes]) -> Sizes | N
     others = [one for one in offers if (one.shape, one.white.tobytes()) != (fit.sizes.shape, fit.sizes.white.tobytes())]
     if not others:
         return None
-    likelihood = Likelihood(found.problem, fit.linearized(found.problem))
-
-    def value(sizes: Sizes) -> float:
-        return likelihood.log_likelihood(sizes, fit.effects) + log_prior(found.problem.settings, sizes, found.known)
-
+    value = of_sizes(Likelihood(found.problem, fit.linearized(found.problem)), fit.effects, found.known)
     own = value(fit.sizes)
     whole = [replace(fit.sizes, white=one.white, shape=one.shape) for one in others]
     if fit.discrepancy:

@@ -8,10 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.results import Hypothesis
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors
+
+_NEGLIGIBLE = 1e-3
+"""Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
 
 
 def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
@@ -95,8 +98,7 @@ def by_cause(found: Iterable[Hypothesis], effects: Mapping[str, Effect]) -> dict
         nodes = {node for name in one.effects for node in ancestors(effects[name].cause)} - {""}
         for node in nodes:
             sums[node] = sums.get(node, 0.0) + one.probability
-    kept = {node: p for node, p in sums.items() if p > 1e-3}
-    return dict(sorted(kept.items(), key=lambda entry: (-entry[1], entry[0])))
+    return _ranked(sums)
 
 
 def by_place(found: Iterable[Hypothesis], places: Mapping[str, Sequence[str]]) -> dict[str, float]:
@@ -105,5 +107,10 @@ def by_place(found: Iterable[Hypothesis], places: Mapping[str, Sequence[str]]) -
     for one in found:
         for place in {place for name in one.effects for place in places[name]}:
             sums[place] = sums.get(place, 0.0) + one.probability
-    kept = {place: p for place, p in sums.items() if p > 1e-3}
+    return _ranked(sums)
+
+
+def _ranked(sums: Mapping[str, float]) -> dict[str, float]:
+    """What is not negligible, the most probable first."""
+    kept = {name: p for name, p in sums.items() if p > _NEGLIGIBLE}
     return dict(sorted(kept.items(), key=lambda entry: (-entry[1], entry[0])))

@@ -18,6 +18,8 @@ from seatruth.trials.trial import Trial
 
 _FEWEST_SAMPLES = 10
 """Samples of a trial below which nothing can be said of its motion. [S]"""
+_LARGEST = 1e100
+"""Size of a value, in SI units, from which its square and sums of such squares leave double precision."""
 _ONE_COURSE = 0.5
 """rad: courses that differ less count as one. [S]"""
 
@@ -30,6 +32,15 @@ def require_trials(study: Study) -> None:
     short = [trial.name for trial in study.trials if len(trial) < _FEWEST_SAMPLES]
     if short:
         raise BadInput(f"trial {short[0]!r} has fewer than {_FEWEST_SAMPLES} samples", where=where, do="Leave it out.")
+    for trial in study.trials:
+        for name, values in (*trial.inputs.items(), *trial.outputs.items()):
+            wild = np.flatnonzero(np.isfinite(values) & (np.abs(values) > _LARGEST))
+            if wild.size:
+                raise BadInput(
+                    f"the value {values[wild[0]]:.3g} is none that a vehicle has",
+                    where=f"trial {trial.name!r}, channel {name!r}, t = {trial.t[wild[0]]:g} s",
+                    do="Correct it, or leave the sample empty.",
+                )
 
 
 def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

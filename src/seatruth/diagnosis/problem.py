@@ -32,6 +32,9 @@ from seatruth.trials.trial import Trial, Trials
 
 _LARGEST = 1e9
 """Derivative over error from which a run is about to diverge: its square would swamp double precision."""
+_OVERFLOWS = 1e100
+"""Size of an error or a state, in SI units, from which a run counts as diverged: below it, squares over the variance of
+any noise can be summed in double precision, whose largest number is 1.8e308."""
 
 
 @dataclass(frozen=True)
@@ -113,17 +116,18 @@ class Problem:
             np.zeros((len(self.trials), len(self.equations), settings.knots)),
         )
 
-    def active(self, effects: Sequence[str]) -> Indices:
+    def active(self, effects: Sequence[str], *, discrepancy: bool) -> Indices:
         """Columns of the shared unknowns that a hypothesis frees: coefficients, terms, these effects' parameters."""
         own = [self.columns[name] for name in effects]
-        return np.concatenate([self.coefficients, self.terms, *own]).astype(np.intp)
+        terms = self.terms if discrepancy else self.terms[:0]
+        return np.concatenate([self.coefficients, terms, *own]).astype(np.intp)
 
     def errors(self, point: Point) -> Array:
         """Measured minus simulated (N,) at a point; inf where a run diverges."""
         found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y[0])[self._valid]
-        errors[~np.isfinite(errors)] = math.inf
+        errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         return np.asarray(errors)
 
     def simulate(self, point: Point) -> list[Array]:
@@ -132,8 +136,9 @@ class Problem:
         return [found.y[0, rows] for rows in self._simulator.rows]
 
     def states(self, point: Point) -> list[Array]:
-        """States (n, n_states) of each trial at a point."""
+        """States (n, n_states) of each trial at a point; NaN where a run diverges."""
         found = self._bound(point, self.space.varying).states(self._theta(point), self._initial_states(point))
+        found = np.where(np.abs(found) < _OVERFLOWS, found, math.nan)
         return [found[rows] for rows in self._simulator.rows]
 
     def linearize(self, point: Point, effects: Sequence[str], *, discrepancy: bool = True) -> Linearization:
@@ -149,8 +154,7 @@ class Problem:
         return last
 
     def _linearized(self, point: Point, effects: tuple[str, ...], discrepancy: bool) -> Linearization:
-        kept = self.active(effects)
-        kept = kept if discrepancy else kept[~np.isin(kept, self.terms)]
+        kept = self.active(effects, discrepancy=discrepancy)
         free = [self.unknowns[k].name for k in kept]
         knots = list(self._knot_names) if discrepancy else []
         tied = [name for name in self.space.varying if name not in self.space.free_names]
@@ -162,7 +166,7 @@ class Problem:
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - found.y)[self._valid]
             slopes = -found.dy[self._valid]
-        errors[~np.isfinite(errors)] = math.inf
+        errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         slopes[~(np.abs(slopes) < _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0))))] = 0.0
         shared = np.zeros((len(errors), len(self.unknowns)))
         shared[:, kept] = slopes[:, : len(free)]
@@ -234,6 +238,7 @@ class Problem:
         terms = self.discrepancy.terms if self.discrepancy else ()
         self.terms = np.array([at[term.name] for term in terms], dtype=np.intp)
         self.term_equation = np.array([self.equations.index(term.state) for term in terms], dtype=np.intp)
+        self.term_groups = _grouped([term.text for term in terms], self.term_equation)
         taken = {int(k) for columns in self.columns.values() for k in columns} | {int(k) for k in self.terms}
         self.coefficients = np.array([k for k in range(len(self.unknowns)) if k not in taken], dtype=np.intp)
 
@@ -338,3 +343,12 @@ def _with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
 
 def _from_zero(trial: Trial) -> Trial:
     return dataclasses.replace(trial, t=trial.t - trial.t[0]) if trial.t[0] != 0.0 else trial
+
+
+def _grouped(texts: Sequence[str], equation: Indices) -> list[tuple[Indices, Indices]]:
+    """Terms of one text that stand in the same equations: those (k,), and the places (texts, k) of their terms."""
+    found: dict[tuple[int, ...], list[list[int]]] = {}
+    for text in dict.fromkeys(texts):
+        members = [k for k, other in enumerate(texts) if other == text]
+        found.setdefault(tuple(int(equation[k]) for k in members), []).append(members)
+    return [(np.array(equations), np.array(members)) for equations, members in found.items()]

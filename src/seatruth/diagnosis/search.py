@@ -14,7 +14,8 @@ import numpy as np
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial, moved_to
+from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
+from seatruth.diagnosis.initial_guess import without_effects
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
@@ -51,18 +52,16 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         share_noise(found, 1)
         count = len(singles)
         for size in range(2, settings.most_effects + 1):
-            leaders = [key for key in found.sets() if len(key) == size - 1 and _leads(found, key)][: settings.leaders]
-            for leader in leaders:
-                at = found.best(leader)
-                assert at is not None
-                for name in screen(found, at)[: settings.additions]:
+            smaller = [fit for fit in found.sets() if len(fit.effects) == size - 1 and _leads(found, fit)]
+            for leader in smaller[: settings.leaders]:
+                for name in screen(found, leader)[: settings.additions]:
                     count += 1
-                    key = tuple(sorted((*leader, name)))
-                    found.rival = max(f.evidence for f in found.fits.values())
+                    key = tuple(sorted((*leader.effects, name)))
+                    found.rival = found.leader.evidence
                     if found.expected(key) < found.rival + settings.worth_fitting or found.best(key) is not None:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
-                    fit_both(found, key, at)
+                    fit_both(found, key, leader)
         _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
@@ -77,7 +76,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
 
 def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
     """Fits effects alone, several at once; each sees the same rival, whatever is finished first."""
-    found.rival = max(f.evidence for f in found.fits.values())
+    found.rival = found.leader.evidence
     done = len({key for key, _ in found.fits if key})
 
     def run(number: int, name: str) -> None:
@@ -111,9 +110,8 @@ def _fit_each_trial(found: Search) -> None:
     """
     effects = found.problem.effects.items()
     alike = {effect.like.name: name for name, effect in effects if isinstance(effect, EachTrial)}
-    for leader in [key for key in found.sets() if key and _leads(found, key)][: found.problem.settings.leaders]:
-        at = found.best(leader)
-        assert at is not None
+    leaders = [fit.effects for fit in found.sets() if fit.effects and _leads(found, fit)]
+    for leader in leaders[: found.problem.settings.leaders]:
         for name in leader:
             if name not in alike:
                 continue
@@ -131,23 +129,20 @@ def _refit_parts(found: Search) -> None:
     """
     nothing: Key = ()
     for round_ in range(_ROUNDS):
-        leader = found.sets()[0]
-        at = found.best(leader)
-        assert at is not None
+        at = found.leader
+        leader = at.effects
         rests = [tuple(n for n in leader if n != name) for name in leader]
         for key in dict.fromkeys([*rests, nothing]):
-            point = at.point
-            for name in (n for n in leader if n not in key):
-                point = moved_to(found.problem, point, name, found.problem.mean[found.problem.columns[name]])
+            point = without_effects(found.problem, at.point, [name for name in leader if name not in key])
             for on in sorted({False, at.discrepancy}):
                 known = found.fits.get((key, on))
                 if known is None or known.evidence > at.evidence - _FAR:
-                    fit_once(found, key, on, point, at.sizes, attempt=4 + round_)
-        if found.sets()[0] == leader:
+                    fit_once(found, key, on, point, at.sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
+        if found.leader.effects == leader:
             break
 
 
-def _leads(found: Search, key: Key) -> bool:
+def _leads(found: Search, fit: Fit) -> bool:
     """Whether a set explains at least half of what the best one does: only such sets are worth extending."""
-    null, best = found.null.evidence, max(f.evidence for f in found.fits.values())
-    return found.evidence(key) >= null + 0.5 * (best - null)
+    null = found.null.evidence
+    return fit.evidence >= null + 0.5 * (found.leader.evidence - null)

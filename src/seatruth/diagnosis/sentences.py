@@ -1,6 +1,7 @@
 """The verdict as the sentences that stand above everything else: never surer than the evidence below them.
 
->>> from seatruth.diagnosis.results import NamedCause, Shares
+>>> from seatruth.diagnosis.parts import Shares
+>>> from seatruth.diagnosis.verdict import NamedCause
 >>> current = NamedCause(
 ...     cause="environment.moving_water.uniform_current",
 ...     title="a uniform current",
@@ -19,9 +20,11 @@ The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (pr
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from seatruth.diagnosis.results import EffectParameter, Kind, NamedCause, Shares, Validation, towards
+from seatruth.diagnosis.parts import Shares, Validation
+from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
+from seatruth.text import listed
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
@@ -110,9 +113,38 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
     return ", ".join(parts)
 
 
+def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
+    """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg"."""
+    if not {"north", "east"} <= set(values):
+        return ""
+    (north, dn), (east, de) = values["north"], values["east"]
+    size = math.hypot(north, east)
+    if size == 0.0:
+        return ""
+    d_size = math.hypot(north * dn, east * de) / size
+    d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
+    angle = math.degrees(math.atan2(east, north)) % 360.0
+    return f"{size:.3g} +- {d_size:.2g} {unit} towards {angle:.0f} +- {d_angle:.2g} deg"
+
+
 def meets_noise(shares: Shares) -> bool:
     """Whether the refitted model leaves hardly more than noise."""
     return math.sqrt(max(shares.misfit_refit, 0.0)) <= AT_NOISE
+
+
+def no_share_in_words(validation: Validation) -> str:
+    """Why no part of the gap can be given."""
+    away = [fold.trial for fold in validation.folds if not math.isfinite(fold.error_refit + fold.error_effects)]
+    if away:
+        return f"Left out, {listed(away)} could not be predicted: the motion diverges."
+    return "On trials left out the refitted model leaves no gap to explain."
+
+
+def ends_in_words(validation: Validation) -> str:
+    """The interval of the part of the gap that is explained."""
+    if not math.isfinite(validation.lower):
+        return "these trials do not bound it"
+    return f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
 
 
 def shrinks_surely(validation: Validation) -> bool:
@@ -193,8 +225,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
     if validation is None:
         return "This was not tested on trials left out."
     if not math.isfinite(validation.gap_explained):
-        return "On trials left out there is no gap to explain."
-    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+        return no_share_in_words(validation)
+    ends = ends_in_words(validation)
     if shrinks_surely(validation):
         return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     return (

@@ -1,9 +1,9 @@
-"""Sizes of noise and discrepancy: what they are, what is known of them before, and how they are maximised."""
+"""Sizes of noise and discrepancy: what they are, what is known of them before, and what it costs not to know them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -14,16 +14,19 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem, Series
 from seatruth.diagnosis.settings import Settings
 from seatruth.statistics.state_space_noise import NoiseShape, whiten
+from seatruth.trials.prepare.filters import MAD_TO_SD
 
 PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
 """Equations whose missing forces are correlated: a side force that acts off the origin has a moment."""
 _FIRST_SIZE = math.log(0.03)
 """Size of discrepancy from which the search starts, as a part of the usual acceleration. [S] A few per cent."""
-_STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coupling": (0.3, 0.6)}
-"""Difference over which a slope is taken, and the longest step, in logarithms of sizes and in Fisher's z. [S]"""
 _FINEST = 1e-5
 """Least noise, as a part of a record's spread. [S] Finer data, a simulator's own, leave no correct digit in
 log-likelihoods: initial states have priors 1e6 times as wide."""
+_NO_NOISE = 1e-12
+"""Standard deviation of white noise, in SI units, below which there is none: no sensor resolves it. [S]"""
+_LARGEST_RESIDUAL = 1e140
+"""Size, in SI units, below which the squares of a million residuals can be summed (up to 1.8e308)."""
 _PROPOSED = 3
 """Shapes that the residuals alone suggest, of which the likelihood chooses. [S]"""
 _WIDE = 0.7
@@ -124,9 +127,9 @@ def first_sizes(problem: Problem, prior: NoisePrior) -> Sizes:
         samples = [np.asarray(t.outputs[name]) for t in problem.trials if name in t.outputs]
         second = np.concatenate([np.diff(y, n=2) for y in samples]) if samples else np.zeros(0)
         second = np.abs(second[np.isfinite(second)])
-        # Second differences of white noise have variance 6 sd^2; 1.4826 makes the median absolute value a deviation.
-        size = 1.4826 * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
-        white.append(math.log(max(size, prior.least[c], 1e-12)))
+        # Second differences of white noise have variance 6 sd^2.
+        size = MAD_TO_SD * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+        white.append(math.log(max(size, prior.least[c], _NO_NOISE)))
     E = len(problem.equations)
     pairs = sum(a in problem.equations and b in problem.equations for a, b in PAIRS)
     start = np.full(E, _FIRST_SIZE)
@@ -145,7 +148,7 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
         if c in known.declared:
             total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
         if c in known.least:
-            total -= _OUTSIDE * max(math.log(max(known.least[c], 1e-12)) - log_white, 0.0) * 1e3
+            total -= _OUTSIDE * max(math.log(max(known.least[c], _NO_NOISE)) - log_white, 0.0) * 1e3
         total += shapes[sizes.shape[c]]
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):
@@ -168,8 +171,11 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
     """Noise shapes that a channel's residuals (N,) suggest, best first, each with the log of its white deviation.
 
     The likelihood of the residuals alone, its size profiled out, over the whole grid: a search by neighbours stops on
-    the ridge where a smaller white part and a larger slow one look alike.
+    the ridge where a smaller white part and a larger slow one look alike. None are proposed where the residuals are
+    those of a step that leads nowhere, so large that their squares overflow, and none where there is no noise.
     """
+    if not (np.abs(residuals) < _LARGEST_RESIDUAL).all():
+        return {}
     shapes = noise_shapes(problem.settings)
     grouped: dict[tuple[int, bytes], list[Series]] = {}
     for one in problem.series:
@@ -188,51 +194,9 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
         size = 0.5 * np.log(np.maximum(squares, 1e-300) / np.maximum(counts, 1.0))
     scores = -counts * size - 0.5 * logs + np.array(_log_shape_prior(problem.settings))[:, None]
     order = np.argsort(-scores, axis=0, kind="stable")[:_PROPOSED]
-    return {c: [(int(k), float(size[k, c])) for k in order[:, c]] for c in range(channels) if counts[c]}
-
-
-def maximise(
-    objective: Callable[[Sizes], float],
-    sizes: Sizes,
-    settings: Settings,
-    *,
-    channels: Sequence[int],
-    noise: bool = True,
-    shapes: bool = True,
-    sweeps: int = 2,
-    proposals: Mapping[int, Sequence[tuple[int, float]]] | None = None,
-) -> tuple[Sizes, float]:
-    """Coordinate ascent: parabolic steps in the logarithms of sizes, shapes of noise to neighbours of the grid.
-
-    Returns the best sizes and the objective there. `channels` are those that were recorded; `proposals` are shapes
-    with the logarithm of their white deviation that are tried first (`proposed_shapes`).
-    """
-    best, value = sizes, objective(sizes)
-    for c, options in (proposals or {}).items():
-        found = [_with_shape(best, c, shape, white) for shape, white in options if shape != best.shape[c]]
-        if found:
-            values = [objective(one) for one in found]
-            top = int(np.argmax(values))
-            # What is near may be better once its white deviation has been set.
-            if values[top] > value - 3.0:
-                tried, reached = _climb(objective, found[top], values[top], "white", c)
-                best, value = (tried, reached) if reached > value else (best, value)
-    for _ in range(sweeps):
-        before = value
-        if noise:
-            for c in channels:
-                best, value = _climb(objective, best, value, "white", c)
-                if shapes:
-                    best, value = _reshape(objective, best, value, c, settings)
-        if sizes.discrepancy:
-            for part in ("terms", "forces"):
-                for e in range(len(best.terms)):
-                    best, value = _climb(objective, best, value, part, e)
-            for k in range(len(best.coupling)):
-                best, value = _climb(objective, best, value, "coupling", k)
-        if value < before + 0.1:
-            break
-    return best, value
+    least = math.log(_NO_NOISE)
+    seen = [c for c in range(channels) if counts[c]]
+    return {c: [(int(k), float(size[k, c])) for k in order[:, c] if size[k, c] > least] for c in seen}
 
 
 def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, settings: Settings) -> float:
@@ -265,59 +229,3 @@ def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, setti
             # Where the likelihood is not finite beside the best, the curve has no width.
             total -= math.log(min(max((width + foot * below) / -low, _NARROWEST), 1.0))
     return total
-
-
-def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
-    white = sizes.white.copy()
-    white[c] = log_white
-    return replace(sizes, white=white, shape=(*sizes.shape[:c], shape, *sizes.shape[c + 1 :]))
-
-
-def _climb(objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int) -> tuple[Sizes, float]:
-    """A Newton step along one coordinate, from differences, and parts of it; correlations move in Fisher's z."""
-    here = float(getattr(best, part)[k])
-    here = math.atanh(here) if part == "coupling" else here
-    h, reach = _STEPS[part]
-
-    def at(x: float) -> Sizes:
-        values = getattr(best, part).copy()
-        values[k] = math.tanh(x) if part == "coupling" else x
-        return replace(best, **{part: values})
-
-    left, right = at(here - h), at(here + h)
-    a, b = objective(left), objective(right)
-    top, top_value = max(((best, value), (left, a), (right, b)), key=lambda entry: entry[1])
-    curvature = a + b - 2.0 * value
-    move = 0.5 * h * (a - b) / curvature if curvature < 0.0 else math.copysign(reach, b - a)
-    move = min(max(move, -reach), reach)
-    for shorter in (1.0, 0.4):
-        there = at(here + shorter * move)
-        found = objective(there)
-        if found > top_value:
-            return there, found
-    return top, top_value
-
-
-def _reshape(
-    objective: Callable[[Sizes], float], best: Sizes, value: float, c: int, settings: Settings
-) -> tuple[Sizes, float]:
-    """The first neighbouring shape of one channel's noise that is better, at the same white or the same total size."""
-    shapes = noise_shapes(settings)
-    ratios, times, now = len(settings.noise_ratios), len(settings.noise_times), best.shape[c]
-    if now == 0:
-        options = [1 + r * times + t for r in (1, 3) for t in (1, 3) if r < ratios and t < times]
-    else:
-        r, t = divmod(now - 1, times)
-        near = ((r, t + 1), (r, t - 1), (r + 1, t), (r - 1, t))
-        options = [1 + i * times + j for i, j in near if 0 <= i < ratios and 0 <= j < times] + [0]
-    for option in options:
-        shape = (*best.shape[:c], option, *best.shape[c + 1 :])
-        total = 0.5 * math.log(shapes[now].correlation(0.0) / shapes[option].correlation(0.0))
-        for shift in (0.0, total):
-            white = best.white.copy()
-            white[c] += shift
-            trial = replace(best, shape=shape, white=white)
-            found = objective(trial)
-            if found > value + 1e-9:
-                return trial, found
-    return best, value

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 from seatruth.models.base import Model
 from seatruth.models.user_file import is_file, load_object
+from seatruth.plugins import load_plugin, points_by_name
 
 GROUP = "seatruth.models"
 
@@ -16,7 +16,7 @@ GROUP = "seatruth.models"
 def available() -> dict[str, type[Model]]:
     """Installed model classes by name; those that cannot be loaded are in `broken()`."""
     result = {}
-    for name in sorted(_points()):
+    for name in sorted(points_by_name(GROUP)):
         try:
             result[name] = _load(name)
         except PluginError:
@@ -27,7 +27,7 @@ def available() -> dict[str, type[Model]]:
 def broken() -> dict[str, str]:
     """Installed models that cannot be loaded, each with the reason."""
     reasons = {}
-    for name in sorted(_points()):
+    for name in sorted(points_by_name(GROUP)):
         try:
             _load(name)
         except PluginError as problem:
@@ -58,7 +58,7 @@ def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str
     if is_file(spec):
         result, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec
     else:
-        known = _points()
+        known = points_by_name(GROUP)
         if spec not in known:
             raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName".')
         result, where = _load(spec), f"model {spec!r}"
@@ -71,27 +71,9 @@ def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str
     return _instance(result, (parameter_set,), where)
 
 
-def _points() -> dict[str, list[EntryPoint]]:
-    """Entry points by name; the same object registered twice (a package seen on two paths) counts once."""
-    points: dict[str, list[EntryPoint]] = {}
-    for point in entry_points(group=GROUP):
-        same = points.setdefault(point.name, [])
-        if all(point.value != other.value for other in same):
-            same.append(point)
-    return points
-
-
 def _load(name: str) -> type[Model]:
     """The model class behind an installed name, or PluginError."""
-    points = _points()[name]
-    where = f"model {name!r} ({points[0].value})"
-    if len(points) > 1:
-        several = ", ".join(point.value for point in points)
-        raise PluginError(f"several packages provide it: {several}", where=where, do="Uninstall one.")
-    try:
-        plugin = points[0].load()
-    except Exception as problem:
-        raise PluginError(f"it cannot be loaded ({type(problem).__name__}: {problem})", where=where) from problem
+    plugin, where = load_plugin("model", name, points_by_name(GROUP)[name])
     if not (isinstance(plugin, type) and issubclass(plugin, Model)):
         raise PluginError("it is not a Model", where=where, do="Derive the class from seatruth.models.Model.")
     return plugin

@@ -31,6 +31,7 @@ from seatruth.costs.base import Cost
 from seatruth.errors import BadInput
 from seatruth.storage.checkpoint import StaleCheckpoint
 from seatruth.storage.lock import lock_file
+from seatruth.storage.parsing import parsed
 
 FORMAT = "seatruth checkpoint 1"
 _RECORD_HEAD = struct.Struct("<4sI16sd")
@@ -150,7 +151,7 @@ class Journal:
 
     def _check_header(self, line: bytes, identity: Mapping[str, Any]) -> None:
         try:
-            header = json.loads(line)
+            header = parsed(line)
         except ValueError:
             header = None
         if not isinstance(header, dict) or header.get("format") != FORMAT:

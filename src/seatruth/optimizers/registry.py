@@ -6,13 +6,14 @@ import dataclasses
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import Any
 
 from seatruth.costs.base import Ability
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.optimizers.base import Optimizer, with_options
 from seatruth.optimizers.chain import Chain
+from seatruth.plugins import load_plugin, packages, points_by_name
 
 GROUP = "seatruth.optimizers"
 
@@ -42,21 +43,21 @@ class OptimizerInfo:
 
 def available() -> dict[str, OptimizerInfo]:
     """All installed optimizers by name. A plug-in that cannot be loaded is listed with its error; the others work."""
-    return {name: _describe(name, points) for name, points in sorted(_points().items())}
+    return {name: _describe(name, points) for name, points in sorted(points_by_name(GROUP).items())}
 
 
 def names() -> list[str]:
     """Names of all installed optimizers; none of them is loaded."""
-    return sorted(_points())
+    return sorted(points_by_name(GROUP))
 
 
 def describe(name: str) -> OptimizerInfo:
     """One installed optimizer of `names()`; no other is loaded."""
-    return _describe(name, _points()[name])
+    return _describe(name, points_by_name(GROUP)[name])
 
 
 def _describe(name: str, points: Sequence[EntryPoint]) -> OptimizerInfo:
-    package = ", ".join(dict.fromkeys(point.dist.name if point.dist else "?" for point in points))
+    package = packages(points)
     try:
         plugin = _load(name, points)
     except PluginError as problem:
@@ -68,7 +69,7 @@ def _describe(name: str, points: Sequence[EntryPoint]) -> OptimizerInfo:
 
 def make(name: str, **options: Any) -> Optimizer:
     """The installed optimizer of this name with these options; wrong names are refused with the nearest one."""
-    points = _points()
+    points = points_by_name(GROUP)
     if name not in points:
         raise BadInput(f"no optimizer {name!r} is installed", where="optimizer", do=nearest(name, points))
     plugin = _load(name, points[name])
@@ -98,29 +99,9 @@ def fitting(gives: frozenset[Ability]) -> list[str]:
     return [info.name for info in available().values() if not info.error and info.needs <= gives]
 
 
-def _points() -> dict[str, list[EntryPoint]]:
-    """Entry points by name; the same object registered twice (a package seen on two paths) counts once."""
-    points: dict[str, list[EntryPoint]] = {}
-    for point in entry_points(group=GROUP):
-        same = points.setdefault(point.name, [])
-        if all(point.value != other.value for other in same):
-            same.append(point)
-    return points
-
-
 def _load(name: str, points: Sequence[EntryPoint]) -> type[Optimizer] | Optimizer:
     """The plug-in behind a name, or PluginError."""
-    where = f"optimizer {name!r} ({points[0].value})"
-    if len(points) > 1:
-        raise PluginError(
-            f"several packages provide it: {', '.join(point.value for point in points)}",
-            where=where,
-            do="Uninstall one.",
-        )
-    try:
-        plugin = points[0].load()
-    except Exception as problem:
-        raise PluginError(f"it cannot be loaded ({type(problem).__name__}: {problem})", where=where) from problem
+    plugin, where = load_plugin("optimizer", name, points)
     if isinstance(plugin, Optimizer):
         return plugin
     if not (isinstance(plugin, type) and issubclass(plugin, Optimizer)):

@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 from numpy.typing import NDArray
 
 Column = NDArray[Any]
-"""Values (n,) of one field: numbers, bools, dates (datetime64, UTC), time spans (timedelta64) or texts (str)."""
+"""Values (n,) of one field: numbers, bools, dates (datetime64, UTC), time spans (timedelta64), texts (str)
+or bytes, which are text if they are UTF-8."""
 
 Progress = Callable[[float], None]
 """Called with the part of the file that is read, from 0 to 1."""

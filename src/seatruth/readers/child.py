@@ -64,9 +64,11 @@ def write(content: Any, out: BinaryIO) -> None:
 
     def described(values: Any) -> tuple[str, int]:
         values = np.ascontiguousarray(values)
-        if values.dtype.kind == "O":
+        if values.dtype.kind == "O" and any(isinstance(value, bytes) for value in values):
+            values = np.array([value[:64] if isinstance(value, bytes) else b"" for value in values], dtype=np.bytes_)
+        elif values.dtype.kind == "O":
             values = np.array([str(value)[:64] for value in values], dtype=np.str_)
-        if values.dtype.kind not in "biufmMU" or values.ndim != 1:
+        if values.dtype.kind not in "biufmMUS" or values.ndim != 1:
             raise TypeError(f"a column of kind {values.dtype} with {values.ndim} dimensions")
         values = values.astype(values.dtype.newbyteorder("="), copy=False)
         arrays.append(values)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-
-from seatruth.readers.base import Column, Content, Progress, Reader, Topic
+from seatruth.readers.base import Content, Progress, Reader, Topic
+from seatruth.readers.rows import Rows
 from seatruth.units import is_unit
 
 _CLOCK = "TimeUS"
 _DESCRIPTIONS = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "FILE"}
 """Messages that describe the log, not the vehicle."""
-_BLOCK = 8192
-"""Messages that are held as Python objects before they become arrays (chosen here [S])."""
+_SCALARS = (int, float, str, bytes)
+"""What a field of a message holds; arrays of raw samples are left out."""
 _SPELLINGS = {"deglatitude": "deg", "deglongitude": "deg", "degheading": "deg"}
 """Units of ArduPilot that name the quantity too."""
 
@@ -44,48 +42,26 @@ class DataFlash(Reader):
         with open(path, "rb") as stream:
             binary = stream.read(1) == b"\xa3"
         log: Any = (DFReader.DFReader_binary if binary else DFReader.DFReader_text)(str(path), zero_time_base=True)
-        found: dict[str, _Messages] = {}
+        found: dict[str, Rows] = {}
+        units: dict[str, dict[str, str]] = {}
         while (message := log.recv_msg()) is not None:
             kind = message.get_type()
-            fields = message.fmt.columns
-            if kind in _DESCRIPTIONS or _CLOCK not in fields:
+            if kind in _DESCRIPTIONS or _CLOCK not in message.fmt.columns:
                 continue
             instance = message.fmt.instance_field
             name = kind if instance is None else f"{kind}[{getattr(message, instance)}]"
+            values = {field: getattr(message, field) for field in message.fmt.columns}
             if name not in found:
-                found[name] = _Messages(message.fmt)
-            if fields == found[name].fields:
-                found[name].add([getattr(message, field) for field in fields])
+                found[name] = Rows([field for field, value in values.items() if isinstance(value, _SCALARS)])
+                stated = {field: _unit(message.fmt.get_unit(field)) for field in found[name].fields}
+                units[name] = {field: unit for field, unit in stated.items() if unit} | {_CLOCK: "us"}
+            if set(found[name].fields) <= set(values):
+                found[name].add([values[field] for field in found[name].fields])
             progress(log.percent / 100)
         notes = [] if found else ["The log holds no message with a time."]
-        return Content([messages.topic(name) for name, messages in sorted(found.items())], notes)
-
-
-class _Messages:
-    """Messages of one kind, as columns that grow."""
-
-    def __init__(self, description: Any) -> None:
-        self.fields: list[str] = list(description.columns)
-        self.units = {field: _unit(description.get_unit(field)) for field in self.fields}
-        self.units[_CLOCK] = "us"
-        self._rows: list[Sequence[Any]] = []
-        self._blocks: list[list[Column]] = []
-
-    def add(self, row: Sequence[Any]) -> None:
-        self._rows.append(row)
-        if len(self._rows) == _BLOCK:
-            self._flush()
-
-    def topic(self, name: str) -> Topic:
-        self._flush()
-        parts = [[block[k] for block in self._blocks] for k in range(len(self.fields))]
-        columns = {field: np.concatenate(part) for field, part in zip(self.fields, parts) if part[0].ndim == 1}
-        return Topic(name, columns, {f: unit for f, unit in self.units.items() if unit and f in columns}, _CLOCK)
-
-    def _flush(self) -> None:
-        if self._rows:
-            self._blocks.append([np.array(values) for values in zip(*self._rows)])
-            self._rows = []
+        return Content(
+            [Topic(name, rows.columns(), units[name], _CLOCK) for name, rows in sorted(found.items())], notes
+        )
 
 
 def _unit(text: str) -> str:

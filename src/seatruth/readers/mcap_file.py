@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 
 from seatruth.readers.base import Content, Progress, Reader
 from seatruth.readers.ros_messages import AXES, PAYLOADS, Messages, problems
+from seatruth.storage.parsing import parsed
 
 Decode = Callable[[bytes], Any]
 
@@ -74,7 +74,7 @@ def _decoder(schema: Any, channel: Any, notes: list[str]) -> Decode | None:
     if kind in PAYLOADS:
         return None
     if encoding == "json":
-        return lambda data: _named(json.loads(data))
+        return lambda data: _named(parsed(data))
     if schema is not None and (encoding, schema.encoding) in (
         ("cdr", "ros2msg"),
         ("cdr", "ros2idl"),

@@ -16,7 +16,7 @@ from seatruth.readers.base import Content, Reader, Topic
 from seatruth.readers.isolation import read_isolated
 from seatruth.readers.log import Log
 from seatruth.readers.tables import Table
-from seatruth.storage.regular import check_name, read_regular
+from seatruth.storage.regular import check_name, read_start
 
 _HEAD = 65536
 _MOST_COLUMNS = 10_000
@@ -132,11 +132,6 @@ def _own_options(kind: type[Reader], options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name in own}
 
 
-def _start(file: Path) -> bytes:
-    with open(file, "rb") as stream:
-        return stream.read(_HEAD)
-
-
 def _head(file: Path) -> bytes:
     """The first bytes of a file, or b"" for a folder; BadInput for what is neither."""
     check_name(file)
@@ -145,17 +140,12 @@ def _head(file: Path) -> bytes:
             if any(file.iterdir()):
                 return b""
             raise BadInput("it is an empty folder", where=str(file), do="Name a file.")
-        if file.exists() and not file.is_file():
-            raise BadInput("it is no plain file", where=str(file), do="It is a device or a pipe. Name a file.")
-        # Without waiting: a file of the kernel says that it is empty, and may block or never end.
-        head = read_regular(file)[:_HEAD] if file.stat().st_size == 0 else _start(file)
+        head = read_start(file, _HEAD)
     except FileNotFoundError:
         raise _not_found(file) from None
     except PermissionError:
         raise BadInput("no permission to read it", where=str(file), do="Change its permissions.") from None
-    except (OSError, ValueError) as problem:
-        if isinstance(problem, BadInput):
-            raise
+    except OSError as problem:
         raise BadInput(f"it cannot be read ({problem})", where=str(file), do="Check the path.") from None
     if not head.strip() and len(head) < _HEAD:
         raise BadInput("the file is empty", where=str(file), do="Check how it was exported.")
@@ -208,6 +198,8 @@ UTC = "UTC"
 
 
 def _series(values: Any, unit: str | None) -> pd.Series[Any]:
+    if values.dtype.kind == "S":
+        values = values.astype(object)  # pandas has no column of bytes
     series: pd.Series[Any] = pd.Series(values, copy=False)
     if unit == UTC and values.dtype.kind == "M":
         series = series.dt.tz_localize(UTC)

@@ -9,8 +9,9 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
+from seatruth import plugins
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.readers.base import Reader
 
@@ -45,7 +46,7 @@ def available() -> dict[str, ReaderInfo]:
     """
     found = {}
     for name, points in sorted(points_by_name().items()):
-        package = ", ".join(dict.fromkeys(point.dist.name if point.dist else "?" for point in points))
+        package = plugins.packages(points)
         try:
             kind = load(name, points)
         except PluginError as problem:
@@ -65,31 +66,19 @@ def available() -> dict[str, ReaderInfo]:
 
 
 def points_by_name() -> dict[str, list[EntryPoint]]:
-    """Entry points by name; the same object registered twice (a package seen on two paths) counts once."""
+    """Entry points of readers by name."""
     return _points(tuple(sys.path))
 
 
 @cache
 def _points(path: tuple[str, ...]) -> dict[str, list[EntryPoint]]:
     """The same for the places where Python looks for packages: to ask them all takes longer than to read a file."""
-    points: dict[str, list[EntryPoint]] = {}
-    for point in entry_points(group=GROUP):
-        same = points.setdefault(point.name, [])
-        if all(point.value != other.value for other in same):
-            same.append(point)
-    return points
+    return plugins.points_by_name(GROUP)
 
 
 def load(name: str, points: Sequence[EntryPoint]) -> type[Reader]:
     """The class behind a name, or PluginError."""
-    where = f"reader {name!r} ({points[0].value})"
-    if len(points) > 1:
-        values = ", ".join(point.value for point in points)
-        raise PluginError(f"several packages provide it: {values}", where=where, do="Uninstall one.")
-    try:
-        kind = points[0].load()
-    except Exception as problem:
-        raise PluginError(f"it cannot be loaded ({type(problem).__name__}: {problem})", where=where) from problem
+    kind, where = plugins.load_plugin("reader", name, points)
     if not (isinstance(kind, type) and issubclass(kind, Reader)):
         raise PluginError("it is not a Reader", where=where, do="Derive it from seatruth.readers.Reader.")
     if inspect.isabstract(kind) or not dataclasses.is_dataclass(kind):

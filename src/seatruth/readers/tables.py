@@ -89,7 +89,7 @@ class Table:
         return values
 
     def _from_text(self, series: pd.Series[Any], name: str) -> pd.Series[Any]:
-        text = as_text(series, f"{self.source}, column {name!r}").str.strip()
+        text = as_text(series, f"{self.source}, column {name!r}")
         if self.decimal != ".":
             text = text.str.replace(self.decimal, ".", regex=False)
         numbers = pd.to_numeric(text, errors="coerce")
@@ -105,9 +105,9 @@ class Table:
 
 
 def as_text(series: pd.Series[Any], where: str) -> pd.Series[Any]:
-    """A column as text; BadInput where it holds bytes that are none."""
+    """A column as text without blanks around it; BadInput where it holds bytes that are none."""
     try:
-        return series.astype("string")
+        return series.astype("string").str.strip()
     except (UnicodeError, ValueError, TypeError):
         raise BadInput("it holds bytes, neither numbers nor text", where=where, do="Choose another column.") from None
 

@@ -12,6 +12,7 @@ from seatruth.models.base import Model
 from seatruth.simulate.base import Jacobian, Outputs, SquaredErrors
 from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.compiler.sensitivities import sensitivities
+from seatruth.simulate.compiler.system import Directions
 from seatruth.simulate.setup import Setup
 from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
 from seatruth.trials.trial import Trial
@@ -87,7 +88,7 @@ class CompiledSimulator:
     ) -> Jacobian:
         """See `Simulator.jacobian`. The derivatives are exact to rounding."""
         values, starts = self._one(theta, x0)
-        places = (
+        along = Directions(
             self._setup.parameters.columns,
             self._setup.state_columns(free_states),
             self._setup.following(free_states),
@@ -95,9 +96,9 @@ class CompiledSimulator:
         program, grid, threads = self._program, self._grid, self._threads
         # What a servo does within a step has derivatives of its own, which only the long way carries.
         if last_states or program.equations.driven:
-            answer = program.jacobian(grid, values[0], starts[0], *places, threads)
+            answer = program.jacobian(grid, values[0], starts[0], along, threads)
         else:
-            answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], *places, threads)
+            answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], along, threads)
         finite = _finite(answer.x_end)
         for trial, rows in enumerate(self.rows):
             finite[trial] &= bool(np.isfinite(answer.y[rows]).all())

@@ -30,7 +30,7 @@ from seatruth.errors import BadInput
 _HOST = hashlib.sha256(platform.node().encode("utf-8", "replace")).hexdigest()[:8]
 """This machine: a folder may be shared with others, whose processes have the same numbers."""
 _TEMPORARY = re.compile(r"\.[0-9a-f]{16}-(?P<host>[0-9a-f]{8})-(?P<process>\d{1,9})\.part")
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Error numbers of a full disk, a used-up quota and a file-size limit."""
 
 
@@ -109,7 +109,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes | str]) -> None:
 def cannot_write(problem: OSError, path: str | Path) -> CannotWrite:
     """The error that tells a user why a file cannot be written, and what to do."""
     where = str(path)
-    if problem.errno in _FULL:
+    if problem.errno in FULL:
         return DiskFull("no space left on the disk", where=where, do="Free some space and run it again.")
     if problem.errno == errno.EROFS:
         return CannotWrite("the disk is read-only", where=where, do="Choose another folder.")

@@ -1,4 +1,4 @@
-"""Reading whole files that somebody else may have named: only plain files, and never more than they said to hold.
+"""Reading files that somebody else may have named: only plain files, and never more than they said to hold.
 
 A device, a pipe or a file of the kernel (/proc) has no size, may never end, or waits for somebody; a file that is too
 large is refused before it is read.
@@ -9,7 +9,10 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from seatruth.errors import BadInput
 
@@ -35,6 +38,32 @@ def read_regular(path: str | Path, most: int | None = None) -> bytes:
         ...     print(problem)
         /dev/null: it is no plain file. It is a device or a pipe: name a file.
     """
+    with _opened(path) as (stream, size):
+        if most is not None and size > most:
+            raise BadInput(
+                f"it has {size} bytes, too many for a file of this kind (at most {most})",
+                where=os.fspath(path),
+                do="Check the path.",
+            )
+        try:
+            return stream.read(size)
+        except MemoryError:
+            raise BadInput(
+                f"it has {size} bytes, more than this machine has memory for",
+                where=os.fspath(path),
+                do="Cut it into shorter files.",
+            ) from None
+
+
+def read_start(path: str | Path, most: int) -> bytes:
+    """The first bytes of a plain file, `most` of them or fewer; raises what `read_regular` does."""
+    with _opened(path) as (stream, size):
+        return stream.read(min(most, size))
+
+
+@contextmanager
+def _opened(path: str | Path) -> Iterator[tuple[BinaryIO, int]]:
+    """A plain file and the bytes it says to hold. A file of the kernel says 0, and may block or never end."""
     name = os.fspath(path)
     check_name(name)
     handle = os.open(name, _PLAIN_READ)
@@ -44,21 +73,7 @@ def read_regular(path: str | Path, most: int | None = None) -> bytes:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), name)
         if not stat.S_ISREG(status.st_mode):
             raise BadInput("it is no plain file", where=name, do="It is a device or a pipe: name a file.")
-        if most is not None and status.st_size > most:
-            raise BadInput(
-                f"it has {status.st_size} bytes, too many for a file of this kind (at most {most})",
-                where=name,
-                do="Check the path.",
-            )
-        try:
-            # No more than it said: a file of the kernel says 0, and may block or never end.
-            return stream.read(status.st_size)
-        except MemoryError:
-            raise BadInput(
-                f"it has {status.st_size} bytes, more than this machine has memory for",
-                where=name,
-                do="Cut it into shorter files.",
-            ) from None
+        yield stream, status.st_size
 
 
 def check_name(path: str | Path) -> None:

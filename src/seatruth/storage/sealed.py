@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from seatruth.storage.checksum import checksum
+from seatruth.storage.parsing import parsed
 
 _VERSION, _CHECKSUM = "format", "checksum"
 
@@ -43,7 +44,7 @@ def unsealed(text: bytes | str, version: int) -> dict[str, Any]:
         ValueError: It is nothing that `sealed` wrote, or something has changed it.
     """
     try:
-        whole = json.loads(text)
+        whole = parsed(text)
         if not isinstance(whole, dict) or whole.get(_VERSION) != version:
             raise OtherVersion("it has another layout")
         digits = whole.pop(_CHECKSUM, "")

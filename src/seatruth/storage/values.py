@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.storage.parsing import parsed
+
 _NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 _KINDS = "biufcSUmM"
 """NumPy kinds of arrays whose bytes are their value: no Python objects, no records."""
@@ -37,7 +39,7 @@ def to_text(value: Any) -> str:
 def from_text(text: str) -> Any:
     """The value that `to_text` wrote. Arrays are new and can be changed. Raises ValueError for other text."""
     try:
-        return _decoded(json.loads(text))
+        return _decoded(parsed(text))
     except (KeyError, TypeError, AttributeError, RecursionError) as problem:
         raise ValueError(f"it is not a stored value ({problem})") from None
 

@@ -9,7 +9,7 @@ from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.study.quantity import positive
-from seatruth.study.schema import ActuatorTable
+from seatruth.study.schema_trials import ActuatorTable
 from seatruth.study.validation import Problems
 
 _OF_A_SERVO = ("lag", "rate_limit", "delay")

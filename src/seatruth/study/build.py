@@ -11,6 +11,7 @@ from seatruth.costs.options import OPTIONS, CostOptions, FormulaOptions, Kind, o
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
+from seatruth.progress import Progress, silent
 from seatruth.study import expressions, formula, noise, observations, parameters, trial_files
 from seatruth.study.actuators import with_actuators
 from seatruth.study.schema import StudyFile
@@ -18,11 +19,11 @@ from seatruth.study.study import Study
 from seatruth.study.validation import Problems
 
 
-def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
-    """The study; None where something is wrong with it (`problems` says what)."""
+def study(file: StudyFile, source: Path, name: str, problems: Problems, progress: Progress = silent) -> Study | None:
+    """The study; None where something is wrong with it (`problems` says what). `progress` hears of the reading."""
     _check_kind(file, problems)
     if file.formula is not None:
-        return _of_formula(file, source, name, problems) if file.model is None else None
+        return _of_formula(file, source, name, problems, progress) if file.model is None else None
     if file.model is None:
         return None
     model = None
@@ -51,7 +52,9 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
         )
     sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
-    trials, holdout = trial_files.read(file, model, recordings, problems, synthetic=file.study.synthetic)
+    trials, holdout = trial_files.read(
+        file, model, recordings, problems, synthetic=file.study.synthetic, progress=progress
+    )
     if problems:
         return None
     options: CostOptions | None = None
@@ -74,7 +77,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems) -> Study
     return None
 
 
-def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) -> Study | None:
+def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems, progress: Progress) -> Study | None:
     """The study of a static formula."""
     made = formula.parts(file, source.parent, problems)
     if made is None:
@@ -83,7 +86,7 @@ def _of_formula(file: StudyFile, source: Path, name: str, problems: Problems) ->
     if not any(parameter.vary for parameter in made.parameters):
         problems.add(("parameters",), "no parameter varies", "Set vary = true for those to identify.")
     sd = noise.deviations(file.noise, made.model.outputs, ("noise",), problems)
-    trials = formula.read(file, made, problems)
+    trials = formula.read(file, made, problems, progress)
     if problems:
         return None
     with problems.at("study"):

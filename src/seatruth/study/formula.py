@@ -12,9 +12,12 @@ from seatruth.errors import BadInput, nearest
 from seatruth.expression import equation, names_in
 from seatruth.models.formula import Formula
 from seatruth.models.parameter import Parameter
+from seatruth.progress import Progress, silent
 from seatruth.readers import Table, read_log
+from seatruth.readers.tables import as_text
 from seatruth.study import parameters
-from seatruth.study.schema import ChannelTable, StudyFile, TrialTable
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable, TrialTable
 from seatruth.study.trial_files import Recording, column_spec, paths
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial, Trials
@@ -60,10 +63,10 @@ def parts(file: StudyFile, folder: Path, problems: Problems) -> FormulaParts | N
     return FormulaParts(model, model.parameters, Recording(files[0].stem, files[0], 0, entry))
 
 
-def read(file: StudyFile, made: FormulaParts, problems: Problems) -> Trials:
+def read(file: StudyFile, made: FormulaParts, problems: Problems, progress: Progress = silent) -> Trials:
     """The table as a trial whose time counts the rows; numbers are taken in the units in which the file has them."""
     with problems.at("formula", "file"):
-        table = read_log(made.table.path, **file.files.reading).table()
+        table = read_log(made.table.path, progress=progress, **file.files.reading).table()
         with_rows = Table(
             table.source,
             {**table.columns, _ROW: pd.Series(range(len(table)), dtype="float64")},
@@ -112,7 +115,8 @@ def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
     """The rows with the same entry in a column as a trial each, in the order in which they come."""
     if column not in table.columns:
         raise BadInput(f"no column {column!r} to distinguish the trials", do=nearest(column, list(table.columns)))
-    entries = table.columns[column].astype("string").fillna("").str.strip().to_numpy()[trial.t.astype(np.intp)]
+    entries = as_text(table.columns[column], f"{table.source}, column {column!r}").fillna("").to_numpy()
+    entries = entries[trial.t.astype(np.intp)]
     labels = list(dict.fromkeys(entries.tolist()))
     if len(labels) > _MOST_TRIALS:
         do = "Name a column with few different entries, or none."

@@ -54,6 +54,12 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "v_d": ("v d", "vd", "v down", "down velocity", "velocity down", "vel d", "vel down"),
     "latitude": ("latitude", "lat", "gps lat", "gnss lat", "gps latitude"),
     "longitude": ("longitude", "lon", "lng", "long", "gps lon", "gps lng", "gnss lon", "gps longitude"),
+    "northing": ("northing", "utm northing", "utm n", "utm north", "north", "utm y"),
+    "easting": ("easting", "utm easting", "utm e", "utm east", "east", "utm x"),
+    **{
+        f"f_{axis}": tuple(f"{word} {axis}" for word in ("f", "acc", "accel", "accelerometer", "linear acceleration"))
+        for axis in "xyz"
+    },
     "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
     "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
     "r": (

@@ -17,6 +17,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from seatruth.errors import BadInput
+from seatruth.progress import Progress, silent
 from seatruth.storage.regular import read_regular
 from seatruth.study import build, solver
 from seatruth.study.schema import StudyFile
@@ -30,11 +31,12 @@ _LONG_KEY = re.compile(r"""(?<![\w"'.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t
 """A dotted key of more parts than any table has: the TOML reader takes memory with the square of their number."""
 
 
-def load_study(path: str | Path) -> Study:
+def load_study(path: str | Path, *, progress: Progress = silent) -> Study:
     """Reads a study file.
 
     Args:
         path: the TOML file; the files that it names are relative to its folder.
+        progress: is told how far the reading of the logs has come.
 
     Returns:
         The study: model, prepared trials, parameters, noise and cost, and the optimizer, budget, seed and output
@@ -51,10 +53,10 @@ def load_study(path: str | Path) -> Study:
         ('least_squares', 20000, 1)
     """
     source = Path(path)
-    return study_from(read_text(source), source)
+    return study_from(read_text(source), source, progress)
 
 
-def study_from(text: str, source: Path) -> Study:
+def study_from(text: str, source: Path, progress: Progress = silent) -> Study:
     """The study that a study file's text describes; `source` is its path, to which files in it are relative.
 
     Raises:
@@ -64,7 +66,7 @@ def study_from(text: str, source: Path) -> Study:
     name = file.study.name or source.stem
     optimizer = solver.optimizer(file.optimizer, problems)
     budget = solver.budget(file.budget, problems)
-    study = build.study(file, source, name, problems)
+    study = build.study(file, source, name, problems, progress)
     profile = build.profiled(file.output.profile, study.parameters if study else (), ("output", "profile"), problems)
     problems.stop()
     assert study is not None  # otherwise there was a problem

@@ -68,10 +68,9 @@ def row_times(path: Path, study: Path | None = None) -> tuple[readers.Table, Arr
         log, column = readers.read_log(path, **file.files.reading), file.time.column
     table = log.table()
     series = table.column(table.time if table.time is not None and not table.has(column) else column)
-    numbers = pd.to_numeric(series, errors="coerce") if pd.api.types.is_numeric_dtype(series.dtype) else None
-    if numbers is None:
+    if not pd.api.types.is_numeric_dtype(series.dtype):
         return table, np.arange(len(table), dtype=np.float64)
-    return table, np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
+    return table, np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
 
 
 def _with_one_position(specs: Mapping[str, ColumnSpec], named: Collection[str] = ()) -> dict[str, ColumnSpec]:

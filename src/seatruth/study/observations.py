@@ -10,7 +10,8 @@ from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
 from seatruth.models import MEASURES, Model, Observation, WithServos, observed
 from seatruth.models.observed import ObservedBlackBox, ObservedModel
-from seatruth.study.schema import ChannelTable, StudyFile
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
 from seatruth.trials.prepare import apply_steps
@@ -59,12 +60,15 @@ def _place(table: ChannelTable) -> Any:
     return tuple(table.at) if table.at is not None else (0.0, 0.0, 0.0)
 
 
-def observable(model: Model) -> list[Channel]:
-    """Channels beside its outputs that a model can show and whose names say what they measure."""
+def observable(model: Model, *, accelerates: bool = False) -> list[Channel]:
+    """Channels beside its outputs that a model can show and whose names say what they measure.
+
+    Accelerometers are apart: they show vibration and tilt that no model has, so a user should ask for them.
+    """
     outputs = {channel.name for channel in model.outputs}
     found = []
     for name, measure in MEASURES.items():
-        if measure.by_name and not measure.accelerates and name not in outputs | _GROUND:
+        if measure.by_name and measure.accelerates == accelerates and name not in outputs | _GROUND:
             try:
                 observed(model, [Observation(name)])
             except BadInput:

@@ -10,7 +10,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from seatruth.study import schema
+from seatruth.study import schema, schema_trials
 from seatruth.trials.prepare import STEPS
 
 _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
@@ -19,13 +19,13 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("[formula]", schema.FormulaTable),
     ("[parameters.NAME]", schema.ParameterTable),
     ("prior = { ... } of a parameter", schema.PriorTable),
-    ("[actuators.NAME]", schema.ActuatorTable),
-    ("[time]", schema.TimeTable),
-    ("[channels.NAME]", schema.ChannelTable),
-    ("[frames]", schema.FramesTable),
-    ("[files]", schema.FilesTable),
-    ("[[trials]]", schema.TrialTable),
-    ("[[prepare]]", schema.PrepareTable),
+    ("[actuators.NAME]", schema_trials.ActuatorTable),
+    ("[time]", schema_trials.TimeTable),
+    ("[channels.NAME]", schema_trials.ChannelTable),
+    ("[frames]", schema_trials.FramesTable),
+    ("[files]", schema_trials.FilesTable),
+    ("[[trials]]", schema_trials.TrialTable),
+    ("[[prepare]]", schema_trials.PrepareTable),
     ("[noise]", schema.StudyFile),
     ("[cost]", schema.CostTable),
     ("[optimizer]", schema.OptimizerTable),

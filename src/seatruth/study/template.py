@@ -17,6 +17,7 @@ from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
+from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
@@ -67,13 +68,19 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
     fields = Fields(log)
     clocks = all(table.time is not None for table in log.tables.values())
     wanted = [*model.inputs, *model.outputs, *observable(model), *extra]
+    utm = utm_positions(fields) if {"x", "y"} <= required else {}
+    wanted = [channel for channel in wanted if not utm or channel.name not in ("x", "y")]
     guesses = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *wanted])
+    measured = accelerometers(fields, model)
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
     fixes = all(name in guesses for name in _FIX) and not {"x", "y"} & guesses.keys()
     guesses = {name: hit for name, hit in guesses.items() if fixes or name not in _FIX}
-    given = {*guesses, *(("x", "y") if fixes else ())}
+    if utm and not fixes:
+        guesses |= utm
+        extra += [STANDARD_CHANNELS[name] for name in UTM]
+    given = {*guesses, *(("x", "y") if fixes or utm else ())}
     missing_outputs = [c for c in model.outputs if c.name not in given]
     notes = list(log.notes)
     if "t" not in guesses and not clocks:
@@ -84,12 +91,18 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
         notes.append("No column was recognised for any output of the model: name them in [channels].")
         missing_outputs = []
     notes += _vague(guesses)
+    zone = utm_zone(log)
+    if "easting" in guesses and zone is None:
+        notes.append('The zone of northing and easting is not known: state it in [frames], as utm = "32 north".')
     text = "\n".join(
         [
             *_head(path, log.notes, model, use),
             *_parameters(model),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
+            *_accelerometers(measured, fields),
+            "",
+            *(_frames(zone) if "easting" in guesses else []),
             *_trials(path, missing_outputs),
             *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(fields, guesses[name])]),
             *_rest(model),
@@ -192,7 +205,7 @@ def _channels(
             entry = f"{{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
-            if channel.name in _FIX:
+            if channel.name in (*_FIX, *UTM):
                 used = "x and y, from the first fix on"
             elif channel not in needed:
                 used = f"{hit.why}; for the checks only"
@@ -201,7 +214,30 @@ def _channels(
             lines.append(
                 f'# {channel.name} = {{ column = "?", unit = {_text(channel.unit)} }}   # needed; not recognised'
             )
-    return [*lines, ""]
+    return lines
+
+
+def _accelerometers(found: Mapping[str, InferredColumn], fields: Fields) -> list[str]:
+    """Proposals that the user takes over by hand: where a sensor sits decides what it shows."""
+    if not found:
+        return []
+    return [
+        "# Accelerometers: state where each sits (m forward, starboard, down of the model's origin); take the # away.",
+        *(
+            f"# {name} = {{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)}, at = [0, 0, 0] }}"
+            for name, hit in found.items()
+        ),
+    ]
+
+
+def _frames(zone: str | None) -> list[str]:
+    if zone is None:
+        return [
+            "# [frames]",
+            '# utm = "32 north"   # zone of northing and easting; needed, as the log does not say',
+            "",
+        ]
+    return ["[frames]", f"utm = {_text(zone)}   # zone of northing and easting, from the log", ""]
 
 
 def _trials(log: str, missing: Sequence[Channel]) -> list[str]:

@@ -12,10 +12,12 @@ from pydantic import ValidationError
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.progress import Progress, silent
 from seatruth.study.file_patterns import MOST_FILES, is_pattern, matching_files
 from seatruth.study.observations import plain_outputs, turned_with_heading
 from seatruth.study.quantity import number
-from seatruth.study.schema import ChannelTable, PrepareTable, StudyFile, TimeTable, TrialTable
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_trials import ChannelTable, PrepareTable, TimeTable, TrialTable
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
 from seatruth.trials.frames import POSITIONS, with_origin
@@ -65,7 +67,13 @@ def recordings(file: StudyFile, folder: Path, problems: Problems) -> list[Record
 
 
 def read(
-    file: StudyFile, model: Model, recordings: Sequence[Recording], problems: Problems, *, synthetic: bool
+    file: StudyFile,
+    model: Model,
+    recordings: Sequence[Recording],
+    problems: Problems,
+    *,
+    synthetic: bool,
+    progress: Progress = silent,
 ) -> tuple[Trials, Trials]:
     """The trials that are fitted and those held out, read and prepared."""
     # Outputs for which an observation stands can still be named: they are in no trial.
@@ -81,7 +89,7 @@ def read(
         frames = stated_frames(file)
     for recording in recordings:
         with problems.at("trials", recording.entry):
-            trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic), model)
+            trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic, progress), model)
             frames = with_origin(frames, trial)
             (fitted if recording.table.role == "fit" else held).append(trial)
     if recordings and not problems and not fitted:
@@ -101,7 +109,9 @@ def stated_frames(file: StudyFile) -> Frames:
     return Frames(stated.earth, stated.body, origin, stated.utm)
 
 
-def _read_one(file: StudyFile, model: Model, recording: Recording, frames: Frames, synthetic: bool) -> Trial:
+def _read_one(
+    file: StudyFile, model: Model, recording: Recording, frames: Frames, synthetic: bool, progress: Progress
+) -> Trial:
     table = recording.table
     maps = {**file.channels}
     for name, changes in table.channels.items():
@@ -127,6 +137,7 @@ def _read_one(file: StudyFile, model: Model, recording: Recording, frames: Frame
         prepare=_steps(file, table, recording.name),
         frames=frames,
         hold=file.cost.hold,
+        progress=progress,
         **file.files.reading,
     )
 

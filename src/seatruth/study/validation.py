@@ -11,7 +11,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from seatruth.errors import BadInput, SeatruthError, nearest
-from seatruth.study.schema import OpenTable, StudyFile
+from seatruth.study.schema import StudyFile
+from seatruth.study.schema_base import OpenTable
 from seatruth.study.toml_positions import Lines, Path
 
 _MOST = 12

@@ -6,10 +6,11 @@ each of which leaves a Step in the trial; `check_trials` says what is wrong with
 
 from seatruth.trials.channel import Channel
 from seatruth.trials.check import check_trials, excitation_table
+from seatruth.trials.columns import ColumnSpec
 from seatruth.trials.finding import Finding, findings_table
 from seatruth.trials.frames import Frames
 from seatruth.trials.prepare import STEPS, apply_steps
-from seatruth.trials.read import ColumnSpec, read_trial
+from seatruth.trials.read import read_trial
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.time_axis import Clock
 from seatruth.trials.trial import Step, Trial, Trials

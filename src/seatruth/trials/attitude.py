@@ -15,9 +15,9 @@ _LENGTH = 0.2
 EULER = ("phi", "theta", "psi")
 
 
-def from_vector(table: Table, columns: Sequence[str]) -> Array:
-    """Angle (n,) rad from the columns of its cosine and sine, of any length but zero."""
-    cosine, sine = (table.numbers(column) for column in columns)
+def from_vector(table: Table, columns: Sequence[str], parts: Sequence[Array]) -> Array:
+    """Angle (n,) rad from its cosine and sine (n,), of any length but zero; messages name the table and its columns."""
+    cosine, sine = parts
     none = np.flatnonzero(np.hypot(cosine, sine) == 0.0)
     if none.size:
         raise BadInput(
@@ -28,8 +28,8 @@ def from_vector(table: Table, columns: Sequence[str]) -> Array:
     return np.asarray(np.arctan2(sine, cosine), dtype=np.float64)
 
 
-def from_quaternion(table: Table, columns: Sequence[str], channel: str) -> Array:
-    """Roll, pitch or yaw (n,) rad from the columns w, x, y, z of the quaternion that turns body axes to earth axes.
+def from_quaternion(table: Table, columns: Sequence[str], parts: Sequence[Array], channel: str) -> Array:
+    """Roll, pitch or yaw (n,) rad from w, x, y, z (n,) of the quaternion that turns body axes to earth axes.
 
     The angles are those of the turns yaw, pitch, roll about z, y, x ([L] Fossen, Handbook of Marine Craft
     Hydrodynamics and Motion Control, 2nd ed., section 2.2.2).
@@ -37,7 +37,7 @@ def from_quaternion(table: Table, columns: Sequence[str], channel: str) -> Array
     where = f"{table.source}, columns {', '.join(map(repr, columns))}"
     if channel not in EULER:
         raise BadInput(f"a quaternion gives {', '.join(EULER)} and not {channel!r}", where=where, do="Remove it.")
-    w, x, y, z = (table.numbers(column) for column in columns)
+    w, x, y, z = parts
     length = np.sqrt(w * w + x * x + y * y + z * z)
     wrong = np.flatnonzero(np.abs(length - 1.0) > _LENGTH)
     if wrong.size:

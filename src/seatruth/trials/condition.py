@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.readers.tables import Table
+from seatruth.readers.tables import Table, as_text
 
 _COMPARE: dict[str, Callable[[Any, float], Any]] = {
     "==": operator.eq,
@@ -83,7 +83,7 @@ def _same_text(table: Table, match: re.Match[str], where: str) -> NDArray[np.boo
         series = table.column(_bare(match["column"]))
     except BadInput as problem:
         raise BadInput(problem.what, where=where, do=problem.do) from None
-    words = series.astype("string").str.strip()
+    words = as_text(series, where)
     same = words == match["text"].strip()
     if match["sign"] == "!=":
         same = ~same
@@ -100,7 +100,7 @@ def _flags(table: Table, column: str, where: str) -> NDArray[np.float64]:
     except BadInput as problem:
         raise BadInput(problem.what, where=where, do=problem.do) from None
     if not pd.api.types.is_numeric_dtype(series.dtype):
-        words = series.astype("string").str.strip().str.lower()
+        words = as_text(series, where).str.lower()
         if bool(words.dropna().isin(["true", "false"]).all()):
             flags = words.map({"true": 1.0, "false": 0.0})
             return np.asarray(flags.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)

@@ -41,7 +41,7 @@ def read_dates(series: pd.Series[Any], table: Table, column: str, order: str | N
     if pd.api.types.is_datetime64_any_dtype(series.dtype):
         zoned = getattr(series.dtype, "tz", None) is not None
         return _stamps(series.dt.tz_convert(None) if zoned else series, ())
-    text = as_text(series, f"{table.source}, column {column!r}").str.strip()
+    text = as_text(series, f"{table.source}, column {column!r}")
     text = text.where(text != "")
     if text.isna().all():
         return None

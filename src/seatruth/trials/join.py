@@ -26,12 +26,16 @@ CLOCK = "time of the log"
 
 
 class Joined(NamedTuple):
-    """A table, the clock of its rows, the date of its zero if known, and what was done in sentences."""
+    """A table, the clock of its rows, the date of its zero if known, and what was done in sentences.
+
+    `own_times` says that its rows are the times of several clocks, so that an output has values in some of them alone.
+    """
 
     table: Table
     clock: Clock
     start: str | None
     notes: list[str]
+    own_times: bool = False
 
 
 def on_one_clock(
@@ -134,7 +138,7 @@ def _several(
     columns = {name: series[kept].reset_index(drop=True) for name, series in columns.items()}
     columns[CLOCK] = pd.Series(t[kept], copy=False)
     table = Table(log.source, columns, _units(found), np.zeros(int(kept.sum()), dtype=np.int64))
-    return Joined(table, Clock(CLOCK, "s"), start, notes)
+    return Joined(table, Clock(CLOCK, "s"), start, notes, own_times=True)
 
 
 def _units(found: Mapping[str, tuple[Table, str]]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""From a table of columns to a Trial: units, signs, time and valid samples, and a clear message for anything else.
+"""From a file or a table of columns to a Trial, and a clear message for anything that does not make one.
 
     trial = read_trial(
         "zigzag.csv",
@@ -14,9 +14,8 @@ step that the user names.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,58 +24,15 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.progress import Progress, silent
 from seatruth.readers import Log, Table, read_log
-from seatruth.trials.attitude import from_quaternion, from_vector
 from seatruth.trials.channel import Channel
+from seatruth.trials.columns import ColumnSpec, channel_values
 from seatruth.trials.condition import columns_of, rows_where
 from seatruth.trials.frames import Frames, in_our_axes
-from seatruth.trials.geodesy import from_ddmm
 from seatruth.trials.join import on_one_clock
-from seatruth.trials.missing_codes import missing_codes
 from seatruth.trials.own_clocks import Hold, Parts, on_own_clocks
 from seatruth.trials.places import place
-from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.time_axis import Clock, TimeAxis, time_axis
 from seatruth.trials.trial import Step, Trial
-from seatruth.units import Conversion, inside_unit, to_si
-
-DDMM = "ddmm"
-"""Unit of latitudes and longitudes as NMEA writes them: degrees and minutes in one number."""
-
-
-@dataclass(frozen=True)
-class ColumnSpec:
-    """Where a channel is found in a file.
-
-    `column` is the file's name for it (or its number, where the file has no header); `unit` the unit in the file: if
-    None, the one that the header states, or else the channel's own. Values are multiplied by `sign * scale` and
-    `offset` (in the channel's unit inside seatruth) is added. `invalid_where` marks samples that are not valid, as a
-    condition on the file's columns: "pos_hold == 1", "sat < 4 or fix == 0", or a flag column's bare name.
-
-    In place of its column, an angle can have `vector`, the columns of its cosine and sine, or `quaternion`, the columns
-    w, x, y, z of the turn from body axes to earth axes. `declination` (rad, east positive) turns a magnetic heading or
-    course to the true one. `time` names the column with the channel's own clock, where it has one.
-    """
-
-    column: str
-    unit: str | None = None
-    sign: float = 1.0
-    scale: float = 1.0
-    offset: float = 0.0
-    invalid_where: str | None = None
-    vector: tuple[str, str] | None = None
-    quaternion: tuple[str, str, str, str] | None = None
-    declination: float = 0.0
-    time: str | None = None
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Every column that the channel is computed from, its clock included."""
-        return (*self.values_in, *([self.time] if self.time else []))
-
-    @property
-    def values_in(self) -> tuple[str, ...]:
-        """The columns of its values."""
-        return self.quaternion or self.vector or (self.column,)
 
 
 def read_trial(
@@ -202,6 +158,7 @@ def trial_from_log(
         conditions=conditions if joined.start is None else {**(conditions or {}), "start": joined.start},
         hold=hold,
         notes=[*log.notes, *joined.notes],
+        own_times=joined.own_times,
         **rest,
     )
 
@@ -225,8 +182,12 @@ def trial_from_table(
     frames: Frames | None = None,
     hold: Hold = "foh",
     notes: Sequence[str] = (),
+    own_times: bool = False,
 ) -> Trial:
-    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here."""
+    """The same as read_trial for a table that is already in memory; `notes` go on record with what is done here.
+
+    `own_times` says that each output has values at its own times alone.
+    """
     clock, frames, notes = _clock(time), frames or Frames(), list(notes)
     missing: dict[str, list[float]] = {}
     specs = {kind: {c: _spec(spec) for c, spec in named.items()} for kind, named in _kinds(inputs, outputs)}
@@ -235,7 +196,7 @@ def trial_from_table(
     columns: dict[str, dict[str, Array]] = {"inputs": {}, "outputs": {}}
     for kind, named in specs.items():
         for channel, spec in named.items():
-            values, note, codes = _channel(table, channel, spec, channels or {}, frames)
+            values, note, codes = channel_values(table, channel, spec, channels or {}, frames)
             values.setflags(write=False)  # so that the trial need not copy it
             columns[kind][channel] = values
             if codes:
@@ -261,7 +222,9 @@ def trial_from_table(
     if len(trial) < 2:
         raise BadInput("it holds fewer than two samples", where=table.source, do="A trial needs a time history.")
     if notes:
-        trial = trial.with_step(Step("read", {"missing_codes": missing} if missing else {}, "; ".join(notes)))
+        own = list(outputs) if own_times or clocks else []
+        known = {"missing_codes": missing, "own_clocks": own}
+        trial = trial.with_step(Step("read", {key: value for key, value in known.items() if value}, "; ".join(notes)))
     trial = in_our_axes(trial, frames)
     if prepare:
         from seatruth.trials.prepare import apply_steps
@@ -307,101 +270,6 @@ def _one_clock(
         rows = keep.astype(np.intp)
         columns = {kind: {c: v[rows] for c, v in named.items()} for kind, named in columns.items()}
     return axis.t[rows], columns, rows, axis.about, notes
-
-
-class _Raw(NamedTuple):
-    """Numbers of a channel (n,) without those that stand for no value, and what is known of them."""
-
-    values: Array
-    where: str
-    unit: str | None
-    codes: Sequence[float] = ()
-    """Numbers that stood for no value."""
-    missing: int = 0
-    """How often they did."""
-
-
-def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
-    """The channel's numbers as the file has them, where they are, and their unit if that is known."""
-    if spec.vector is not None or spec.quaternion is not None:
-        if spec.unit is not None:
-            raise BadInput(
-                f"channel {name!r} has a unit beside columns that give an angle in rad",
-                where=table.source,
-                do="Remove the unit.",
-            )
-        columns = spec.quaternion or spec.vector or ()
-        raw = from_quaternion(table, columns, name) if spec.quaternion else from_vector(table, columns)
-        return _Raw(raw, f"{table.source}, columns {', '.join(map(repr, columns))}", "rad")
-    raw = table.numbers(spec.column)
-    empty, codes = missing_codes(raw)
-    if codes:
-        raw = np.where(empty, np.nan, raw)
-    where = f"{table.source}, column {spec.column!r}"
-    if spec.unit == DDMM:
-        return _Raw(from_ddmm(raw), where, "deg", codes, int(empty.sum()))
-    stated = table.units.get(spec.column) or table.units.get(spec.column.strip())
-    return _Raw(raw, where, stated, codes, int(empty.sum()))
-
-
-def _channel(
-    table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel], frames: Frames
-) -> tuple[Array, str, list[float]]:
-    """The channel's values in its unit inside seatruth, what was done to them in words, and codes for "no value"."""
-    raw, where, stated, codes, missing = _numbers(table, name, spec)
-    if spec.unit == DDMM:
-        spec = replace(spec, unit=None)
-    conversion = _conversion(name, spec, stated, channels, where)
-    for label in ("sign", "scale", "offset", "declination"):
-        if not np.isfinite(getattr(spec, label)):
-            raise BadInput(f"{label} is {getattr(spec, label)}", where=where, do="Give a finite number.")
-    factor = spec.sign * spec.scale
-    if factor == 0.0:
-        raise BadInput("its scale is zero", where=where, do="Give a scale that is not zero.")
-    values = conversion(raw)
-    if factor != 1.0 or spec.offset != 0.0:
-        values = values * factor + spec.offset
-    done: list[str] = []
-    if conversion != (1.0, 0.0):
-        done.append(f"converted from {spec.unit or stated}")
-    if factor != 1.0:
-        done.append("sign changed" if factor == -1.0 else f"multiplied by {factor:g}")
-    if spec.offset != 0.0:
-        done.append(f"{spec.offset:g} added")
-    if codes:
-        done.append(f"{missing} of {values.size} samples missing, written as {_listed(codes)}")
-    if spec.vector is not None or spec.quaternion is not None:
-        done.append(f"computed from {'a quaternion' if spec.quaternion else 'its cosine and sine'}")
-    if spec.declination != 0.0:
-        values = values + (spec.declination if frames.earth == "NED" or name != "psi" else -spec.declination)
-        done.append(f"magnetic to true with a declination of {np.degrees(spec.declination):+.4g} deg")
-    if spec.invalid_where:
-        bad = rows_where(table, spec.invalid_where) & np.isfinite(values)
-        values = np.where(bad, np.nan, values)
-        done.append(f"{int(bad.sum())} of {values.size} samples not valid where {spec.invalid_where}")
-    return values, f"{name}: {', '.join(done)}" if done else "", list(codes)
-
-
-def _listed(codes: Sequence[float]) -> str:
-    return " and ".join(f"{code:.10g}" for code in codes)
-
-
-def _conversion(
-    name: str, spec: ColumnSpec, stated: str | None, channels: Mapping[str, Channel], where: str
-) -> Conversion:
-    try:
-        if spec.unit is not None and stated is not None and to_si(stated, spec.unit) != (1.0, 0.0):
-            raise BadInput(
-                f"its header says {stated!r} and the study says {spec.unit!r}",
-                do="Correct the one that is wrong, or leave the unit out of the study to go by the header.",
-            )
-        unit = spec.unit or stated
-        channel = channels.get(name) or STANDARD_CHANNELS.get(name)
-        if unit is None:
-            return Conversion(1.0, 0.0)
-        return to_si(unit, inside_unit(unit) if channel is None else channel.unit)
-    except BadInput as problem:
-        raise BadInput(f"channel {name!r}: {problem.what}", where=where, do=problem.do) from None
 
 
 def _time_order(table: Table, t: Array, repeated: str) -> NDArray[np.int64] | None:

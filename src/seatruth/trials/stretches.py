@@ -16,7 +16,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
-from seatruth.readers.tables import Table
+from seatruth.readers.tables import Table, as_text
 from seatruth.trials.check.limits import GAP_STEPS
 
 
@@ -83,7 +83,7 @@ def by_column(table: Table, column: str, t: Array) -> list[Stretch]:
     A row without a value belongs to no run. `t` (n,) is the time of each row, s.
     """
     series = table.column(column)
-    text = series.astype("string").str.strip()
+    text = as_text(series, f"{table.source}, column {column!r}")
     known = (series.notna() & (text != "")).to_numpy(dtype=bool)
     values = list(dict.fromkeys(series[known].tolist()))
     if not values:

@@ -173,13 +173,13 @@ def _joined(table: Table, clock: Clock) -> pd.Series[Any]:
     """Dates and times of day as one text."""
     assert clock.date is not None
     names = (clock.date, clock.column)
-    both = [as_text(table.column(name), f"{table.source}, column {name!r}").str.strip() for name in names]
+    both = [as_text(table.column(name), f"{table.source}, column {name!r}") for name in names]
     return both[0] + " " + both[1]
 
 
 def _times_of_day(series: pd.Series[Any], where: str) -> Array | None:
     """Seconds (n,) of times such as 23:59:58.5, None where the column holds something else."""
-    text = as_text(series, where).str.strip()
+    text = as_text(series, where)
     if text.isna().all() or not bool(text.dropna().str.fullmatch(r"\d{1,2}:\d{2}:\d{2}([.,]\d+)?").all()):
         return None
     spans = pd.to_timedelta(text.str.replace(",", ".", regex=False), errors="coerce")
@@ -224,10 +224,9 @@ def _counts_minutes(values: Array) -> bool:
     finite = values[np.isfinite(values)]
     if finite.size < 3 or finite.min() < 0 or finite.max() >= 240000:
         return False
-    _, minutes, seconds = _digits(finite)
+    hours, minutes, seconds = _digits(finite)
     if not bool(((minutes < 60) & (seconds < 60)).all()):
         return False
-    hours, minutes, seconds = _digits(finite)
     t, _ = _through_midnight(hours * 3600.0 + minutes * 60.0 + seconds)
     jumps = np.diff(finite) - np.diff(t)
     # A minute ends: the numbers jump by 40 more than the time does (by 4040 where an hour ends).

@@ -114,10 +114,6 @@ class DiscrepancyModel(ModelWrapper):
 
         return lacking
 
-    def size(self, term: Term) -> float:
-        """What makes a term dimensionless: the product of the scales of the motions and inputs in it."""
-        return math.prod(self.scales[name] for _, name in term.factors)
-
 
 def force_input(state: str) -> str:
     """Name of the input that holds the missing acceleration of a state's equation."""

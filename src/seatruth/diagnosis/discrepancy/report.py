@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
 from seatruth.diagnosis.discrepancy.terms import acceleration_unit
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.results import Discrepancy, MissingForce, MissingTerm
+from seatruth.diagnosis.parts import Discrepancy, MissingForce, MissingTerm
+from seatruth.diagnosis.problem import Problem
 
 _SHOWN_TERMS = 8
 """Terms that a report lists. [S]"""
@@ -43,7 +45,7 @@ def describe(search: Search, key: Key) -> Discrepancy | None:
     return Discrepancy(
         sizes={equation: float(_size(found, e)) for e, equation in enumerate(model.equations.values())},
         forces=tuple(forces),
-        terms=_terms(search, found),
+        terms=_terms(problem, model, found),
         log_evidence=gain,
     )
 
@@ -52,12 +54,10 @@ def _size(found: Fit, equation: int) -> float:
     return math.hypot(math.exp(float(found.sizes.terms[equation])), math.exp(float(found.sizes.forces[equation])))
 
 
-def _terms(search: Search, found: Fit) -> tuple[MissingTerm, ...]:
-    problem = search.problem
-    assert problem.discrepancy is not None
+def _terms(problem: Problem, model: DiscrepancyModel, found: Fit) -> tuple[MissingTerm, ...]:
     error = found.stderr(problem)
     rows = []
-    for term, k in zip(problem.discrepancy.terms, problem.terms):
+    for term, k in zip(model.terms, problem.terms):
         value, sd = float(found.point.shared[k]), float(error[k])
         if sd > 0.0 and abs(value) > _CLEAR * sd:
             rows.append(

@@ -1,4 +1,8 @@
-"""The terms in which a missing force is looked for: products of the motion and the inputs, equation by equation."""
+"""The terms in which a missing force is looked for: products of the motion and the inputs, equation by equation.
+
+Source of the mirror: M. A. Abkowitz, Lectures on ship hydrodynamics, Hydro- and Aerodynamics Laboratory, Lyngby,
+report Hy-5, 1964: for a hull that is the same to port and to starboard, X is even in v, r, delta, and Y, N are odd.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from seatruth.effects import ExtendedModel
+from seatruth.effects.targets import USUAL
+from seatruth.models.actuators import Rudder
 from seatruth.models.base import Model
 from seatruth.models.with_servos import WithServos
 
@@ -58,33 +64,88 @@ def _vehicle(model: Model) -> Model:
 def terms_of(model: Model) -> list[Term]:
     """Products of two motions, of motions with inputs, and depth.
 
-    None depends on the course over the earth: what does is not the model's structure but its environment.
+    None depends on the course over the earth: what does is not the model's structure but its environment. And none is
+    missing from one side only. A hull, its damping and its wake are mirror images about the vertical plane ahead, so
+    that sway, roll and yaw have odd terms in what changes sign in the mirror, and surge, heave and pitch even ones
+    (Abkowitz 1964). What pushes to one side is a cause: the library has the known ones, and forces of each trial's own
+    stand for others. Where nobody can say what the mirror does to an input, its terms stand in all equations.
     """
     base = _vehicle(model)
-    moving = list(equations(model))
+    labels = equations(model)
+    moving = list(labels)
+    odd = _changes_sign(base)
     ahead = next((name for name in moving if EQUATIONS.get(name) == "surge"), moving[0] if moving else "")
     few = len(moving) <= 3
+    state, size = "state", "absolute"
     shapes: list[tuple[str, tuple[tuple[str, str], ...]]] = [("1", ())]
     for k, a in enumerate(moving):
-        shapes += [(a, (("state", a),)), (f"{a}|{a}|", (("state", a), ("absolute", a)))]
+        shapes += [(a, ((state, a),)), (f"{a}|{a}|", ((state, a), (size, a)))]
+        if odd.get(a):
+            shapes.append((f"{a}^2", ((state, a), (state, a))))
         for b in moving[k + 1 :]:
             if few or ahead in (a, b):
-                shapes.append((f"{a} {b}", (("state", a), ("state", b))))
+                shapes.append((f"{a} {b}", ((state, a), (state, b))))
     for depth in (channel.name for channel in base.states if channel.name in DEPTHS):
-        shapes.append((depth, (("state", depth),)))
-    for channel in base.inputs:
-        i = channel.name
+        shapes.append((depth, ((state, depth),)))
+    for i in (channel.name for channel in base.inputs):
         shapes += [
-            (f"{ahead}^2 {i}", (("state", ahead), ("state", ahead), ("input", i))),
-            (f"{i}|{i}|", (("input", i), ("absolute", i))),
+            (f"{ahead}^2 {i}", ((state, ahead), (state, ahead), ("input", i))),
+            (f"{i}|{i}|", (("input", i), (size, i))),
         ]
+        if odd.get(i):
+            shapes.append((f"{i}^2", (("input", i), ("input", i))))
         if few:
             shapes.append((i, (("input", i),)))
     return [
-        Term(label, state, f"term_{state}_{k}", text, factors)
-        for state, label in equations(model).items()
+        Term(label, name, f"term_{name}_{k}", text, factors)
+        for name, label in labels.items()
         for k, (text, factors) in enumerate(shapes)
+        if _mirrors(factors, odd, label)
     ]
+
+
+_ODD: Mapping[str, bool] = {
+    **dict.fromkeys(("surge", "heave", "pitch"), False),
+    **dict.fromkeys(("sway", "roll", "yaw"), True),
+}
+"""Whether a motion, or a force in its direction, changes sign in a mirror between port and starboard."""
+
+_TO_ONE_SIDE = (*USUAL["rudder"], "delta_d")
+"""Standard names of inputs whose sign the mirror changes: rudders, and fins set against each other, which roll."""
+_AHEAD = (*USUAL["plane"], "n")
+"""Standard names of inputs that it leaves as they are: stern planes, the one propeller."""
+
+
+def _mirrors(factors: tuple[tuple[str, str], ...], odd: Mapping[str, bool], label: str) -> bool:
+    """Whether a product does in the mirror what its equation does; True where nobody can say."""
+    if label not in _ODD or any(name not in odd for _, name in factors):
+        return True
+    return (sum(odd[name] for what, name in factors if what != "absolute") % 2 == 1) == _ODD[label]
+
+
+def _changes_sign(base: Model) -> dict[str, bool]:
+    """Whether the mirror changes the sign of a motion or an input, as far as this is known."""
+    found = {name: _ODD[label] for name, label in EQUATIONS.items() if label in _ODD}
+    found |= dict.fromkeys(DEPTHS, False)
+    named = {actuator.input for actuator in base.actuators}
+    for actuator in base.actuators:
+        if isinstance(actuator, Rudder):
+            found[actuator.input] = actuator.turns == "yaw"
+        elif actuator.at[1] == 0.0 and actuator.towards[1] == 0.0:
+            found[actuator.input] = False
+    others = []
+    for channel in base.inputs:
+        standard = base.standard.get(channel.name, (channel.name, 1))[0]
+        if channel.name in named:
+            continue
+        if standard in _TO_ONE_SIDE or standard in _AHEAD:
+            found[channel.name] = standard in _TO_ONE_SIDE
+        else:
+            others.append(channel.name)
+    # What is left beside the steering, if it is one, drives the vehicle ahead.
+    if len(others) == 1 and any(found.get(channel.name, False) for channel in base.inputs):
+        found[others[0]] = False
+    return found
 
 
 def acceleration_unit(model: Model, state: str) -> str:

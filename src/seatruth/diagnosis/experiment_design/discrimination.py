@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.fit import Fit, weighted_squares, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point
@@ -66,10 +66,7 @@ class Rivals:
         self.fits = {name: fit for name in chances if (fit := self._fitted(name)) is not None}
         self.chances = {name: chances[name] for name in self.fits}
         self.true = {name: self._true(name) for name in self.fits}
-        self._columns = {name: self.problem.active((name,)) for name in self.fits}
-        self._columns = {
-            name: columns[~np.isin(columns, self.problem.terms)] for name, columns in self._columns.items()
-        }
+        self._columns = {name: self.problem.active((name,), discrepancy=False) for name in self.fits}
         self._ranges = self._recorded_ranges()
         self._recorded = {(s, r): self._on_record(s, r) for s in self.fits for r in self.fits if s != r}
         self.before = {pair: one.least() for pair, one in self._recorded.items()}
@@ -118,19 +115,12 @@ class Rivals:
         absent = point.shared.copy()
         absent[columns] = problem.mean[columns]
         signature = problem.errors(replace(point, shared=absent)) - problem.errors(point)
-        if np.isfinite(signature).all() and self._squared(signature) > _HARDLY:
+        if np.isfinite(signature).all() and weighted_squares(problem, signature, self.sizes) > _HARDLY:
             return point
         effect = problem.effects[name]
         typical = effect.typical(problem.study.model)
         absent[columns] = [typical[q.name] for q in effect.parameters]
         return replace(point, shared=absent)
-
-    def _squared(self, errors: Array) -> float:
-        total, shapes = 0.0, noise_shapes(self.problem.settings)
-        for one in self.problem.series:
-            white, _ = whiten(errors[one.rows], one.t, shapes[self.sizes.shape[one.channel]])
-            total += float(white @ white) * math.exp(-2.0 * self.sizes.white[one.channel])
-        return total
 
     def _on_record(self, s: str, r: str) -> _Quadratic:
         """What the recorded trials say against r where s is true, without noise."""

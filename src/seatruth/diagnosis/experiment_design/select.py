@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES, Manoeuvre, Menu
 from seatruth.diagnosis.experiment_design.discrimination import Rivals, Table
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.results import MenuEntry, NextTrial
+from seatruth.diagnosis.parts import MenuEntry, NextTrial
+from seatruth.diagnosis.problem import Point, Problem
 
 _MOST_GAIN = 8.0
 """Factor at which a predicted gain is clipped: what it rests on is not known that well. [S]"""
@@ -54,20 +55,7 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     """
     rivals = Rivals(search, chances)
     if not rivals.before:
-        none = math.nan
-        return NextTrial(
-            "",
-            "One cause is left: nothing is to be separated.",
-            tuple(rivals.chances),
-            none,
-            none,
-            1.0,
-            (),
-            (),
-            {},
-            {},
-            {},
-        )
+        return _none("One cause is left: nothing is to be separated.", tuple(rivals.chances), math.nan, ())
     menu = Menu(search.problem)
     options: list[_Option] = []
     starts = menu.starts()
@@ -98,12 +86,32 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     names = tuple(rivals.chances)
     entries = tuple(option.entry for option in options)
     if not options or options[0].chance < _WORTH:
-        return NextTrial("", "No manoeuvre of the menu separates them.", names, now, now, 1.0, entries, (), {}, {}, {})
+        return _none("No manoeuvre of the menu separates them.", names, now, entries)
     best = options[0].entry
     trial = menu.named(best.manoeuvre).trial
     inputs = {name: tuple(np.asarray(trial.inputs[name]).tolist()) for name in menu.inputs}
     t = tuple(np.asarray(trial.t).tolist())
     return NextTrial(best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {})
+
+
+def _none(why: str, survivors: tuple[str, ...], now: float, menu: tuple[MenuEntry, ...]) -> NextTrial:
+    """No suggestion, with the reason in words."""
+    return NextTrial("", why, survivors, now, now, 1.0, menu, (), {}, {}, {})
+
+
+def with_motion(suggested: NextTrial, problem: Problem, point: Point) -> NextTrial:
+    """The suggestion with the outputs that the model at a point expects of it; as it is where none is suggested."""
+    if not suggested.manoeuvre:
+        return suggested
+    trial = Menu(problem).named(suggested.manoeuvre).trial
+    sim = problem.on_trial(trial, (), problem.named(point))
+    y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
+    model = problem.study.model
+    return replace(
+        suggested,
+        motion={n: tuple(y[:, c].tolist()) for c, n in enumerate(problem.outputs) if np.isfinite(y[:, c]).all()},
+        units={channel.name: channel.unit for channel in (*model.inputs, *model.outputs)},
+    )
 
 
 def _option(option: Manoeuvre, after: Table, rivals: Rivals, start: str, phases: tuple[str, ...]) -> _Option:

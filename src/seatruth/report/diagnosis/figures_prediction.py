@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from seatruth.diagnosis.results import Diagnosis, MissingForce
+from seatruth.diagnosis.parts import MissingForce
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.diagnosis.figures_where import LABELS
 from seatruth.report.figures.style import (
     BLUE,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from seatruth.diagnosis.results import Coefficient, Diagnosis
+from seatruth.diagnosis.parts import Coefficient
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.blocks import Block, Column, Pictures, Section, Text, table
 from seatruth.report.diagnosis import figures_prediction as figures
 from seatruth.report.numbers import estimate, listed, number, percent, shown

@@ -44,8 +44,8 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
     if math.isfinite(found.gap_explained):
         blocks.append(
             Text(
-                "The gap explained is (refit − effects) / (refit − noise) of mean square errors on trials left out. "
-                "Its interval is a jackknife over trials: with few trials it is wide."
+                "The gap explained is (refit − effects) / (refit − noise) of the mean errors of trials left out. "
+                "Its interval is that of a ratio of two means over trials (Fieller): with few trials it is wide."
             )
         )
     return Section("validation", "Trials left out", blocks)

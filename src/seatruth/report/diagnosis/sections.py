@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from seatruth.diagnosis.results import Diagnosis, NamedCause
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import chance
+from seatruth.diagnosis.verdict import NamedCause
 from seatruth.report.blocks import Answer, Answers, Block, Column, Notes, Section, Statement, Table, Text, table
 from seatruth.report.diagnosis import lacks, prediction
 from seatruth.report.diagnosis.where import where

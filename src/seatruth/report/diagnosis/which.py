@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from seatruth.diagnosis.results import Diagnosis, EffectResult
+from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import chance
+from seatruth.diagnosis.verdict import EffectResult
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import figures_which as figures
 from seatruth.report.numbers import count, listed, number, shown

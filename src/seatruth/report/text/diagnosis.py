@@ -9,9 +9,18 @@ import math
 import re
 from collections.abc import Sequence
 
-from seatruth.diagnosis.results import UNKNOWN, Diagnosis, EffectParameter, EffectResult, NamedCause, answer
-from seatruth.diagnosis.sentences import cause_in_words, chance, meets_noise, shrinks_surely, whole_percent
+from seatruth.diagnosis.results import Diagnosis
+from seatruth.diagnosis.sentences import (
+    cause_in_words,
+    chance,
+    ends_in_words,
+    meets_noise,
+    no_share_in_words,
+    shrinks_surely,
+    whole_percent,
+)
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.text.gap import WORTH_MENTION, ranked
@@ -205,8 +214,8 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     if validation is None:
         return "Not asked: no trial was left out."
     if not math.isfinite(validation.gap_explained):
-        return "On trials left out the refitted model leaves no gap to explain."
-    ends = f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
+        return no_share_in_words(validation)
+    ends = ends_in_words(validation)
     share = whole_percent(validation.gap_explained)
     text = (
         f"The effects explain {share} of the gap on trials left out ({ends})."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from seatruth.simulate.compiler.graph import Node, NotTraceable, is_constant, ordered
+from seatruth.simulate.compiler.node import Node, NotTraceable, is_constant, ordered
 from seatruth.simulate.compiler.operations import COMPARISONS
 
 

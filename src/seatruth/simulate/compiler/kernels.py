@@ -10,12 +10,12 @@ words, addresses and sizes, in the order of SIMULATION_CONTEXT and EVALUATION_CO
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, Literal
 
-from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Node
 from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder, double
 from seatruth.simulate.compiler.lowering import frontier, lower
+from seatruth.simulate.compiler.node import BOTH, LANE, ROW, Node
 from seatruth.simulate.compiler.trace import Driven
 from seatruth.simulate.compiler.vector_math import declarations, definitions
 
@@ -56,22 +56,14 @@ def simulation_kernel(
     """The kernel that simulates; `parameters` are the leaves that a candidate sets, `driven` inputs behind servos."""
     w = IRBuilder(width)
     v = w.vector
-    context = {name: _word(w, n) for n, name in enumerate(SIMULATION_CONTEXT)}
-    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in SIMULATION_CONTEXT}
+    context, at = read_context(w, SIMULATION_CONTEXT)
     samples = context["samples"]
     x = [w.put(f"alloca {v}, align 64") for _ in states]
     sums = [w.put(f"alloca {v}, align 64") for _ in outputs] if mode == "squared errors" else []
     reach, total = ([w.put(f"alloca {v}, align 64") for _ in states] for _ in range(2))
     acting = [w.put(f"alloca [3 x {v}], align 64") for _ in driven]
     stage_row = w.put("alloca i64")
-    w.do("br label %next")
-
-    w.label("next")
-    task = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
-    more = w.put(f"icmp slt i64 {task}, {context['tasks']}")
-    w.do(f"br i1 {more}, label %task, label %exit")
-
-    w.label("task")
+    task = next_task(w, context, at)
     block = w.put(f"sdiv i64 {task}, {context['trials']}")
     trial = w.put(f"srem i64 {task}, {context['trials']}")
     known = {id(node): _lane(w, at["parameters"], block, len(parameters), n) for n, node in enumerate(parameters)}
@@ -92,9 +84,7 @@ def simulation_kernel(
     k = w.name()
     k_next = w.name()
     w.lines.append(f"  {k} = phi i64 [ {begin}, %task ], [ {k_next}, %sampled ]")
-    here = dict(known)
-    for state, slot in zip(states, x):
-        here[id(state)] = w.put(f"load {v}, ptr {slot}")
+    here = known | _loaded(w, states, x)
     here |= {id(servo.acting): here[id(servo.state)] for servo in driven}
     here |= _features(w, row_features(outputs), at["sample_features"], k)
     found = lower(w, outputs, here)
@@ -130,9 +120,7 @@ def simulation_kernel(
         w.do(f"store {v} {now}, ptr {c}")
     row0 = w.put(f"load i64, ptr {stage_row}")
     if driven:
-        here = dict(known)
-        for state, slot in zip(states, x):
-            here[id(state)] = w.put(f"load {v}, ptr {slot}")
+        here = known | _loaded(w, states, x)
         here |= _features(w, row_features(servos), at["step_features"], w.put(f"sdiv i64 {row0}, 3"))
         found = lower(w, servos, here)
         for servo, slots in zip(driven, acting):
@@ -191,10 +179,7 @@ def _stage(
 ) -> None:
     """One stage of a step: rates at the state `reach`, added to `total`; then `reach` for the next stage."""
     v = w.vector
-    here = dict(known)
-    for state, slot in zip(states, reach):
-        here[id(state)] = w.put(f"load {v}, ptr {slot}")
-    here |= _features(w, row_features(rates), features, row)
+    here = known | _loaded(w, states, reach) | _features(w, row_features(rates), features, row)
     found = lower(w, rates, here)
     for n, rate in enumerate(rates):
         change = found[id(rate)]
@@ -219,17 +204,9 @@ def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[N
     """The kernel that evaluates nodes on rows; `leaves` change by row, `parameters` by candidate."""
     w = IRBuilder(width)
     v = w.vector
-    context = {name: _word(w, n) for n, name in enumerate(EVALUATION_CONTEXT)}
-    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in EVALUATION_CONTEXT}
+    context, at = read_context(w, EVALUATION_CONTEXT)
     rows = context["rows"]
-    w.do("br label %next")
-
-    w.label("next")
-    task = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
-    more = w.put(f"icmp slt i64 {task}, {context['tasks']}")
-    w.do(f"br i1 {more}, label %task, label %exit")
-
-    w.label("task")
+    task = next_task(w, context, at)
     candidate = w.put(f"sdiv i64 {task}, {context['chunks']}")
     number = w.put(f"srem i64 {task}, {context['chunks']}")
     first = w.put(f"mul i64 {candidate}, {len(parameters)}")
@@ -263,6 +240,8 @@ def evaluation_kernel(width: int, leaves: Sequence[Node], parameters: Sequence[N
 
 
 def module(w: IRBuilder) -> str:
+    """The module of LLVM IR around the body of a kernel."""
+
     def table(name: str, kind: str, values: Sequence[str]) -> str:
         items = ", ".join(f"{kind} {value}" for value in values)
         return f"@{name} = private unnamed_addr constant [{len(values)} x {kind}] [{items}]\n"
@@ -278,8 +257,28 @@ def module(w: IRBuilder) -> str:
     )
 
 
-def _word(w: IRBuilder, index: int) -> str:
-    return load_integer(w, "%context", str(index))
+def read_context(w: IRBuilder, words: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """The words of the context as numbers, and as addresses."""
+    context = {name: load_integer(w, "%context", str(n)) for n, name in enumerate(words)}
+    return context, {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in words}
+
+
+def next_task(w: IRBuilder, context: Mapping[str, str], at: Mapping[str, str]) -> str:
+    """Takes the next task, at the label `next`, or ends the kernel; what follows is done for the task."""
+    w.do("br label %next")
+
+    w.label("next")
+    task = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
+    more = w.put(f"icmp slt i64 {task}, {context['tasks']}")
+    w.do(f"br i1 {more}, label %task, label %exit")
+
+    w.label("task")
+    return task
+
+
+def _loaded(w: IRBuilder, nodes: Sequence[Node], slots: Sequence[str]) -> dict[int, str]:
+    """The vectors in these slots, by the id of their nodes."""
+    return {id(node): w.put(f"load {w.vector}, ptr {slot}") for node, slot in zip(nodes, slots)}
 
 
 def address(w: IRBuilder, base: str, index: str) -> str:

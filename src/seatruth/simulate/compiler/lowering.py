@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from seatruth.simulate.compiler.graph import Node, ordered
 from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder
+from seatruth.simulate.compiler.node import Node, ordered
 from seatruth.simulate.compiler.operations import COMPARISONS
 from seatruth.simulate.compiler.vector_math import call, sine_and_cosine
 

@@ -4,31 +4,51 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+
+import numpy as np
+from numpy.typing import NDArray
 
 from seatruth.simulate.compiler.machine_code import Kernel
 from seatruth.simulate.threads import MOST_THREADS
 
+Buffer = NDArray[np.float64] | NDArray[np.int64]
 _lock = threading.Lock()
 _pool: ThreadPoolExecutor | None = None
 _owner = 0
 
 
-def run(kernel: Kernel, context: int, threads: int, tasks: int, memory: object) -> None:
-    """Runs the kernel on a context until its tasks are done, on this thread and up to `threads - 1` others.
+def run_kernel(
+    kernel: Kernel,
+    words: Sequence[str],
+    buffers: dict[str, Buffer],
+    sizes: dict[str, int],
+    threads: int,
+    tasks: int,
+) -> None:
+    """Runs a kernel until its tasks are done, on this thread and up to `threads - 1` others.
 
-    `memory` owns the memory that the context points to: a helper thread holds it, so that an interrupt of this thread
-    cannot free what a helper still writes to.
+    Its context is a table of `words`: addresses of buffers, or sizes.
     """
+    table = [_address(buffers[word]) if word in buffers else sizes.get(word, 0) for word in words]
+    context = np.array(table, dtype=np.int64)
+    place = _address(context)
     helpers = min(threads, tasks) - 1
     if helpers <= 0:
-        kernel(context)
+        kernel(place)
         return
     pool = _shared()
-    others = [pool.submit(_help, kernel, context, memory) for _ in range(helpers)]
-    kernel(context)
+    # A helper holds all memory that the context points to, so that an interrupt of this thread cannot free what the
+    # helper still writes to.
+    others = [pool.submit(_help, kernel, place, (context, buffers)) for _ in range(helpers)]
+    kernel(place)
     # All tasks are taken now: a helper that has not begun is not needed.
     wait([other for other in others if not other.cancel()])
+
+
+def _address(array: Buffer) -> int:
+    return int(array.__array_interface__["data"][0])  # several times faster than array.ctypes.data
 
 
 def _help(kernel: Kernel, context: int, memory: object) -> None:

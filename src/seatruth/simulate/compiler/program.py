@@ -10,12 +10,9 @@ from typing import Literal, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Array
 from seatruth.models.base import Model
-from seatruth.simulate.compiler.derivatives import directional_derivatives
-from seatruth.simulate.compiler.graph import BOTH, LANE, Node, ordered
 from seatruth.simulate.compiler.kernels import (
     EVALUATION_CONTEXT,
     SIMULATION_CONTEXT,
@@ -27,11 +24,12 @@ from seatruth.simulate.compiler.kernels import (
 )
 from seatruth.simulate.compiler.lanes import NARROW, from_lanes, lane_blocks, last_axis_from_lanes, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
-from seatruth.simulate.compiler.pool import run
-from seatruth.simulate.compiler.trace import Driven, Equations, trace
+from seatruth.simulate.compiler.node import Node, ordered
+from seatruth.simulate.compiler.pool import Buffer, run_kernel
+from seatruth.simulate.compiler.system import Directions, System, differentiated, differentiated_rates
+from seatruth.simulate.compiler.trace import Equations, trace
 from seatruth.simulate.time_grid import TimeGrid
 
-Buffer = NDArray[np.float64] | NDArray[np.int64]
 _CHUNK = 512
 """Rows of one task of an evaluation; a multiple of every width. Chosen here [S]: long against the task's overhead."""
 _MOST_DERIVATIVES = 512 * 1024 * 1024
@@ -45,16 +43,6 @@ class Derivatives(NamedTuple):
     dy: Array
     x_end: Array
     dx_end: Array
-
-
-class _System(NamedTuple):
-    """Equations that one kernel integrates, with or without their derivatives along a direction."""
-
-    states: tuple[Node, ...]
-    rates: tuple[Node, ...]
-    outputs: tuple[Node, ...]
-    parameters: tuple[Node, ...]
-    driven: tuple[Driven, ...]
 
 
 class _SimulationKernel(NamedTuple):
@@ -106,7 +94,7 @@ class Program:
         lanes, starts = to_lanes(values, width), to_lanes(x0, width)
         sums = np.empty((len(lanes), len(grid.rows), len(e.outputs), width))
         x_end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
-        system = _System(e.states, e.rates, e.outputs, e.parameters, e.driven)
+        system = System(e.states, e.rates, e.outputs, e.parameters, e.driven)
         chosen = self._simulation_kernel("squared errors", width, system)
         arrays = {"weighted_measured": weighted_measured, "weights": weights, "sums": sums, "x_end": x_end}
         self._simulate(chosen, grid, lanes, starts, threads, arrays)
@@ -121,7 +109,7 @@ class Program:
         lanes, starts = to_lanes(values, NARROW), to_lanes(x0, NARROW)
         record = np.full((len(lanes), len(grid.t), len(roots), NARROW), math.nan)
         x_end = np.empty((len(lanes), len(grid.rows), len(e.states), NARROW))
-        chosen = self._simulation_kernel(what, NARROW, _System(e.states, e.rates, roots, e.parameters, e.driven))
+        chosen = self._simulation_kernel(what, NARROW, System(e.states, e.rates, roots, e.parameters, e.driven))
         self._simulate(chosen, grid, lanes, starts, threads, {"record": record, "x_end": x_end})
         return from_lanes(record, len(values)), from_lanes(x_end, len(values))
 
@@ -135,7 +123,7 @@ class Program:
         record = np.full((1, len(grid.t), len(e.states), NARROW), math.nan)
         x_end = np.empty((1, len(grid.rows), len(e.states), NARROW))
         stage_states = np.full((len(e.states), 4 * grid.steps), math.nan)
-        chosen = self._simulation_kernel("stages", NARROW, _System(e.states, e.rates, e.states, e.parameters, ()))
+        chosen = self._simulation_kernel("stages", NARROW, System(e.states, e.rates, e.states, e.parameters, ()))
         arrays = {"record": record, "x_end": x_end, "stage_states": stage_states}
         self._simulate(chosen, grid, lanes, starts, threads, arrays)
         return stage_states, record[0, :, :, 0], x_end[0, :, :, 0]
@@ -145,29 +133,20 @@ class Program:
         grid: TimeGrid,
         values: Array,
         x0: Array,
-        columns: Indices,
-        free_states: Sequence[int],
-        following: Sequence[tuple[int, int, float]],
+        along: Directions,
         threads: int,
     ) -> Derivatives:
-        """One candidate's derivatives by K parameters and F initial states; a lane is a direction.
-
-        values (n_parameters,), x0 (T, S); `columns` (K,) and `free_states` (F,) are places among the parameters and
-        the states. `following`: states that move with a free one, as (place in `free_states`, state, sign).
-        """
-        e, size = self.equations, len(columns) + len(free_states)
+        """One candidate's derivatives in some directions, each in a lane: values (n_parameters,), x0 (T, S)."""
+        e, size = self.equations, along.size
         states, outputs, samples = len(e.states), len(e.outputs), len(grid.t)
         parameters = len(e.parameters)
         # One row a direction: the values, then the direction itself. Without any, one row for the values.
         directions = np.zeros((max(size, 1), 2 * parameters))
         directions[:, :parameters] = values
-        directions[np.arange(len(columns)), parameters + columns] = 1.0
+        directions[np.arange(len(along.columns)), parameters + along.columns] = 1.0
         starts = np.zeros((max(size, 1), len(grid.rows), 2 * states))
         starts[:, :, :states] = x0
-        places = states + np.array(free_states, dtype=np.intp)
-        starts[len(columns) + np.arange(len(free_states)), :, places] = 1.0
-        for leader, follower, sign in following:
-            starts[len(columns) + leader, :, states + follower] = sign
+        starts[:size, :, states:] = along.first_states(states)[:, None]
         y, x_end = np.empty((samples, outputs)), np.empty((len(grid.rows), states))
         dy, dx_end = np.empty((samples, outputs, size)), np.empty((len(grid.rows), states, size))
         system = self._differentiated
@@ -211,36 +190,14 @@ class Program:
         return np.concatenate([leaves, leaves[places]]) if places else leaves
 
     @cached_property
-    def _differentiated(self) -> _System:
-        """The equations, followed by their derivatives along a direction in parameters and states."""
-        e = self.equations
-        dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
-        dx = [e.graph.leaf("state direction", k, BOTH) for k in range(len(e.states))]
-        da = [e.graph.leaf("acting direction", k, BOTH) for k in range(len(e.driven))]
-        acting = [servo.acting for servo in e.driven]
-        directions = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, dx), *zip(acting, da))}
-        derivatives = directional_derivatives([*e.rates, *e.outputs], directions)
-        size = len(e.rates)
-        moves = directional_derivatives(servo_values(e.driven), directions)
-        along = {id(state): direction for state, direction in zip(e.states, dx)}
-        driven = [Driven(along[id(e.driven[k].state)], da[k], *moves[3 * k : 3 * k + 3]) for k in range(len(da))]
-        return _System(
-            (*e.states, *dx),
-            (*e.rates, *derivatives[:size]),
-            (*e.outputs, *derivatives[size:]),
-            (*e.parameters, *dp),
-            (*e.driven, *driven),
-        )
+    def _differentiated(self) -> System:
+        return differentiated(self.equations)
 
     @cached_property
-    def _differentiated_rates(self) -> _System:
-        """The derivatives of the rates alone, along a direction in parameters."""
-        e = self.equations
-        dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
-        directions = {id(leaf): d for leaf, d in zip(e.parameters, dp)}
-        return _System(e.states, tuple(directional_derivatives(e.rates, directions)), (), (*e.parameters, *dp), ())
+    def _differentiated_rates(self) -> System:
+        return differentiated_rates(self.equations)
 
-    def _simulation_kernel(self, what: str, width: int, system: _System) -> _SimulationKernel:
+    def _simulation_kernel(self, what: str, width: int, system: System) -> _SimulationKernel:
         key = (what, width)
         if key not in self._simulation_kernels:
             mode: Mode = "squared errors" if what == "squared errors" else "stages" if what == "stages" else "record"
@@ -368,21 +325,3 @@ def program(model: Model) -> Program:
     if model not in _programs:
         _programs[model] = Program(model)
     return _programs[model]
-
-
-def run_kernel(
-    chosen: Kernel,
-    words: Sequence[str],
-    buffers: dict[str, Buffer],
-    sizes: dict[str, int],
-    threads: int,
-    tasks: int,
-) -> None:
-    """Runs a kernel on a context whose `words` are addresses of buffers, or sizes."""
-    table = [_address(buffers[word]) if word in buffers else sizes.get(word, 0) for word in words]
-    context = np.array(table, dtype=np.int64)
-    run(chosen, _address(context), threads, tasks, (context, buffers))
-
-
-def _address(array: Buffer) -> int:
-    return int(array.__array_interface__["data"][0])  # several times faster than array.ctypes.data

@@ -15,7 +15,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from seatruth.simulate.compiler.kernels import STAGES, address, load_double, load_integer, module
+from seatruth.simulate.compiler.kernels import (
+    STAGES,
+    address,
+    load_double,
+    load_integer,
+    module,
+    next_task,
+    read_context,
+)
 from seatruth.simulate.compiler.llvm_ir import IRBuilder, double
 
 PROPAGATION_CONTEXT: Final = (
@@ -33,19 +41,11 @@ def propagation_kernel(width: int) -> str:
     """The kernel, for blocks of so many directions."""
     w = IRBuilder(width)
     v = w.vector
-    context = {name: load_integer(w, "%context", str(n)) for n, name in enumerate(PROPAGATION_CONTEXT)}
-    at = {name: w.put(f"inttoptr i64 {context[name]} to ptr") for name in PROPAGATION_CONTEXT}
+    context, at = read_context(w, PROPAGATION_CONTEXT)
     states, outputs = context["states"], context["outputs"]
     size = w.put(f"mul i64 {states}, {width}")
     step, sum_slot = w.put("alloca i64"), w.put(f"alloca {v}, align 64")
-    w.do("br label %next")
-
-    w.label("next")
-    block = w.put(f"atomicrmw add ptr {at['counter']}, i64 1 monotonic")
-    more = w.put(f"icmp slt i64 {block}, {context['tasks']}")
-    w.do(f"br i1 {more}, label %task, label %exit")
-
-    w.label("task")
+    block = next_task(w, context, at)
     x = address(w, at["x"], w.put(f"mul i64 {block}, {size}"))
     total = address(w, at["scratch"], w.put(f"mul i64 {block}, {w.put(f'mul i64 {size}, 3')}"))
     buffers = [address(w, total, size), address(w, total, w.put(f"mul i64 {size}, 2"))]

@@ -19,12 +19,14 @@ import numpy as np
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.simulate.compiler.derivatives import partial_derivatives
-from seatruth.simulate.compiler.graph import Node, is_constant, ordered
 from seatruth.simulate.compiler.lanes import NARROW, last_axis_from_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
+from seatruth.simulate.compiler.node import Node, is_constant, ordered
 from seatruth.simulate.compiler.operations import fold
-from seatruth.simulate.compiler.program import Buffer, Derivatives, Program, run_kernel
+from seatruth.simulate.compiler.pool import Buffer, run_kernel
+from seatruth.simulate.compiler.program import Derivatives, Program
 from seatruth.simulate.compiler.propagation import PROPAGATION_CONTEXT, propagation_kernel
+from seatruth.simulate.compiler.system import Directions
 from seatruth.simulate.time_grid import Integers, TimeGrid
 
 _STRETCH = 256
@@ -79,22 +81,17 @@ class Sensitivities:
         grid: TimeGrid,
         values: Array,
         x0: Array,
-        columns: Indices,
-        free_states: Sequence[int],
-        following: Sequence[tuple[int, int, float]],
+        along: Directions,
         threads: int,
     ) -> Derivatives:
         """As `Program.jacobian`, with its arguments; `dx_end` is empty (T, 0, K + F)."""
-        e, size = self._equations, len(columns) + len(free_states)
+        e, size = self._equations, along.size
         stage_states, states, x_end = program.stages(grid, values, x0, threads)
         pattern = self._pattern(values)
         live = len(pattern.live)
         blocks = max(1, -(-size // NARROW))
         start = np.zeros((len(e.states), blocks * NARROW))
-        for place, state in enumerate(free_states):
-            start[state, len(columns) + place] = 1.0
-        for leader, follower, sign in following:
-            start[follower, len(columns) + leader] = sign
+        start[:, :size] = along.first_states(len(e.states)).T
         begin_x = start[pattern.live].reshape(live, blocks, NARROW).transpose(1, 0, 2)
         y = np.empty((len(grid.t), len(e.outputs)))
         record = np.empty((blocks, len(grid.t), len(e.outputs), NARROW))
@@ -104,8 +101,8 @@ class Sensitivities:
             "scratch": np.empty((blocks, 3, live, NARROW)),
             **_matrix("a", pattern.a, live),
             **_matrix("c", pattern.c, len(e.outputs)),
-            **_by_lane("b", pattern.b, live, columns, blocks),
-            **_by_lane("d", pattern.d, len(e.outputs), columns, blocks),
+            **_by_lane("b", pattern.b, live, along.columns, blocks),
+            **_by_lane("d", pattern.d, len(e.outputs), along.columns, blocks),
         }
         for trial, rows in enumerate(grid.rows):
             fixed["x"] = np.array(begin_x, order="C")

@@ -21,7 +21,8 @@ import numpy as np
 from seatruth.errors import PluginError, SeatruthError
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.servo import Servo, stages
-from seatruth.simulate.compiler.graph import BOTH, LANE, ROW, Graph, Node, NotTraceable
+from seatruth.simulate.compiler.graph import Graph
+from seatruth.simulate.compiler.node import BOTH, LANE, ROW, Node, NotTraceable
 from seatruth.simulate.compiler.operations import BINARY, UNARY
 
 _MOST_PATHS = 1024

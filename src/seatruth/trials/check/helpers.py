@@ -51,6 +51,11 @@ def has_channels(trial: Trial, *names: str) -> bool:
     )
 
 
+def on_own_clock(trial: Trial, name: str) -> bool:
+    """Whether an output has values at its own times alone, because the log's channels have clocks of their own."""
+    return any(name in step.options.get("own_clocks", ()) for step in trial.steps)
+
+
 def unit_of(name: str, model: Channels | None) -> str:
     """The unit a channel has inside seatruth, by the model or the standard channels; empty if unknown."""
     for channel in (*model.inputs, *model.outputs) if model is not None else ():

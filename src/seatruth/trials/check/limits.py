@@ -65,7 +65,11 @@ DRIFT_PART = 0.05
 MIN_ARM = 0.1
 """m: a position sensor farther than this from the point whose velocity is recorded is worth knowing ..."""
 ARM_PART = 0.05
-"""... if it also explains this part of the disagreement and is less than MAX_ARM lengths of travel."""
+"""... if it also explains this part of the disagreement ..."""
+ARM_TURN = 0.05
+"""... and the heading ranges over this, rad (2.9 deg): with less, a metre of arm moves the position by less than 5 cm,
+and the small errors of the integral look like an arm (chosen here [S])."""
+
 # Clocks
 MAX_LAG = 0.1
 """Part of the record up to which an offset of two clocks is looked for: beyond, a zigzag fits its next period."""

@@ -243,12 +243,11 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
             "Either u and v are through the water and there is a current, or they have an offset.",
             channel="x",
         )
-    if abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.MIN_ARM):
-        without = rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds)) ** 2
-        with_arm = (
-            rms(np.abs(motion.measured - a * motion.expected - drift * motion.seconds - arm * motion.turned)) ** 2
-        )
-        if without - with_arm > limits.ARM_PART * without:
+    turns = np.nanmax(trial.channel("psi")) - np.nanmin(trial.channel("psi")) > limits.ARM_TURN
+    if turns and abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.MIN_ARM):
+        without = motion.measured - a * motion.expected - drift * motion.seconds
+        left = rms(np.abs(without - arm * motion.turned))
+        if left**2 < (1.0 - limits.ARM_PART) * rms(np.abs(without)) ** 2:
             yield make_finding(
                 trial,
                 "note",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.frozen import check_constant, moving
-from seatruth.trials.check.helpers import make_finding, resolution, typical_step
+from seatruth.trials.check.helpers import make_finding, on_own_clock, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.filters import hampel_outliers
@@ -30,7 +30,11 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
         yield from coarse
         if not coarse:  # what follows would find the steps of a coarse sensor again
             yield from _held(trial, name, values)
-            yield from _outliers(trial, name, values)
+            if on_own_clock(trial, name):  # its neighbours are its own samples
+                alone = trial.samples(np.flatnonzero(np.isfinite(values)))
+                yield from _outliers(alone, name, alone.outputs[name])
+            else:
+                yield from _outliers(trial, name, values)
 
 
 def _runs_of_same(values: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

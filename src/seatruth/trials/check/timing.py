@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.errors import nearest
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, make_finding
+from seatruth.trials.check.helpers import Channels, make_finding, on_own_clock
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
+
+_FEWEST_OWN = 3
+"""Samples from which an output's usual step is known."""
 
 
 def check_time(trial: Trial) -> Iterator[Finding]:
@@ -76,8 +82,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 samples=bad,
             )
     for name, values in trial.outputs.items():
-        bad = np.flatnonzero(~np.isfinite(values))
-        if bad.size == values.size:
+        if not np.isfinite(values).any():
             yield make_finding(
                 trial,
                 "error",
@@ -86,39 +91,83 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 "Check the column, or say that the trial goes without this output.",
                 channel=name,
             )
-        elif bad.size > limits.MISSING_PART * values.size:
-            yield make_finding(
-                trial,
-                "warning",
-                "output-missing",
-                f"{100 * bad.size / values.size:.0f} % of the samples are not valid.",
-                "They take no part in the fit. Check that this is meant.",
-                channel=name,
-            )
-        elif bad.size:
-            late = int(np.flatnonzero(np.isfinite(values))[0])
-            if late > limits.LATE_START:
-                yield make_finding(
-                    trial,
-                    "warning",
-                    "output-late",
-                    f"Its first valid sample is {trial.t[late] - trial.t[0]:.4g} s after the trial's start.",
-                    "An initial state that it gives is that of the later moment: cut the trial's start, or set "
-                    'initial = "free".',
-                    channel=name,
-                    samples=np.arange(late),
-                )
-            first, stop = max(gaps(values), key=lambda gap: gap[1] - gap[0])
-            if stop - first > max(10, limits.LONG_MISSING_PART * values.size):
-                yield make_finding(
-                    trial,
-                    "note",
-                    "output-gap",
-                    f"No valid sample from t = {trial.t[first]:.4g} to {trial.t[stop - 1]:.4g} s.",
-                    "They take no part in the fit. Check that this is meant.",
-                    channel=name,
-                    samples=np.arange(first, stop),
-                )
+        elif not np.isfinite(values).all():
+            yield from _output_missing(trial, name, values)
+
+
+def _output_missing(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+    found = _at_usual_steps(trial.t, values) if on_own_clock(trial, name) else _among_all(values)
+    if found.part > limits.MISSING_PART:
+        yield make_finding(
+            trial,
+            "warning",
+            "output-missing",
+            f"{100 * found.part:.0f} % of the samples are not valid.",
+            "They take no part in the fit. Check that this is meant.",
+            channel=name,
+        )
+        return
+    if found.late > limits.LATE_START:
+        first = int(np.flatnonzero(np.isfinite(values))[0])
+        yield make_finding(
+            trial,
+            "warning",
+            "output-late",
+            f"Its first valid sample is {trial.t[first] - trial.t[0]:.4g} s after the trial's start.",
+            "An initial state that it gives is that of the later moment: cut the trial's start, or set "
+            'initial = "free".',
+            channel=name,
+            samples=np.arange(first),
+        )
+    if found.gap.size and found.longest > max(10, limits.LONG_MISSING_PART * found.size):
+        yield make_finding(
+            trial,
+            "note",
+            "output-gap",
+            f"No valid sample from t = {trial.t[found.gap[0]]:.4g} to {trial.t[found.gap[-1]]:.4g} s.",
+            "They take no part in the fit. Check that this is meant.",
+            channel=name,
+            samples=found.gap,
+        )
+
+
+class _Missing(NamedTuple):
+    """Which samples of an output are missing, counted at the rate at which it is sampled."""
+
+    size: int
+    """Samples that it would have with none missing."""
+    part: float
+    """Part of these that is missing."""
+    late: int
+    """How many are missing at the start."""
+    longest: int
+    """How many are missing in the longest gap, ..."""
+    gap: NDArray[np.int64]
+    """... and the trial's rows there."""
+
+
+def _among_all(values: Array) -> _Missing:
+    """What is missing among the samples (n,) of a trial whose channels share one clock."""
+    there = np.flatnonzero(np.isfinite(values))
+    first, stop = max(gaps(values), key=lambda gap: gap[1] - gap[0])
+    part = 1.0 - there.size / values.size
+    return _Missing(values.size, part, int(there[0]), stop - first, np.arange(first, stop, dtype=np.int64))
+
+
+def _at_usual_steps(t: Array, values: Array) -> _Missing:
+    """The same for an output that has values (n,) at its own times alone: only what its usual step skips is missing."""
+    there = np.flatnonzero(np.isfinite(values))
+    if there.size < _FEWEST_OWN:
+        return _among_all(values)
+    steps = np.diff(t[there])
+    usual = float(np.median(steps))
+    ends = np.floor(np.array([t[there[0]] - t[0], t[-1] - t[there[-1]]]) / usual)
+    lost = np.concatenate([ends[:1], np.maximum(np.round(steps / usual) - 1, 0), ends[1:]])
+    k = int(np.argmax(lost))
+    bounds = np.concatenate([[-1], there, [values.size]])
+    size = there.size + float(lost.sum())
+    gap = np.arange(bounds[k] + 1, bounds[k + 1], dtype=np.int64)
+    return _Missing(int(size), 1.0 - there.size / size, int(lost[0]), int(lost[k]), gap)
 
 
 def _codes(trial: Trial) -> Iterator[Finding]:

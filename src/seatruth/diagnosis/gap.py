@@ -1,0 +1,91 @@
+"""The gap of three models: as it was declared, with its coefficients refitted, and with the effects of the answer."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.cross_validation import refit_initial_states
+from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypothesis_fits import ensure
+from seatruth.diagnosis.problem import Point, Problem
+
+
+def misfit(problem: Problem, deviation: Array, point: Point) -> float:
+    """Sum of squared errors over the noise variance; inf where a run diverges. `deviation` (C,) of each channel."""
+    errors = problem.errors(point) / deviation[problem.channel_of]
+    return float(errors @ errors) if np.isfinite(errors).all() else math.inf
+
+
+class Gap:
+    """What is left between the three models and the trials; `deviation` (C,) of the noise, `shown` in the answer."""
+
+    def __init__(self, search: Search, deviation: Array, shown: Key) -> None:
+        self.search, self.problem, self.deviation, self.key = search, search.problem, deviation, shown
+
+    @cached_property
+    def shown(self) -> Fit:
+        """The fit that stands for the answer."""
+        found = self.search.best(self.key)
+        return found if found is not None else self.search.null
+
+    @cached_property
+    def points(self) -> dict[str, Point]:
+        """The declared model, the refitted one, and that with the effects of the answer: all without discrepancy."""
+        problem = self.problem
+        plain = self.search.fits.get(((), False)) or self.search.null
+        named = (self.search.fits.get((self.key, False)) or self.shown) if self.key else plain
+        return {
+            "before": refit_initial_states(problem, problem.start, self.deviation),
+            "refit": without_discrepancy(problem, plain.point),
+            "effects": without_discrepancy(problem, named.point),
+        }
+
+    @cached_property
+    def misfits(self) -> dict[str, float]:
+        """Sum of squared errors of each over the noise variance; inf where a run diverges."""
+        return {name: misfit(self.problem, self.deviation, point) for name, point in self.points.items()}
+
+    def share(self, name: str) -> float:
+        """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.
+
+        Runs that stray from their records have no misfit that means anything; there it is the part of the evidence.
+        """
+        rest = tuple(n for n in self.key if n != name)
+        plain, named = self.misfits["refit"], self.misfits["effects"]
+        if max(plain, named) > self.problem.settings.stray * self.problem.count:
+            return self._share_of_evidence(rest)
+        without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
+        if without is None or gap <= 0.0:
+            return math.nan
+        left = misfit(self.problem, self.deviation, without_discrepancy(self.problem, without.point))
+        return float(np.clip((left - named) / gap, 0.0, 1.0))
+
+    def traces(self) -> pd.DataFrame:
+        """Time histories: trial, t, channel, measured, and what each of the models gives."""
+        problem = self.problem
+        simulated = {name: problem.simulate(point) for name, point in self.points.items()}
+        frames = []
+        for number, trial in enumerate(problem.trials):
+            for c, channel in enumerate(problem.outputs):
+                measured = np.asarray(trial.outputs.get(channel, np.full(len(trial), math.nan)))
+                columns = {name: y[number][:, c] for name, y in simulated.items()}
+                frames.append(
+                    pd.DataFrame(
+                        {"trial": trial.name, "t": trial.t, "channel": channel, "measured": measured, **columns}
+                    )
+                )
+        return pd.concat(frames, ignore_index=True)
+
+    def _share_of_evidence(self, rest: Key) -> float:
+        """Part of the evidence of the answer over none that is lost without one effect."""
+        at = self.shown
+        without, none = ensure(self.search, rest, at), self.search.fits.get(((), at.discrepancy))
+        if without is None or none is None or at.evidence <= none.evidence:
+            return math.nan
+        return float(np.clip((at.evidence - without.evidence) / (at.evidence - none.evidence), 0.0, 1.0))

@@ -1,0 +1,157 @@
+"""What a diagnosis says, and the effects and hypotheses that this rests on.
+
+The classes below are part of the layout of `diagnosis.json`; see `results.py` for units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+UNKNOWN = "unknown"
+"""Stands among effects for a cause that is not in the library."""
+
+Kind = Literal["effects", "inseparable", "no_gap", "underpowered", "unknown"]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One parameter of an effect as the trials give it, with its 95 % interval."""
+
+    name: str
+    """Of the parameter, as the effect names it."""
+    unit: str
+    """Its unit."""
+    value: float
+    """Fitted together with the verdict's effects, or alone."""
+    stderr: float
+    """Standard error; coefficients, initial states, noise and discrepancy are marginalised."""
+    lower: float
+    """Lower end of the 95 % interval."""
+    upper: float
+    """Upper end of it."""
+    null: float
+    """Value at which the effect vanishes."""
+    prior_sd: float
+    """Standard deviation of what is believed of it before the trials."""
+
+
+@dataclass(frozen=True)
+class EffectResult:
+    """One effect of the library: how probable, how large, and what it can be confused with."""
+
+    name: str
+    """As study files and `--effects` name it."""
+    title: str
+    """In words."""
+    cause: str
+    """Its node in the tree of causes, "environment.force_fixed_to_earth.wind"."""
+    acts_on: tuple[str, ...]
+    """Equations ("surge"), "kinematics", "actuator:INPUT", "sensor:OUTPUT"."""
+    equation: str
+    """As text."""
+    probability: float
+    """Posterior inclusion probability: that it acts, alone or with others."""
+    log_evidence: float
+    """Of the effect alone over the model without effects; linearized where it was not fitted."""
+    noncentrality: float
+    """Lambda: squared size of its signature in standard deviations, once all else is refitted; NaN if unfitted."""
+    parameters: tuple[EffectParameter, ...]
+    """Empty where it was not fitted."""
+    in_words: str
+    """Size and direction in words, where it has a direction."""
+    detectable: Mapping[str, float]
+    """Smallest magnitude of each parameter that these trials show with power 0.8 in a test at 0.05."""
+    typical: Mapping[str, float]
+    """Typical distance of each magnitude from its null on such a vehicle; shape parameters have none."""
+    units: Mapping[str, str]
+    """Unit of each parameter."""
+    confusable: Mapping[str, float]
+    """Pairwise noncentrality to effects that it is easily taken for."""
+    equivalent: tuple[str, ...]
+    """Effects and parameters from which no trial can tell it."""
+    share: float
+    """Part of the gap (misfit above noise after the refit) that it closes; NaN where it is not in the verdict."""
+    predictive_gain: float
+    """Log predictive density of trials left out, with it less without it, summed (nats); NaN where not asked."""
+    predictive_gain_lower: float
+    """One-sided 95 % bound of the same: an effect is named only where this is positive."""
+    prior_deviations: float
+    """Largest distance of a parameter from its null in prior standard deviations."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of effects, with or without model discrepancy beside it."""
+
+    effects: tuple[str, ...]
+    """Names of its effects."""
+    discrepancy: bool
+    """Whether model discrepancy acts beside them."""
+    log_evidence: float
+    """Laplace approximation of the log marginal likelihood, over that of the model without effects and discrepancy."""
+    log_prior: float
+    """Logarithm of its prior probability."""
+    probability: float
+    """Posterior probability; all hypotheses sum to 1."""
+    settled: bool
+    """Whether its fit converged."""
+
+
+@dataclass(frozen=True)
+class NamedCause:
+    """One cause at the finest level that reaches its probability."""
+
+    cause: str
+    """Node of the tree of causes."""
+    title: str
+    """The node in words."""
+    effects: tuple[str, ...]
+    """The effects that these trials cannot tell apart, the most probable first; one where the cause is an effect."""
+    probability: float
+    """Of the cause at this level."""
+    in_words: str
+    """Size with its uncertainty, of the most probable effect."""
+    share: float
+    """Part of the gap that it closes."""
+    small: bool
+    """Significant, but of no practical size."""
+    implausible: bool
+    """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said, no surer than its weakest assumption."""
+
+    kind: Kind
+    """ "effects": each cause is one effect; "inseparable": some cause is a set of effects that look alike; "no_gap";
+    "underpowered": these trials cannot decide; "unknown": something acts that is not in the library."""
+    causes: tuple[NamedCause, ...]
+    """What is named, the largest share of the gap first."""
+    probability: float
+    """Of the verdict."""
+    discrepancy: bool
+    """Whether the model also lacks something that no effect describes."""
+    places: tuple[str, ...]
+    """Where the causes act."""
+    sentence: str
+    """The headline."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The most probable effect of each named cause."""
+        return tuple(cause.effects[0] for cause in self.causes)
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """All effects of causes that are sets."""
+        return tuple(name for cause in self.causes if len(cause.effects) > 1 for name in cause.effects)
+
+
+def answer(effects: tuple[str, ...]) -> str:
+    """A set of effects in words."""
+    if not effects:
+        return "no effect"
+    return "a cause that is not in the library" if effects == (UNKNOWN,) else " and ".join(effects)

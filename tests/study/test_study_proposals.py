@@ -1,0 +1,62 @@
+"""What `init` proposes for positions in UTM and for accelerometers: the study then reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from seatruth import load_model, load_study
+from seatruth.readers import read_log
+from seatruth.study.template import template
+
+T = np.arange(0.0, 20.0, 0.5)
+LOG = {
+    "t": T,
+    "rudder": 10 * np.sin(T / 3),
+    "rpm": 600 + 5 * np.sin(T),
+    "Heading [deg]": 40 + np.sin(T),
+    "u": 1.2 + 0 * T,
+}
+
+
+def proposed(folder: Path, **columns: object) -> tuple[str, list[str]]:
+    pd.DataFrame({**LOG, **columns}).to_csv(folder / "run.csv", index=False)
+    return template("run.csv", read_log(folder / "run.csv"), load_model("mmg"), "mmg")
+
+
+@pytest.mark.parametrize(
+    ("zone", "stated"),
+    [("32U", "32 north"), ("32 N", "32 north"), ("7 south", "7 south"), ("56H", "56 south"), ("32S", None), (32, None)],
+)
+def test_utm_positions_and_their_zone(tmp_path: Path, zone: object, stated: str | None) -> None:
+    text, notes = proposed(tmp_path, Easting=5e5 + T, Northing=5.9e6 + 2 * T, **{"UTM zone": zone})
+    assert ("state it in [frames]" in " ".join(notes)) == (stated is None)
+    if stated is None:
+        assert '# utm = "32 north"' in text
+        return
+    assert f'utm = "{stated}"' in text
+    (tmp_path / "study.toml").write_text(text)
+    trial = load_study(tmp_path / "study.toml").trials[0]
+    assert trial.outputs["x"][-1] == pytest.approx(2 * T[-1], rel=1e-2)
+    assert trial.outputs["y"][-1] == pytest.approx(T[-1], rel=1e-2)
+
+
+def test_local_coordinates_stay_x_and_y(tmp_path: Path) -> None:
+    text, notes = proposed(tmp_path, Easting=100 + T, Northing=250 + 2 * T)
+    assert 'x = { column = "Northing", unit = "m" }' in text
+    assert "utm" not in text
+    assert notes == []
+
+
+def test_accelerometers_are_proposed_and_can_be_taken(tmp_path: Path) -> None:
+    text, _ = proposed(tmp_path, x=1.2 * T, y=0 * T, **{"AccX [m/s^2]": 0.1 * np.sin(T), "acc_y [m/s^2]": np.cos(T)})
+    lines = [line for line in text.splitlines() if line.startswith(("# f_x", "# f_y", "# f_z"))]
+    assert [line.split(" =")[0] for line in lines] == ["# f_x", "# f_y"]
+    for line in lines:
+        text = text.replace(line, line.removeprefix("# "))
+    (tmp_path / "study.toml").write_text(text)
+    study = load_study(tmp_path / "study.toml")
+    assert {"f_x", "f_y"} <= {channel.name for channel in study.model.outputs}

@@ -1,0 +1,87 @@
+"""The checks stay quiet where the data are right, and take whatever the data are without falling over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from known_motion import Array, zigzag
+from right_logs import right_log
+
+from seatruth.trials import Finding, Trial, check_trials
+from seatruth.trials.check import check_trial
+
+
+def codes(findings: list[Finding]) -> set[str]:
+    return {finding.code for finding in findings}
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    noise=st.floats(0.0, 2.0),
+    amplitude=st.floats(0.1, 0.6),
+    period=st.floats(20, 100),
+    course=st.floats(-3, 3),
+    speed=st.floats(0.5, 3),
+)
+def test_no_false_alarm_on_any_good_zigzag(
+    seed: int, noise: float, amplitude: float, period: float, course: float, speed: float
+) -> None:
+    trial = zigzag(
+        seed, seconds=200, rate=5, noise=noise, amplitude=amplitude, period=period, course=course, speed=speed
+    )
+    assert [f for f in check_trial(trial) if f.severity != "note"] == []
+
+
+def test_no_false_alarm_on_many_trials_together() -> None:
+    trials = [zigzag(k, seconds=150, period=40, name=f"run{k}") for k in range(6)]
+    assert codes(check_trials(trials)) <= {"heading-coverage", "speed-range"}  # both true: 44 deg, 11 %
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 60))
+def test_no_data_break_the_checks(seed: int, n: int) -> None:
+    """Absurd values end in findings, not in exceptions or warnings of NumPy."""
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.choice([1e-3, 0.1, 0.1, 0.1, 50.0], n))
+
+    def column() -> Array:
+        values = rng.standard_normal(n) * 10.0 ** rng.integers(-8, 12)
+        values = np.round(values) if rng.random() < 0.3 else values
+        values = values * 0 + 1 if rng.random() < 0.2 else values
+        return np.where(rng.random(n) < rng.choice([0, 0.3, 1.0], p=[0.6, 0.3, 0.1]), np.nan, values)
+
+    names = ("x", "y", "z", "psi", "theta", "phi", "u", "v", "w", "p", "q", "r")
+    trial = Trial("any", t, {"delta": column(), "n": column()}, {k: column() for k in names})
+    with np.errstate(all="raise"):
+        assert isinstance(check_trials([trial]), list)
+
+
+TRUE = {"input-constant", "input-jumps", "heading-coverage", "speed-range"}
+"""What is so in a right log: a run on one course, at one speed, with rudders that are sampled coarsely."""
+
+
+def false_alarms(seeds: Iterable[int]) -> list[str]:
+    found = []
+    for seed in seeds:
+        trial, model = right_log(seed)
+        found += [f"{trial.name}: {f}" for f in check_trials([trial], model) if f.code not in TRUE]
+    return found
+
+
+def test_right_logs_of_all_vehicles_raise_no_false_alarm() -> None:
+    assert false_alarms(range(9)) == []
+
+
+def test_a_vehicle_that_does_not_turn_shows_no_lever_arm() -> None:
+    """Steps of speed on a straight course, without noise: the integral's own small errors are no arm."""
+    assert false_alarms([11, 147]) == []
+
+
+@pytest.mark.slow
+def test_two_hundred_right_logs_raise_no_false_alarm() -> None:
+    assert false_alarms(range(9, 216)) == []
