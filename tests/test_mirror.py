@@ -21,7 +21,8 @@ ELSEWHERE = {
     # Published numbers, tested with the model that takes them.
     "models/test_mmg.py": ("models/ship_parameters",),
     "models/test_models_glider.py": ("models/glider_parameters",),
-    "models/test_models_torpedo.py": ("models/torpedo_channels", "models/torpedo_parameters"),
+    "models/test_rov.py": ("models/rov_parameters",),
+    "models/test_models_torpedo.py": ("models/rigid_body", "models/torpedo_channels", "models/torpedo_parameters"),
     # Running, storing and resuming are one thing to a user.
     "comparison/test_comparison_runs.py": (
         "comparison/realisation",

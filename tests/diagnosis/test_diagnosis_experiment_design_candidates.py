@@ -15,7 +15,8 @@ from seatruth.diagnosis.experiment_design.candidates import SLOW_START, Menu
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
-from seatruth.models import Observation, observed
+from seatruth.models import Model, Observation, load_model, observed
+from seatruth.models.twin_thruster import FULL
 from seatruth.trials.trial import Trial
 
 
@@ -132,3 +133,44 @@ def test_what_instruments_show_turns_with_the_first_heading() -> None:
     )
     assert first["v_w"] == 0.0
     assert menu.trial(["straight run"], SLOW_START).trial.outputs["sog"][0] == pytest.approx(1.2)
+
+
+def thrusting(model: Model, **inputs: np.ndarray) -> Menu:
+    t = np.arange(60.0)
+    outputs = {channel.name: np.zeros(60) for channel in model.outputs}
+    runs = [Trial(f"run {k}", t, inputs, outputs, synthetic=True) for k in range(2)]
+    return Menu(Problem(boat.study(model, runs), load_effects(["gyro_bias"]), Settings(), threads=1))
+
+
+def test_a_boat_with_two_thrusters_steers_by_their_difference() -> None:
+    rise = boat.zigzag(60, 2.0, 9.0) * (np.arange(60) > 35)
+    menu = thrusting(load_model("twin_thruster"), n_port=10.0 + rise, n_starboard=10.0 - 0.5 * rise)
+    assert menu.driving == [("n_port", "n_starboard")]
+    assert not menu.steering
+    assert list(menu.axes) == ["yaw thrust"]
+    spiral = menu.phases["staircase of yaw thrust"].inputs
+    assert spiral["n_port"] - 10.0 == pytest.approx(10.0 - spiral["n_starboard"])
+    assert np.abs(spiral["n_port"] - 10.0).max() == pytest.approx(0.75)  # as far as starboard went
+    slow = menu.phases["slow step of +yaw thrust"].inputs
+    assert (slow["n_port"][0], slow["n_starboard"][0]) == pytest.approx((7.0, 5.0))
+    single = menu.phases["one thruster after another"].inputs
+    assert (single["n_port"][0], single["n_starboard"][0]) == pytest.approx((6.0, 10.0))
+    assert (single["n_port"][-1], single["n_starboard"][-1]) == pytest.approx((10.0, 6.0))
+
+
+def test_no_thruster_is_ordered_more_than_full_power() -> None:
+    rise = boat.zigzag(60, 6.0, 9.0) * (np.arange(60) > 35)
+    menu = thrusting(load_model("twin_thruster"), n_port=14.0 + np.minimum(0.0, rise), n_starboard=14.0 - rise.clip(0))
+    assert max(menu.phases["step of +yaw thrust"].inputs["n_port"]) == FULL
+
+
+def test_an_underwater_vehicle_steps_along_each_axis_and_keeps_its_battery() -> None:
+    model = load_model("bluerov2")
+    moved = {one.input: boat.zigzag(60, 0.5, 5.0 + k) for k, one in enumerate(model.actuators)}
+    menu = thrusting(model, **moved, voltage=np.full(60, 15.0))
+    assert list(menu.axes) == [f"{axis} thrust" for axis in ("surge", "sway", "heave", "roll", "yaw")]
+    assert {"step of +heave thrust", "zigzag of sway thrust", "one thruster after another"} < set(menu.phases)
+    assert not any("voltage" in phase.inputs for phase in menu.phases.values())
+    assert menu.trial(["step of +heave thrust"]).trial.inputs["voltage"].tolist() == [15.0] * 60
+    still = thrusting(model, **{**moved, "c_5": np.zeros(60)}, voltage=np.full(60, 15.0))
+    assert list(still.axes) == [f"{axis} thrust" for axis in ("surge", "sway", "yaw")]

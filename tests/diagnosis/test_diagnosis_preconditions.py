@@ -16,7 +16,7 @@ from seatruth.diagnosis.preconditions import on_one_course, require_trials, usab
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
-from seatruth.models import Rudder
+from seatruth.models import Rudder, load_model
 from seatruth.study import Study
 from seatruth.trials.trial import Trial, Trials
 
@@ -123,3 +123,16 @@ def test_effects_come_in_the_forms_that_the_model_has() -> None:
     alone, reasons = usable_effects(boat.study(Pair(), runs[:1]), ["trial_current", "current"])
     assert [effect.name for effect in alone] == ["current"]
     assert "there is one trial" in reasons["trial_current"]
+
+
+def test_effects_on_one_of_many_thrusters_are_tried_where_a_study_names_them() -> None:
+    model = load_model("bluerov2")
+    t = np.arange(0.0, 20.0)
+    inputs = {channel.name: np.full(20, 15.0 if channel.name == "voltage" else 0.2) for channel in model.inputs}
+    runs = [Trial(f"run {k}", t, inputs, {"psi": np.full(20, float(k))}, synthetic=True) for k in range(2)]
+    study = boat.study(model, runs)
+    alone = {effect.name for effect in usable_effects(study, None)[0] if effect.which}
+    assert alone == {f"thruster_gain_{one.name}" for one in model.actuators}
+    asked = ["thruster_lag_up_port", "thrusters_exchanged_up_starboard_up_port", "thruster_dead_band"]
+    assert [effect.name for effect in usable_effects(study, asked)[0]] == asked
+    assert len(usable_effects(study, ["thrusters_exchanged"])[0]) == 15

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.manoeuvres import thruster_layout
+from seatruth.models import load_model
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
@@ -76,6 +78,45 @@ def diving_trials(seconds: float = 100.0) -> tuple[list[Trial], list[dict[str, f
         for k, (_, _, planes, every) in enumerate(runs)
     ]
     return found, [{"u": speed, "z": depth} for speed, depth, _, _ in runs]
+
+
+def boat_trials(seconds: float = 80.0) -> tuple[list[Trial], list[dict[str, float]]]:
+    """Trials of the 2 m boat with two thrusters and their first states: steps of each, of both, and astern."""
+    t: Array = np.arange(0.0, seconds, 0.25)
+    runs = [
+        (0.3, 0.8, (10.0, 6.0, 12.0, 3.0, 8.0), (10.0, 12.0, 4.0, 9.0)),
+        (2.4, 0.3, (9.0, -7.0, 1.5, -1.0, 13.0, 0.0), (7.0, 1.0, -1.2, 12.0, -9.0)),
+        (4.0, 1.5, (8.0, 8.0, 14.0, 14.0, 8.0, -4.0), (8.0, 5.0, 8.0, 14.0)),
+    ]
+    found = [
+        Trial(
+            f"run {k}", t, {"n_port": steps(t, port, 4.0), "n_starboard": steps(t, starboard, 5.0)}, {}, synthetic=True
+        )
+        for k, (_, _, port, starboard) in enumerate(runs)
+    ]
+    return found, [{"psi": heading, "u": speed} for heading, speed, _, _ in runs]
+
+
+def rov_trials(seconds: float = 42.0) -> tuple[list[Trial], list[dict[str, float]]]:
+    """Trials of the vehicle with eight thrusters and their first states: steps along its axes and of each thruster."""
+    model = load_model("bluerov2_heavy")
+    layout = thruster_layout(model, {"voltage": 16.0}, dead_band=0.07)
+    t: Array = np.arange(0.0, seconds, 0.1)
+    levels = (
+        {"surge": (0.1, 0.2, 0.05, -0.1, 0.15), "yaw": (0.01, -0.015, 0.0, 0.005), "heave": (0.05, -0.05, 0.0)},
+        {"surge": (0.05, 0.15), "sway": (0.03, -0.05, 0.02), "heave": (0.08, -0.08), "yaw": (0.0, 0.01, -0.005)},
+        {"surge": (0.2, -0.1, 0.1), "heave": (-0.05, 0.08, 0.0), "yaw": (-0.01, 0.01), "sway": (0.0, 0.05)},
+    )
+    found = []
+    for k, axes in enumerate(levels):
+        held = {axis: steps(t, values, 3.0 + n) for n, (axis, values) in enumerate(axes.items())}
+        rows = [layout.orders({axis: float(values[j]) for axis, values in held.items()}) for j in range(t.size)]
+        inputs = {name: np.array([row[name] for row in rows]) for name in layout.full}
+        for n, name in enumerate(inputs):  # each alone for a while
+            inputs[name] = inputs[name] + 0.1 * ((t > 2.0 + 4.5 * n) & (t < 4.0 + 4.5 * n))
+        voltage = 16.0 - 0.02 * t - 0.5 * k
+        found.append(Trial(f"run {k}", t, {**inputs, "voltage": voltage}, {}, synthetic=True))
+    return found, [{"psi": heading, "u": 0.2, "z": depth} for heading, depth in ((0.3, 3.0), (2.4, 8.0), (4.0, 15.0))]
 
 
 def start(model: Model, first: Mapping[str, float], trial: Trial, values: Mapping[str, float]) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diver import Diver, diver_trials
-from known_trials import NOISE, diving_trials, ship_trials, start, torpedo_trials
+from known_trials import NOISE, boat_trials, diving_trials, rov_trials, ship_trials, start, torpedo_trials
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from twin import Twin, twin_trials
@@ -40,7 +40,7 @@ class Joint:
 
     def __init__(self, name: str) -> None:
         self.model = the_model(name)
-        found = [form.of_trials([TRIAL, "another"]) for e in available().values() for form in e.variants(self.model)]
+        found = [form.of_trials([TRIAL, "another"]) for e in available().values() for form in e.candidates(self.model)]
         self.effects = [effect for effect in found if not effect.missing(self.model)]
         self.extended = with_effects(self.model, self.effects)
         self.names = [q.name for q in self.extended.parameters[len(self.model.parameters) :]]
@@ -153,6 +153,8 @@ MADE = {
     "torpedo": torpedo_trials,
     "twin": twin_trials,
     "diver": diver_trials,
+    "twin_thruster": boat_trials,
+    "bluerov2_heavy": rov_trials,
 }
 """Trials of the models that recover effects; an effect takes the first model that it can act on."""
 
@@ -162,14 +164,13 @@ def trials(name: str) -> tuple[Model, list[Trial], list[dict[str, float]]]:
     return (the_model(name), *MADE[name]())
 
 
-def fitted(effect: Effect, near: tuple[dict[str, float], ...]) -> tuple[Array, Array, Array, Array, float]:
-    """Null, truth, estimate and errors of an effect's parameters (K,), and chi-square over its expectation.
+def fitted(effect: Effect, near: tuple[dict[str, float], ...], on: str) -> tuple[Array, Array, Array, Array, float]:
+    """On a model: null, truth, estimate and errors of an effect's parameters (K,), and chi-square over its expectation.
 
     The effect alone is simulated at its typical magnitude, with noise; all other parameters are known. The fit starts
     from the effect's starting points (its null where it has none), and from `near`. Its shape has the declared priors.
     """
-    name = next(name for name in MADE if not effect.missing(the_model(name)))
-    model, runs, first = trials(name)
+    model, runs, first = trials(on)
     runs, first = (runs[:1], first[:1]) if effect.name == "wave_forces" else (runs, first)
     effect = effect.of_trials([run.name for run in runs])
     extended = with_effects(model, [effect])
@@ -221,6 +222,19 @@ ALONE = sorted(
     if form.which and not form.pairs and not form.missing(Twin())
 )
 """Effects on one thruster of the boat that has two."""
+BOAT = load_model("twin_thruster")
+ON_BOAT = {form.name: form for e in available().values() for form in e.variants(BOAT) if not form.missing(BOAT)}
+"""Every form of every effect that can act on the built-in boat with two thrusters."""
+ROV = load_model("bluerov2_heavy")
+ON_ROV = {form.name: form for e in available().values() for form in e.candidates(ROV) if not form.missing(ROV)}
+"""What a diagnosis tries on the vehicle with eight thrusters."""
+
+
+def assert_recovered(effect: Effect, on: str) -> None:
+    null, truth, found, error, misfit = fitted(effect, NEAR.get(effect.name, ()), on)
+    assert (np.abs(found - truth) <= 3 * error).all(), f"{found} +- {error}, true {truth}"
+    assert misfit == pytest.approx(1.0, abs=0.05)
+    assert (error < np.abs(truth - null)).any(), "the trials do not show it"
 
 
 @pytest.mark.slow
@@ -228,7 +242,16 @@ ALONE = sorted(
 def test_is_recovered_when_it_alone_is_simulated(name: str) -> None:
     forms = {form.name: form for e in available().values() for form in (*e.variants(Twin()), e)}
     effect = forms[name]
-    null, truth, found, error, misfit = fitted(effect, NEAR.get(name, ()))
-    assert (np.abs(found - truth) <= 3 * error).all(), f"{found} +- {error}, true {truth}"
-    assert misfit == pytest.approx(1.0, abs=0.05)
-    assert (error < np.abs(truth - null)).any(), "the trials do not show it"
+    assert_recovered(effect, next(model for model in MADE if not effect.missing(the_model(model))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(ON_BOAT))
+def test_is_recovered_on_the_boat_with_two_thrusters(name: str) -> None:
+    assert_recovered(ON_BOAT[name], "twin_thruster")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(ON_ROV))
+def test_is_recovered_on_the_vehicle_with_eight_thrusters(name: str) -> None:
+    assert_recovered(ON_ROV[name], "bluerov2_heavy")

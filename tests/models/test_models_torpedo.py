@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Manoeuvre, Straight, run_manoeuvre
 from seatruth.models import Model, load_model
-from seatruth.models.torpedo import Torpedo, Torpedo324, solved
+from seatruth.models.rigid_body import solved
+from seatruth.models.torpedo import Torpedo, Torpedo324
 from seatruth.models.torpedo_channels import CHANNELS, channel
 from seatruth.models.torpedo_parameters import TIES
 from seatruth.testing.models import ModelConformance

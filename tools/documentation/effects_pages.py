@@ -78,6 +78,10 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
     dive = {"delta_s": np.where((t // 15).astype(int) % 2 == 0, 6 * _DEG, -6 * _DEG)}
     torpedo = {"delta": 0.3 * zigzag, "delta_s": 0.3 * dive["delta_s"], "delta_d": 0 * t, "n": np.full(t.size, 22.0)}
     driven = {**dive, "T": np.where((t // 20).astype(int) % 2 == 0, 400.0, -200.0)}
+    boat = {
+        "n_port": np.where((t // 20).astype(int) % 2 == 0, 10.0, 5.0),
+        "n_starboard": np.where((t // 12).astype(int) % 3 == 2, -4.0, 9.0),
+    }
     made = []
     for name, inputs, first, about in (
         ("mmg", ship, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, fewer revolutions after 60 s"),
@@ -89,6 +93,7 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
             {"u": 1.5, "z": 5.0},
             "plane angles of 6 deg up and down, thrust ahead and astern",
         ),
+        ("twin_thruster", boat, {"u": 0.8, "psi": 0.5}, "each thruster in steps, ahead and astern"),
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
     return made

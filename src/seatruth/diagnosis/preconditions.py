@@ -45,12 +45,13 @@ def require_trials(study: Study) -> None:
 
 def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:
     """Effects that can act on the study's model, and why others cannot. BadInput where none can."""
-    installed = {form.name: form for e in available().values() for form in (e, *e.variants(study.model))}
-    asked = list(installed.values())
+    asked = list(available().values())
     if wanted is not None:
+        installed = {form.name: form for e in asked for form in (e, *e.variants(study.model))}
         asked = [e if isinstance(e, Effect) else effects_by_name([e], installed)[0] for e in wanted]
     names = [trial.name for trial in study.trials]
-    forms = {form.name: form.of_trials(names) for effect in asked for form in (effect, *effect.variants(study.model))}
+    tried = [e.candidates(study.model) or (e.variants(study.model) if wanted is not None else ()) for e in asked]
+    forms = {form.name: form.of_trials(names) for found in tried for form in found}
     asked = list(forms.values())
     present = {effect.name for effect in getattr(study.model, "effects", ())}
     usable, reasons = [], {}

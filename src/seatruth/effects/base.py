@@ -49,6 +49,9 @@ HOOKS = (
 EQUATIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "kinematics")
 """Words of `acts_on` beside "actuator:<input>" and "sensor:<output>"."""
 
+MANY = 4
+"""Actuators of one kind from more of which on a diagnosis no longer tries every effect on each of them alone. Chosen
+here [S]: eight thrusters have 92 single forms, each a fit more, and a cause more among which to choose."""
 FULL_SIZE = 100.0
 """m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
@@ -89,6 +92,8 @@ class Effect:
     """Names of the actuators on which it acts; all of the kind where empty. `variants` makes it for each."""
     common_only: bool = False
     """It acts on all actuators of its kind alike, never on one of them alone."""
+    each_of_many: bool = False
+    """A diagnosis tries it on each actuator alone even where the model has more than `MANY` of them."""
     pairs: bool = False
     """It acts on two actuators at a time: `d.thruster` and `d.other`."""
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {}
@@ -162,10 +167,20 @@ class Effect:
     def variants(self, model: Model) -> tuple[Effect, ...]:
         """The forms in which it can act on a model: on all actuators of its kind alike, and on each alone."""
         found = targets(self, model) if self.actuator and not self.which and not self.common_only else ()
-        if self.pairs:
+        if self.pairs and found:
             thrusters = [actuator.name for actuator in model.actuators if actuator.kind == self.actuator]
             return tuple(self.only(thrusters[target.thruster], thrusters[target.other]) for target in found)
         return (self, *(self.only(target.name) for target in found)) if len(found) > 1 else (self,)
+
+    def candidates(self, model: Model) -> tuple[Effect, ...]:
+        """Those of its `variants` that a diagnosis tries by itself; a study may name any other.
+
+        Where a model has more than `MANY` actuators of the kind, these are the form that acts on all alike, and single
+        ones only of effects with `each_of_many`: what one thruster alone loses, whatever the cause, shows in its gain.
+        """
+        many = len([actuator for actuator in model.actuators if actuator.kind == self.actuator]) > MANY
+        forms = self.variants(model)
+        return tuple(form for form in forms if not form.which) if many and not self.each_of_many else forms
 
     def only(self, *actuators: str) -> Effect:
         """The same effect on some actuators alone, by their names: "thruster_gain_port"."""

@@ -186,27 +186,31 @@ class VaryingCurrentAlong(Effect):
         return with_current(e, s, q.along * e.t, 0.0, q.along)
 
 
+_HULL_DAMPING = ("Y_v", "N_v", "C_d")
+"""Sway and yaw by drift: linear terms, and the drag of a cross flow where a model has it apart."""
+
+
 class ShallowWater(Effect):
-    """Shallow water makes the hull's sway and yaw damping larger."""
+    """Shallow water makes the hull's sway and yaw damping larger, its cross-flow drag too."""
 
     name = "shallow_water"
     title = "shallow water"
     cause = "environment.confined_water.shallow_water"
     number = 30
-    equation = "Y_v, N_v times 1 + gain, gain = c (d/h)^k"
+    equation = "Y_v, N_v, C_d times 1 + gain, gain = c (d/h)^k"
     source = "[L] form of corrections for shallow water; [S] catalogue: h/d 1.2 to 3"
     kinds = ("ship", "planing")
     acts_on = ("sway", "yaw")
-    equivalent = ("Y_v", "N_v")
+    equivalent = _HULL_DAMPING
     confused_with = ("drag_increase", "rudder_gain", "cross_flow", "munk")
     distinguished_by = "never from Y_v and N_v on one depth: trials on two depths"
-    needs_parameters = ("Y_v", "N_v")
+    needs_parameters = _HULL_DAMPING
     parameters = (Parameter("gain", 0.3, "1", -0.5, 3.0, source="[S] chosen here", description="relative increase"),)
     null: Mapping[str, float] = {"gain": 0.0}
 
     @staticmethod
     def true_parameters(p: Any, q: Any) -> Any:
-        return p._replace(**{k: getattr(p, k) * (1.0 + q.gain) for k in ("Y_v", "N_v") if k in p._fields})
+        return p._replace(**{k: getattr(p, k) * (1.0 + q.gain) for k in _HULL_DAMPING if k in p._fields})
 
 
 class Bank(Effect):

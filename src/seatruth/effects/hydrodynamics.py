@@ -60,6 +60,7 @@ class CrossFlow(Effect):
     equation = "Y = -rho/2 C_d d int |v + x r| (v + x r) dx, N with the lever x"
     source = "[L] Faltinsen 1990, strip-wise cross-flow; [S] magnitude of the catalogue: 0.6 to 1.2"
     acts_on = ("sway", "yaw")
+    equivalent = ("C_d",)
     confused_with = ("turning_loss", "rudder_gain", "shallow_water", "log_lever_arm")
     distinguished_by = "gain falls with the size of the manoeuvre: an amplitude series"
     needs_states = ("u", "v", "r")
@@ -197,7 +198,7 @@ class Munk(Effect):
     equation = "N = k m u v, the displaced mass standing for X_du - Y_dv"
     source = "[L] Kirchhoff's equations; [S] magnitude of the catalogue: 0.3"
     acts_on = ("yaw",)
-    equivalent = ("N_v", "m_y_beta", "K_MY")
+    equivalent = ("N_v", "N_uv", "m_y_beta", "K_MY")
     confused_with = ("log_lever_arm", "shallow_water")
     distinguished_by = "never from N_v: one parameter"
     needs_states = ("u", "v", "r")
@@ -272,6 +273,7 @@ class Tether(Effect):
     equation = "F = -rho/2 area V |V| at the stern, area = C_d d_t L_t"
     source = "[S] magnitude of the catalogue: 5 to 50 N on a small vehicle"
     acts_on = ("surge", "sway", "heave", "pitch", "yaw")
+    equivalent = ("l_t", "C_t")
     confused_with = ("drag_increase", "rudder_gain")
     distinguished_by = "drag with damping of the rate of turn: straight runs beside turns"
     needs_states = ("u",)

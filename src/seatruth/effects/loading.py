@@ -51,7 +51,7 @@ class NetWeight(Effect):
     source = "[L] statics; [S] magnitude of the catalogue: 0.1 to 2 % of the weight"
     kinds = ("auv", "glider")
     acts_on = ("surge", "heave")
-    equivalent = ("dG", "m_disp")
+    equivalent = ("dG", "m_disp", "nabla")
     confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale")
     distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "theta")
@@ -127,7 +127,7 @@ class Sloshing(Effect):
         ),
     )
     null: Mapping[str, float] = {"share": 0.0}
-    starts = tuple({"share": 0.05, "period": period} for period in (3.0, 6.0, 12.0))
+    starts = tuple({"share": 0.05, "period": period} for period in (3.0, 4.5, 6.0, 12.0))
     # The liquid's velocity, not the relative one, is a state: its rate then needs no acceleration of the vehicle.
     # s: Runge-Kutta of order 4 diverges on a swing of 2.5 s, the shortest one, from steps of 1.1 s on.
     longest_step = 1.0

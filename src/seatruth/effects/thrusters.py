@@ -59,6 +59,7 @@ class ThrusterGain(OnThrusters):
     equivalent = ("thrust_gain",)
     confused_with = ("drag_increase", "speed_scale", "current", "voltage_sag", "battery_discharge")
     distinguished_by = "one thruster: its side of the turn; all: the same coast-down with thrust at zero"
+    each_of_many = True
     needs_vehicle = ("thrusts",)
     parameters = (Parameter("k", -0.3, "1", -2.2, 1.0, source="[S] catalogue", description="relative change"),)
     null: Mapping[str, float] = {"k": 0.0}

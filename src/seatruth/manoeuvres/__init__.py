@@ -24,8 +24,10 @@ from seatruth.manoeuvres.run import (
     self_propulsion,
     steady_current,
 )
+from seatruth.manoeuvres.thrusting import AxisSteps, StationKeeping, ThrusterLayout, ThrusterSteps, thruster_layout
 
 __all__ = [
+    "AxisSteps",
     "CoastDown",
     "GlideSpiral",
     "Manoeuvre",
@@ -33,8 +35,11 @@ __all__ = [
     "Sawtooth",
     "SpeedSteps",
     "Spiral",
+    "StationKeeping",
     "Stepper",
     "Straight",
+    "ThrusterLayout",
+    "ThrusterSteps",
     "Trim",
     "TurningCircle",
     "TurningCircleFigures",
@@ -44,6 +49,7 @@ __all__ = [
     "run_manoeuvre",
     "self_propulsion",
     "steady_current",
+    "thruster_layout",
     "turning_circle_figures",
     "zigzag_figures",
 ]

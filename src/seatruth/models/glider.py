@@ -22,6 +22,7 @@ from seatruth.models.base import Model
 from seatruth.models.geometry import Dimensions
 from seatruth.models.glider_parameters import GLIDERS, PETREL_II
 from seatruth.models.parameter import Parameter
+from seatruth.models.rigid_body import Vector, cross, kinematics, plus
 from seatruth.trials.channel import Channel
 
 TINY_2 = 1e-12
@@ -29,21 +30,6 @@ TINY_2 = 1e-12
 
 LENGTH, DIAMETER, WATER = 2.0, 0.22, 1025.0
 """m, m, kg/m3 [L]: a glider of this class in sea water; only effects' forces need them."""
-
-Vector = tuple[Any, Any, Any]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """a x b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def plus(*vectors: Vector) -> Vector:
-    """Sum of vectors."""
-    total = vectors[0]
-    for v in vectors[1:]:
-        total = (total[0] + v[0], total[1] + v[1], total[2] + v[2])
-    return total
 
 
 def solve(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, y: Vector) -> Vector:
@@ -144,24 +130,6 @@ def motion(s: Any, i: Any, p: Any, e: Any) -> tuple[Vector, Vector]:
     u_dot, w_dot, q_dot = solve(m + p.A_11, 0.0, sz, m + p.A_33, p.A_35 - sx, I_y + p.A_55, (F[0], F[2], M[1]))
     v_dot, p_dot, r_dot = solve(m + p.A_22, -sz, sx + p.A_26, I_x + p.A_44, I_xz, I_z + p.A_66, (F[1], M[0], M[2]))
     return (u_dot, v_dot, w_dot), (p_dot, q_dot, r_dot)
-
-
-def kinematics(s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """d/dt of x, y, z, phi, theta, psi."""
-    cf, sf = math.cos(s.phi), math.sin(s.phi)
-    ct, st = math.cos(s.theta), math.sin(s.theta)
-    cp, sp = math.cos(s.psi), math.sin(s.psi)
-    ahead = ct * s.u + st * (sf * s.v + cf * s.w)
-    across = cf * s.v - sf * s.w
-    turn = (sf * s.q + cf * s.r) / ct
-    return (
-        cp * ahead - sp * across,
-        sp * ahead + cp * across,
-        -st * s.u + ct * (sf * s.v + cf * s.w),
-        s.p + st * turn,
-        cf * s.q - sf * s.r,
-        turn,
-    )
 
 
 _POSITION = (

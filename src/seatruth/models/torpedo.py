@@ -24,6 +24,7 @@ from typing import Any, ClassVar, NamedTuple
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.models.geometry import Dimensions
+from seatruth.models.rigid_body import solved
 from seatruth.models.torpedo_parameters import SOURCES, parameters
 from seatruth.trials.channel import Channel
 
@@ -158,32 +159,6 @@ def motion(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         *(dx, dz, -dy),
         *(w_x - turn * sin_t / cos_t, w_y * sin_f + w_z * cos_f, -turn / cos_t),
     )
-
-
-def solved(matrix: tuple[tuple[Any, ...], ...], right: tuple[Any, ...]) -> list[Any]:
-    """Solution x (n,) of matrix (n, n) x = right (n,), the matrix symmetric and positive definite (L D L')."""
-    size = len(right)
-    lower: list[list[Any]] = [[0.0] * size for _ in range(size)]
-    pivot: list[Any] = []
-    x = list(right)
-    for j in range(size):
-        d = matrix[j][j]
-        for k in range(j):
-            d = d - lower[j][k] * lower[j][k] * pivot[k]
-        pivot.append(d)
-        for row in range(j + 1, size):
-            entry = matrix[row][j]
-            for k in range(j):
-                entry = entry - lower[row][k] * lower[j][k] * pivot[k]
-            lower[row][j] = entry / d
-    for j in range(size):
-        for k in range(j):
-            x[j] = x[j] - lower[j][k] * x[k]
-    x = [x[j] / pivot[j] for j in range(size)]
-    for j in reversed(range(size)):
-        for k in range(j + 1, size):
-            x[j] = x[j] - lower[k][j] * x[k]
-    return x
 
 
 class OneOfTheSets(Model):

@@ -38,6 +38,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(("p", "q", "r"), (-0.5, 0.5)),
     **dict.fromkeys(("delta", "delta_s", "delta_r", "delta_e"), (-0.7, 0.7)),
     "n": (-20.0, 20.0),
+    "voltage": (12.0, 17.0),
 }
 
 

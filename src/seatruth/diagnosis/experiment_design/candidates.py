@@ -1,6 +1,7 @@
 """The menu from which the next trial is put together: manoeuvres made of what the recorded trials did.
 
-Each input's range, the usual values and the length come from the trials themselves, so that it fits any model. A
+Each input's range, the usual values and the length come from the trials themselves, so that it fits any model.
+Thrusters that a model names are driven along its axes (yaw by differential thrust, heave) and one after another. A
 manoeuvre lasts as long as the longest trial; up to three can follow one another in one trial. Many trials are on
 record when a further one is asked for: one of the same length holds too little beside them to change much, and what
 single manoeuvres cannot tell apart, their sequence often does (a bias from a scale by another speed, say).
@@ -16,6 +17,8 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem
+from seatruth.manoeuvres import thruster_layout
+from seatruth.models import Model, Thruster
 from seatruth.trials.trial import Trial
 
 MAX_PHASES = 3
@@ -35,6 +38,11 @@ _ANGLE = "rad"
 """Unit of what steers: it is never a drive, however long it was held."""
 _TRIM = 0.25
 """Part of the largest angle up to which a median is a trim; beyond it, most of the time was spent in turns. [S]"""
+YAW = "yaw thrust"
+_FEW = 3
+"""Axes of thrusters up to which each has every manoeuvre; on more, turns one way, zigzags and staircases do. [S]"""
+_STILL = 1e-6
+"""Reach of an input that did not move in the trials, or less: `Menu.full` is never zero."""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -75,9 +83,20 @@ class Menu:
             for n in self.inputs
             if (units[n] != _ANGLE and abs(self.usual[n]) > 2.0 * float(np.std(values[n]))) or n in ("n", "rpm")
         ]
-        steering = [name for name in self.inputs if name not in self.drives]
-        self.steering = _of_one_kind(steering, units, values)
-        self.driving = _of_one_kind(self.drives, units, values)
+        self.thrusters = _thrusters(problem.study.model)
+        """Inputs of the thrusters of a model that has several, each with its size at full power."""
+        moved = [name for name in _moved(problem.study.model, units) if name not in self.thrusters]
+        self.steering = _of_one_kind([name for name in moved if name not in self.drives], units, values)
+        self.driving = _of_one_kind([name for name in moved if name in self.drives], units, values)
+        thrusting = tuple(name for name in self.thrusters if name in self.drives)
+        self.driving += [thrusting] if thrusting else []
+        axes = thruster_layout(problem.study.model).axes if self.thrusters else {}
+        self.axes = {
+            f"{axis} thrust": reach
+            for axis, shares in axes.items()
+            if (reach := self._along(shares)) and not (thrusting and axis == "surge")
+        }
+        """Thrust along each axis: how far each input goes. The manoeuvres of a drive hold surge."""
         self.t = np.arange(0.0, self.pattern.duration - 0.5 * self.step, self.step)
         self.phases = {phase.name: phase for phase in self._phases()}
 
@@ -149,28 +168,62 @@ class Menu:
             first[north], first[east] = speed * math.cos(first["psi"]), speed * math.sin(first["psi"])
 
     def _phases(self) -> list[Phase]:
-        found = [phase for group in self.steering for phase in self._steered(group)]
+        found = [phase for group in self.steering for phase in self._steered(_words(group), self._reach(group))]
+        for axis, reach in self.axes.items():
+            phases = self._steered(axis, reach)
+            found += phases if len(self.axes) <= _FEW else [phases[0], phases[2], phases[5]]
+        found += [self._one_by_one()] if self.thrusters else []
         for group in self.driving:
             found += self._driven(group)
             slow = {name: np.full(self.t.shape, _SLOW * self.usual[name]) for name in group}
-            for others in self.steering:
-                for phase in self._steered(others)[:3]:
+            turning = {axis: reach for axis, reach in self.axes.items() if axis == YAW}
+            for words, reach in ({_words(others): self._reach(others) for others in self.steering} | turning).items():
+                for phase in self._steered(words, reach)[:3]:
                     text = f"{_words(group)} at {100 * _SLOW:.0f} %, {phase.text}"
-                    found.append(Phase(f"slow {phase.name}", text, {**slow, **phase.inputs}))
+                    lower = {n: slow[n] - self.usual[n] for n in slow if n in phase.inputs}
+                    steered = {n: x + lower.get(n, 0.0) for n, x in phase.inputs.items()}
+                    found.append(Phase(f"slow {phase.name}", text, {**slow, **steered}))
         return [*found, Phase("straight run", "inputs held", {})]
 
-    def _steered(self, group: Sequence[str]) -> list[Phase]:
-        """Manoeuvres of actuators of one kind, which move together."""
-        t, half, name = self.t, self.seconds / 8.0, _words(group)
+    def _reach(self, group: Sequence[str]) -> dict[str, float]:
+        """How far actuators that move together go from their usual values."""
+        return {name: self.full[name] for name in group}
+
+    def _along(self, shares: Mapping[str, float]) -> dict[str, float]:
+        """How far each input goes for thrust along an axis; empty where one of them never moved in the trials."""
+        most = min(self.full[name] / abs(share) for name, share in shares.items())
+        return {name: most * share for name, share in shares.items()} if most > _STILL else {}
+
+    def _one_by_one(self) -> Phase:
+        """Each thruster in turn: one that drives at a part of its usual order, another one at its full reach."""
+        place = np.minimum((self.t / self.seconds * len(self.thrusters)).astype(int), len(self.thrusters) - 1)
+        orders = {}
+        for k, name in enumerate(self.thrusters):
+            usual = self.usual[name]
+            other = _SLOW * usual if name in self.drives else usual + self.full[name]
+            orders[name] = self._possible(name, np.where(place == k, other, usual))
+        each = self.seconds / len(self.thrusters)
+        return Phase("one thruster after another", f"each thruster alone, for {each:.3g} s", orders)
+
+    def _possible(self, name: str, order: Array) -> Array:
+        """An order within full power, where it is known."""
+        power = self.thrusters.get(name, math.inf)
+        return np.clip(order, -power, power)
+
+    def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
+        """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
+        t, half = self.t, self.seconds / 8.0
+        verb, full = ("step of", "as far as it went") if name in self.axes else ("turn by", "hard over")
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
 
         def moved(part: Array | float) -> dict[str, Array]:
-            return {n: np.full(t.shape, self.usual[n]) + self.full[n] * part for n in group}
+            usual = {n: np.full(t.shape, self.usual[n]) for n in reach}
+            return {n: self._possible(n, usual[n] + size * part) for n, size in reach.items()}
 
         return [
-            Phase(f"turn by +{name}", f"{name} hard over and held", moved(1.0)),
-            Phase(f"turn by -{name}", f"{name} hard over to the other side and held", moved(-1.0)),
-            Phase(f"zigzag of {name}", f"{name} hard over, alternating every {half:.3g} s", moved(_square(t, half))),
+            Phase(f"{verb} +{name}", f"{name} {full} and held", moved(1.0)),
+            Phase(f"{verb} -{name}", f"{name} {full} to the other side and held", moved(-1.0)),
+            Phase(f"zigzag of {name}", f"{name} {full}, alternating every {half:.3g} s", moved(_square(t, half))),
             Phase(
                 f"small zigzag of {name}",
                 f"{name} at a quarter, alternating every {half / 2.5:.3g} s",
@@ -214,6 +267,17 @@ def _usual(values: Array, unit: str) -> float:
     usual = float(np.median(values))
     turning = unit == _ANGLE and abs(usual) > _TRIM * float(np.abs(values).max())
     return 0.0 if turning else usual
+
+
+def _thrusters(model: Model) -> dict[str, float]:
+    found = {one.input: one.full for one in model.actuators if isinstance(one, Thruster)}
+    return found if len(found) > 1 else {}
+
+
+def _moved(model: Model, units: Mapping[str, str]) -> list[str]:
+    """Inputs that a manoeuvre can order: where a model names its actuators, a voltage or a measured motion is none."""
+    named = {actuator.input for actuator in model.actuators}
+    return [name for name, unit in units.items() if not named or name in named or unit == _ANGLE]
 
 
 def _of_one_kind(names: Sequence[str], units: Mapping[str, str], values: Mapping[str, Array]) -> list[tuple[str, ...]]:
