@@ -11,6 +11,7 @@ import pytest
 from long_log import long_log
 
 from seatruth import cli
+from seatruth.commands import progress
 from seatruth.errors import BadInput
 from seatruth.report.log_map import log_map
 from seatruth.study import load_study
@@ -94,6 +95,15 @@ def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixt
     kinds = [one["kind"] for one in found]
     assert (kinds.count("zigzag"), kinds.count("turning circle"), kinds.count("stop")) == (2, 2, 1)
     assert {one["file"] for one in tables} == {"day.csv"}
+
+
+def test_the_progress_of_the_reading_is_shown(
+    study: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "_LOG_EVERY_S", 0.0)
+    for split in ([], ["--by", "column", "--column", "run"]):
+        code, _, said = run(capsys, "day.csv", *split)
+        assert (code, "Reading day.csv: 100 of 100 percent" in said) == (0, True)
 
 
 def test_what_is_picked_goes_into_the_study_and_nothing_else_changes(

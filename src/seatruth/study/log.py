@@ -12,6 +12,7 @@ import pandas as pd
 from seatruth import readers
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.progress import Progress, silent
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
 from seatruth.study.template import Fields
@@ -25,23 +26,24 @@ _UTM = ("northing", "easting")
 """Channels that need a zone, which no header states."""
 
 
-def read_log(path: Path, study: Path | None = None) -> Trial:
+def read_log(path: Path, study: Path | None = None, progress: Progress = silent) -> Trial:
     """The log with whatever standard channels it has; inputs may have gaps here, as the parts that are taken may not.
 
     Args:
         path: the file.
         study: a study file, whose [time], [channels] and [files] say how the log is read; without one the columns are
             inferred from their names and units, as `seatruth init` does.
+        progress: is told how far the reading has come.
 
     Raises:
         BadInput: the file cannot be read, has no time, or holds none of the standard channels.
     """
     if study is None:
-        log = readers.read_log(path)
+        log = readers.read_log(path, progress=progress)
         (time, specs), frames = _inferred(log), Frames()
     else:
         file, _ = parse(read_text(study), str(study))
-        log = readers.read_log(path, **file.files.reading)
+        log = readers.read_log(path, progress=progress, **file.files.reading)
         time, frames = clock(file.time), stated_frames(file)
         specs = {name: column_spec(name, file.channels) for name in (*STANDARD_CHANNELS, *file.channels)}
         specs = {name: spec for name, spec in specs.items() if all(_has(log, column) for column in spec.columns)}
@@ -58,14 +60,14 @@ def read_log(path: Path, study: Path | None = None) -> Trial:
     return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
 
 
-def row_times(path: Path, study: Path | None = None) -> tuple[readers.Table, Array]:
+def row_times(path: Path, study: Path | None = None, progress: Progress = silent) -> tuple[readers.Table, Array]:
     """The log's table and the time of each row, s, which may start anew with each run; NaN where it is no number."""
     if study is None:
-        log = readers.read_log(path)
+        log = readers.read_log(path, progress=progress)
         column = _inferred(log)[0].column
     else:
         file, _ = parse(read_text(study), str(study))
-        log, column = readers.read_log(path, **file.files.reading), file.time.column
+        log, column = readers.read_log(path, progress=progress, **file.files.reading), file.time.column
     table = log.table()
     series = table.column(table.time if table.time is not None and not table.has(column) else column)
     if not pd.api.types.is_numeric_dtype(series.dtype):
