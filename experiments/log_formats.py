@@ -22,6 +22,7 @@ import pandas as pd
 from seatruth.trials import ColumnSpec
 
 UNITS = {"t": "s", "delta": "deg", "n": "rev/s", "x": "m", "y": "m", "psi": "deg", "u": "m/s", "v": "m/s", "r": "deg/s"}
+UNITS |= {"phi": "deg", "p": "deg/s", "q": "deg/s"}  # of longer tables
 INPUTS = ("delta", "n")
 START_NS = 1_753_963_200 * 10**9
 """2025-07-31 12:00 UTC."""
