@@ -300,6 +300,11 @@ def test_a_channel_at_rest_is_frozen_only_beside_motion() -> None:
     assert [f.channel for f in still if f.code == "constant"] == ["x"]
     alone = check_trials([Trial("depth", t, inputs, {"depth": zero + 3.0})])
     assert [f.severity for f in alone if f.code == "constant"] == ["note"]
+    track = replace(GOOD, outputs={name: GOOD.outputs[name] for name in ("x", "y", "psi")})
+    assert "constant" not in codes(check_trials([track]))
+    for name in ("x", "y"):
+        frozen = check_trials([altered(track, {name: lambda a: 0 * a})])
+        assert ("warning", name) in {(f.severity, f.channel) for f in frozen if f.code == "constant"}, name
     for name in ("psi", "r", "u", "v"):
         frozen = check_trials([altered(FAST, {name: lambda a: 0 * a + 0.3})])
         assert ("constant", name) in {(f.code, f.channel) for f in frozen}, name

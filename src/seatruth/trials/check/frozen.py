@@ -73,7 +73,7 @@ def _travelling(part: Trial, name: str) -> tuple[str, bool]:
     """Distance along one axis that velocities and attitude say."""
     flat = name in ("x", "y")
     if not has_channels(part, "u", "psi" if flat else "theta"):
-        return "", False
+        return _pointing(part, name) if flat and has_channels(part, "x", "y", "psi") else ("", False)
     u, across = at_all_times(part, "u"), "v" if flat else "w"
     sway = at_all_times(part, across) if has_channels(part, across) else np.zeros(len(part))
     angle = at_all_times(part, "psi" if flat else "theta")
@@ -85,6 +85,18 @@ def _travelling(part: Trial, name: str) -> tuple[str, bool]:
     path = float(np.ptp(integral(part.t, np.hypot(u, sway))))
     moved = gone > max(limits.FROZEN_PATH * path, limits.FROZEN_DISTANCE)
     return (f"the velocities carry it by {gone:.3g} m" if moved else ""), True
+
+
+def _pointing(part: Trial, name: str) -> tuple[str, bool]:
+    """Distance along one axis that the other axis and the heading say, where no speed was recorded."""
+    other, psi = at_all_times(part, "y" if name == "x" else "x"), at_all_times(part, "psi")
+    along, across = (np.sin(psi), np.cos(psi)) if name == "x" else (np.cos(psi), np.sin(psi))
+    known = np.isfinite(other) & np.isfinite(psi)
+    steps, ratio = np.diff(other[known]), (across / along)[known][1:]
+    usable = np.abs(along[known][1:]) > limits.FROZEN_ALONG  # elsewhere the other axis says little
+    gone = float(np.ptp(np.cumsum(np.where(usable, steps * ratio, 0.0)))) if steps.size else 0.0
+    moved = gone > max(limits.FROZEN_PATH * float(np.sum(np.abs(steps))), limits.FROZEN_DISTANCE)
+    return (f"the heading and the other position carry it by {gone:.3g} m" if moved else ""), True
 
 
 def _sailing(part: Trial, name: str) -> tuple[str, bool]:
