@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from seatruth import identify, load_study
+from seatruth import BadInput, identify, load_study
+from seatruth.readers import read_log
 from seatruth.sample import copy_to
 from seatruth.testing.readers import FOREIGN, ReaderConformance, Sample
 from seatruth.trials import read_trial
@@ -35,6 +36,22 @@ def test_the_same_run_comes_back_from_every_format(tmp_path: Path, name: str) ->
         np.testing.assert_allclose(
             trial.channel(channel), RUN[channel] * factor, rtol=tolerance, atol=tolerance, err_msg=channel
         )
+
+
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [(name, "ros") for name in ("ros1", "ros2", "mcap")]
+    + [("hdf5", "hdf5"), ("excel", "excel"), ("ulog", "px4"), ("dataflash", "ardupilot")],
+)
+def test_an_extra_that_is_not_installed_is_named_with_its_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, extra: str
+) -> None:
+    path = WRITERS[name](tmp_path, RUN[:5]).path
+    for module in ("h5py", "python_calamine", "rosbags", "mcap", "pyulog", "pymavlink"):
+        monkeypatch.setitem(sys.modules, module, None)  # as if it were not there, to imports as well
+    with pytest.raises(BadInput, match=rf'not installed. Run: pip install "seatruth\[{extra}\]"') as caught:
+        read_log(path)
+    assert str(path) in str(caught.value)
 
 
 def test_fixes_of_older_px4_logs_are_whole_numbers(tmp_path: Path) -> None:
