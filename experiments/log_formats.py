@@ -193,13 +193,13 @@ def mcap(folder: Path, run: pd.DataFrame) -> Written:
     return Written(folder / "run.mcap", _ROS_CHANNELS)
 
 
-def ulog_file(path: Path, stamps: np.ndarray, topics: dict[str, dict[str, np.ndarray]]) -> None:
-    """Topics with these fields (n,) at these times, us; fields called "name[k]" are an array."""
+def ulog_file(path: Path, topics: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]]) -> None:
+    """Topics: times (n,) us, and fields (n,); fields called "name[k]" are an array."""
     import pyulog
 
     log = pyulog.ULog(None)
-    for number, (name, fields) in enumerate(topics.items()):
-        values = {"timestamp": stamps, **fields}
+    for number, (name, (stamps, fields)) in enumerate(topics.items()):
+        values = {"timestamp": stamps.astype(np.uint64), **fields}
         kind = np.dtype([(field, column.dtype) for field, column in values.items()])
         table = np.empty(stamps.size, dtype=kind)
         for field, column in values.items():
@@ -238,7 +238,7 @@ def ulog(folder: Path, run: pd.DataFrame) -> Written:
         "vehicle_attitude": {name: values[name] for name in ("psi", "r")},
         "actuator_outputs": {"output[0]": values["delta"], "output[1]": values["n"]},
     }
-    ulog_file(folder / "run.ulg", stamps, topics)
+    ulog_file(folder / "run.ulg", {name: (stamps, fields) for name, fields in topics.items()})
     channels = {
         "delta": ColumnSpec("actuator_outputs.output[0]", "deg"),
         "n": ColumnSpec("actuator_outputs.output[1]", "rev/s"),

@@ -57,7 +57,7 @@ def test_an_extra_that_is_not_installed_is_named_with_its_command(
 def test_fixes_of_older_px4_logs_are_whole_numbers(tmp_path: Path) -> None:
     stamps = np.arange(1, 41, dtype=np.uint64) * np.uint64(100_000)
     fix = {"lat": np.full(40, 541_800_000, dtype="<i4"), "lon": np.arange(40, dtype="<i4") + 78_800_000}
-    ulog_file(tmp_path / "run.ulg", stamps, {"vehicle_gps_position": fix})
+    ulog_file(tmp_path / "run.ulg", {"vehicle_gps_position": (stamps, fix)})
     where = {"latitude": "vehicle_gps_position.lat", "longitude": "vehicle_gps_position.lon"}
     trial = read_trial(tmp_path / "run.ulg", inputs={}, outputs=where)
     east = 1e-7 * np.pi / 180 * 6.392e6 * np.cos(np.radians(54.18))  # m a step; 6392 km: the prime vertical's radius

@@ -130,7 +130,7 @@ def _found(
 ) -> list[Stretch]:
     if by is By.column:
         with ProgressLine() as progress:
-            content, times = row_times(log, study, progress)
+            content, times = row_times(log, column or "", study, progress)
         if recording is not None and len(recording) == len(content):
             times = recording.t
         return by_column(content, column or "", times)
