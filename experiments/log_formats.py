@@ -10,6 +10,7 @@ from __future__ import annotations
 import datetime
 import functools
 import operator
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +22,7 @@ import pandas as pd
 from seatruth.trials import ColumnSpec
 
 UNITS = {"t": "s", "delta": "deg", "n": "rev/s", "x": "m", "y": "m", "psi": "deg", "u": "m/s", "v": "m/s", "r": "deg/s"}
+UNITS |= {"phi": "deg", "p": "deg/s", "q": "deg/s"}  # of longer tables
 INPUTS = ("delta", "n")
 START_NS = 1_753_963_200 * 10**9
 """2025-07-31 12:00 UTC."""
@@ -191,24 +193,18 @@ def mcap(folder: Path, run: pd.DataFrame) -> Written:
     return Written(folder / "run.mcap", _ROS_CHANNELS)
 
 
-def ulog(folder: Path, run: pd.DataFrame) -> Written:
-    """Fields in double, which PX4 uses for few: so the numbers come back to rounding."""
+def ulog_file(path: Path, topics: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]]) -> None:
+    """Topics: times (n,) us, and fields (n,); fields called "name[k]" are an array."""
     import pyulog
 
     log = pyulog.ULog(None)
-    stamps = np.round(run["t"].to_numpy() * 1e6).astype(np.uint64) + np.uint64(5_000_000)
-    topics = {
-        "vehicle_local_position": {name: run[name] for name in ("x", "y", "u", "v")},
-        "vehicle_attitude": {name: run[name] for name in ("psi", "r")},
-        "actuator_outputs": {"output[0]": run["delta"], "output[1]": run["n"]},
-    }
-    for number, (name, fields) in enumerate(topics.items()):
-        values = {"timestamp": stamps, **{field: series.to_numpy() for field, series in fields.items()}}
-        kind = np.dtype([(field, "<u8" if field == "timestamp" else "<f8") for field in values])
-        table = np.empty(len(run), dtype=kind)
+    for number, (name, (stamps, fields)) in enumerate(topics.items()):
+        values = {"timestamp": stamps.astype(np.uint64), **fields}
+        kind = np.dtype([(field, column.dtype) for field, column in values.items()])
+        table = np.empty(stamps.size, dtype=kind)
         for field, column in values.items():
             table[field] = column
-        kinds = {field: "uint64_t" if field == "timestamp" else "double" for field in values}
+        kinds = {field: _ULOG_KINDS[column.dtype.str] for field, column in values.items()}
         log._data_list.append(
             pyulog.ULog.Data(
                 SimpleNamespace(
@@ -222,10 +218,27 @@ def ulog(folder: Path, run: pd.DataFrame) -> Written:
                 )
             )
         )
+        arrays = Counter(field.partition("[")[0] for field in fields)
         declared = [("uint64_t", 0, "timestamp")]
-        declared += [("double", 2, "output")] if "output[0]" in fields else [("double", 0, field) for field in fields]
+        for field, size in arrays.items():
+            declared.append((kinds.get(field) or kinds[f"{field}[0]"], 0 if field in kinds else size, field))
         log._message_formats[name] = SimpleNamespace(name=name, fields=declared)
-    log.write_ulog(str(folder / "run.ulg"))
+    log.write_ulog(str(path))
+
+
+_ULOG_KINDS = {"<u8": "uint64_t", "<f8": "double", "<i4": "int32_t"}
+
+
+def ulog(folder: Path, run: pd.DataFrame) -> Written:
+    """Fields in double, which PX4 uses for few: so the numbers come back to rounding."""
+    stamps = np.round(run["t"].to_numpy() * 1e6).astype(np.uint64) + np.uint64(5_000_000)
+    values = {name: run[name].to_numpy(dtype=np.float64) for name in run.columns}
+    topics = {
+        "vehicle_local_position": {name: values[name] for name in ("x", "y", "u", "v")},
+        "vehicle_attitude": {name: values[name] for name in ("psi", "r")},
+        "actuator_outputs": {"output[0]": values["delta"], "output[1]": values["n"]},
+    }
+    ulog_file(folder / "run.ulg", {name: (stamps, fields) for name, fields in topics.items()})
     channels = {
         "delta": ColumnSpec("actuator_outputs.output[0]", "deg"),
         "n": ColumnSpec("actuator_outputs.output[1]", "rev/s"),

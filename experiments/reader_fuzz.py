@@ -75,20 +75,20 @@ def attack(name: str, cases: int) -> dict[str, Any]:
         written = WRITERS[name](Path(folder), manoeuvre(np.arange(0.0, 6.0, 0.1))).path
         strange = [_other(other, folder).read_bytes() for other in ("csv", "parquet", "nmea")]
         read_log(written)
-        before = _memory()[0]
+        before = memory()[0]
         for number in range(cases):
             way = WAYS[number % len(WAYS)]
             copy = Path(folder) / "damaged" / written.name
             shutil.rmtree(copy.parent, ignore_errors=True)
             copy.parent.mkdir()
             _damage(written, copy, way, rng, strange)
-            began = _seconds()
+            began = seconds()
             outcome = _attempt(copy)
-            longest = max(longest, _seconds() - began)
+            longest = max(longest, seconds() - began)
             seen[outcome.partition(":")[0]] += 1
             if outcome.startswith("failed") and len(examples) < 5:
                 examples.append(f"{way} {number}: {outcome}")
-    own, children = _memory()
+    own, children = memory()
     return {
         "files": cases,
         "read": seen["read"],
@@ -149,13 +149,13 @@ def _damage(source: Path, target: Path, way: str, rng: random.Random, strange: l
     file.write_bytes(content)
 
 
-def _seconds() -> float:
+def seconds() -> float:
     """Processor time of this process and of those it waited for, s."""
     parts = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(part.ru_utime + part.ru_stime for part in parts)
 
 
-def _memory() -> tuple[float, float]:
+def memory() -> tuple[float, float]:
     """Most memory of this process and of any that it waited for, MB."""
     own, children = (
         resource.getrusage(who).ru_maxrss / 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)

@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from documents import ROOT, execute, files, install
 
 from seatruth import identify, load_model, load_study
-from seatruth.sample import copy_to
+from seatruth.readers import available
+from seatruth.sample import FOLDER, copy_to
 
 DOCUMENTS = sorted(path.relative_to(ROOT).as_posix() for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")))
 
@@ -100,6 +102,57 @@ def test_reading_logs(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     trial = execute("docs/reading-logs.md")["trial"]
     assert len(trial) == 40
     assert (folder / "run.toml").exists()
+
+
+def german(folder: Path, run: pd.DataFrame) -> None:
+    """The run as a German program writes it, with a rudder that is positive to port."""
+    knot = 1852 / 3600
+    table = run.assign(delta=-run["delta"], n=60 * run["n"], u=run["u"] / knot, v=run["v"] / knot, r=60 * run["r"])
+    names = ("Zeit", "Ruder", "Drehzahl", "Nord", "Ost", "Kurs", "Fahrt", "Drift", "Drehung")
+    table.columns = list(names)
+    table.to_csv(folder / "run.csv", sep=";", decimal=",", index=False, encoding="latin-1")
+
+
+HOW_TOS = {
+    "csv": ("csv", german),
+    "parquet": ("parquet", "parquet"),
+    "matlab": ("matlab", "matlab"),
+    "hdf5": ("hdf5", "hdf5"),
+    "excel": ("excel", "excel"),
+    "ros1": ("rosbag", "ros1"),
+    "ros2": ("rosbag", "ros2"),
+    "mcap": ("mcap", "mcap"),
+    "px4": ("ulog", "ulog"),
+    "ardupilot": ("dataflash", "dataflash"),
+    "nmea": ("nmea", "nmea"),
+}
+"""Page of a format: its reader, and what writes its file."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", HOW_TOS)
+def test_the_how_to_of_a_format_reads_its_file(page: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The format's own library writes a synthetic zigzag; the study of the page gives its numbers back."""
+    monkeypatch.syspath_prepend(str(ROOT / "experiments"))
+    from log_formats import UNITS, WRITERS
+
+    log = pd.read_csv(FOLDER / "zigzag_20_20.csv", comment="#", nrows=200)
+    run = log.rename(columns=lambda title: title.partition(" ")[0])
+    _, write = HOW_TOS[page]
+    (WRITERS[write] if isinstance(write, str) else write)(folder, run)
+    execute(f"docs/how-to/{page}.md")
+    trial = load_study("study.toml").trials[0]
+    assert trial.t == pytest.approx(run["t"], abs=1e-7)
+    for name in (*trial.inputs, *trial.outputs):
+        true = run[name].to_numpy(dtype=float)
+        true = np.unwrap(np.radians(true)) if name == "psi" else np.radians(true) if "deg" in UNITS[name] else true
+        assert trial.channel(name) == pytest.approx(true, rel=1e-7, abs=1e-7), name
+
+
+def test_every_reader_has_a_how_to() -> None:
+    assert {reader for reader, _ in HOW_TOS.values()} == {
+        name for name, info in available().items() if info.package == "seatruth"
+    }
 
 
 @pytest.mark.slow

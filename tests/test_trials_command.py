@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import json
+import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from documents import ROOT
 from long_log import long_log
 
 from seatruth import cli
+from seatruth.commands import progress
 from seatruth.errors import BadInput
 from seatruth.report.log_map import log_map
 from seatruth.study import load_study
 from seatruth.study.log import read_log
 from seatruth.study.trial_tables import trial_tables, with_trials
 from seatruth.trials.stretches import Stretch, by_events
+
+sys.path.append(str(ROOT / "experiments"))
+
+from log_formats import ulog_file
 
 STUDY = """# My study: this comment stays.
 [model]
@@ -96,6 +104,15 @@ def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixt
     assert {one["file"] for one in tables} == {"day.csv"}
 
 
+def test_the_progress_of_the_reading_is_shown(
+    study: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "_LOG_EVERY_S", 0.0)
+    for split in ([], ["--by", "column", "--column", "run"]):
+        code, _, said = run(capsys, "day.csv", *split)
+        assert (code, "Reading day.csv: 100 of 100 percent" in said) == (0, True)
+
+
 def test_what_is_picked_goes_into_the_study_and_nothing_else_changes(
     study: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,6 +142,36 @@ def test_a_column_selects_rows(study: Path, capsys: pytest.CaptureFixture[str]) 
     assert (second.t[0], second.t[-1]) == pytest.approx(true[1][1:])
     assert second.lines is not None
     assert second.lines[0] == np.flatnonzero(log.t == true[1][1])[0] + 3  # after the comment and the header
+
+
+@pytest.fixture
+def topics(day: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The log as topics of an autopilot, each of which is sampled a little later than the one before."""
+    monkeypatch.chdir(day)
+    table = pd.read_csv(day / "day.csv", comment="#")
+    fields = {title.partition(" ")[0]: table[title].to_numpy(dtype=float) for title in table}
+    own = {
+        "gyro": ["heading", "rate of turn"],
+        "steering": ["rudder", "rpm", "run"],
+        "track": ["north", "east", "surge"],
+    }
+    named = {"rate of turn": "r", "north": "x", "east": "y", "surge": "u"}
+    stamps = {name: 1e6 * (fields["t"] + late) for name, late in zip(own, (0.0, 0.03, 0.08))}
+    values = {name: {field: fields[named.get(field, field)] for field in inside} for name, inside in own.items()}
+    ulog_file(day / "day.ulg", {name: (stamps[name], values[name]) for name in own})
+    return day / "day.ulg"
+
+
+def test_topics_with_clocks_of_their_own_give_the_same_trials(topics: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def found(log: str, *options: str) -> list[str]:
+        code, out, said = run(capsys, log, *options)
+        assert code == 0, said
+        return [line for line in out.splitlines() if line.startswith("name")]
+
+    assert found(topics.name) == found("day.csv")
+    assert len(found(topics.name, "--by", "pauses")) == 1
+    _, out, _ = run(capsys, topics.name, "--by", "column", "--column", "steering.run")
+    assert out.count('where = "steering.run == ') == len(found("day.csv", "--by", "column", "--column", "run"))
 
 
 def test_time_may_start_anew_with_each_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

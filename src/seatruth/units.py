@@ -33,7 +33,14 @@ _SPELLINGS = {
     "celsius": "degC",
     "°c": "degC",
 }
-_CASED = {"Nm": "newton*meter", "kNm": "kilonewton*meter", "NM": "nautical_mile", "C": "degC"}
+_CASED = {
+    "Nm": "newton*meter",
+    "kNm": "kilonewton*meter",
+    "NM": "nautical_mile",
+    "C": "degC",
+    "degE7": "ten_millionth_degree",
+}
+"""Case tells these; degE7 is MAVLink's name for positions as whole numbers."""
 _COMMON = (
     *("m", "cm", "mm", "km", "ft", "nmi", "m/s", "cm/s", "mm/s", "km/h", "kn", "m/s^2", "rad", "deg", "rad/s", "deg/s"),
     *("rev/s", "rpm", "Hz", "s", "ms", "min", "h", "N", "kN", "N*m", "kN*m", "kg", "t", "Pa", "kPa", "bar", "dbar"),
@@ -71,6 +78,7 @@ def _registry() -> Any:
 
     registry: Any = pint.UnitRegistry()
     registry.define("@alias turn = rev")
+    registry.define("ten_millionth_degree = 1e-7 * degree")
     return registry
 
 

@@ -12,7 +12,7 @@ import pytest
 from documents import ROOT
 from small_comparison import small, solvers
 
-from seatruth import BadInput, cli
+from seatruth import BadInput, ProgressEvent, cli
 from seatruth.comparison import Comparison, Noise, compare
 from seatruth.comparison.file import read_comparison, reference
 from seatruth.report.comparison import render_comparison, write_tables
@@ -55,6 +55,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "line.toml").write_text(STUDY)
     (tmp_path / "c.toml").write_text(GOOD)
     return tmp_path
+
+
+def test_reading_a_file_tells_how_far_its_logs_are_read(folder: Path) -> None:
+    events: list[ProgressEvent] = []
+    read_comparison("c.toml", progress=events.append)
+    assert (events[-1].stage, events[-1].left) == ("Reading table.csv", 0)
 
 
 def test_a_file_is_read(folder: Path) -> None:

@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from seatruth import identify, load_study
+from seatruth import BadInput, identify, load_study
+from seatruth.readers import read_log
 from seatruth.sample import copy_to
 from seatruth.testing.readers import FOREIGN, ReaderConformance, Sample
 from seatruth.trials import read_trial
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
-from log_formats import WRITERS, manoeuvre
+from log_formats import WRITERS, manoeuvre, ulog_file
 
 RUN = manoeuvre(np.arange(0.0, 4.0, 0.1))
 RTOL = {"nmea": 1e-7}
@@ -35,6 +36,32 @@ def test_the_same_run_comes_back_from_every_format(tmp_path: Path, name: str) ->
         np.testing.assert_allclose(
             trial.channel(channel), RUN[channel] * factor, rtol=tolerance, atol=tolerance, err_msg=channel
         )
+
+
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [(name, "ros") for name in ("ros1", "ros2", "mcap")]
+    + [("hdf5", "hdf5"), ("excel", "excel"), ("ulog", "px4"), ("dataflash", "ardupilot")],
+)
+def test_an_extra_that_is_not_installed_is_named_with_its_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, extra: str
+) -> None:
+    path = WRITERS[name](tmp_path, RUN[:5]).path
+    for module in ("h5py", "python_calamine", "rosbags", "mcap", "pyulog", "pymavlink"):
+        monkeypatch.setitem(sys.modules, module, None)  # as if it were not there, to imports as well
+    with pytest.raises(BadInput, match=rf'not installed. Run: pip install "seatruth\[{extra}\]"') as caught:
+        read_log(path)
+    assert str(path) in str(caught.value)
+
+
+def test_fixes_of_older_px4_logs_are_whole_numbers(tmp_path: Path) -> None:
+    stamps = np.arange(1, 41, dtype=np.uint64) * np.uint64(100_000)
+    fix = {"lat": np.full(40, 541_800_000, dtype="<i4"), "lon": np.arange(40, dtype="<i4") + 78_800_000}
+    ulog_file(tmp_path / "run.ulg", {"vehicle_gps_position": (stamps, fix)})
+    where = {"latitude": "vehicle_gps_position.lat", "longitude": "vehicle_gps_position.lon"}
+    trial = read_trial(tmp_path / "run.ulg", inputs={}, outputs=where)
+    east = 1e-7 * np.pi / 180 * 6.392e6 * np.cos(np.radians(54.18))  # m a step; 6392 km: the prime vertical's radius
+    np.testing.assert_allclose(trial.outputs["y"], np.arange(40) * east, rtol=1e-3, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -72,6 +72,28 @@ def test_each_column_serves_one_channel_and_the_plain_name_wins() -> None:
     assert len({hit.column for hit in inferred.values()}) == len(inferred) == 2
 
 
+@pytest.mark.parametrize(
+    ("field", "channel"),
+    [
+        ("vehicle_local_position.x", "x"),
+        ("vehicle_local_position.vx", "v_n"),
+        ("vehicle_local_position.vz", "v_d"),
+        ("vehicle_local_position.heading", "psi"),
+        ("vehicle_angular_velocity.xyz[2]", "r"),
+        ("sensor_combined[1].gyro_rad[0]", "p"),
+        ("vehicle_gps_position.vel_m_s", "sog"),
+        ("XKF1[0].PE [m]", "y"),
+        ("IMU[1].GyrZ [rad/s]", "r"),
+        ("GPS[0].Spd [m/s]", "sog"),
+        ("/odom.twist.linear.x", "u"),
+    ],
+)
+def test_fields_of_autopilots_are_what_their_documents_say(field: str, channel: str) -> None:
+    assert list(infer_columns({field: WAVE}, WANTED)) == [channel]
+    without = [other for other in WANTED if other.name != channel]
+    assert infer_columns({field: WAVE}, without) == {}
+
+
 def test_a_column_without_numbers_is_no_reason_to_stop() -> None:
     inferred = infer_columns({"rudder": np.full(5, np.nan)}, WANTED)
     assert inferred["delta"].unit == "rad"

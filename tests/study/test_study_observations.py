@@ -93,6 +93,24 @@ def test_the_current_is_found_in_what_the_instruments_show(case: Any, tmp_path: 
     assert math.hypot(*found) == pytest.approx(SPEED, abs=0.005)
 
 
+WRONG = (through_water, 'u = "STW"\nv = "across"', NOISE)
+"""The same log of speeds through the water, taken for speeds over ground."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("case", "right"), [(WATER, True), (GROUND, True), (WRONG, False)], ids=["water", "ground", "-"]
+)
+def test_the_demo_returns_the_current_within_two_standard_errors(case: Any, right: bool, tmp_path: Path) -> None:
+    estimate = identify(load_study(study_file(tmp_path, case, file="study.toml")))
+    names = ["current_north", "current_east"]
+    values = estimate.parameters.loc[names, "value"].to_numpy(dtype=float)
+    towards = values / math.hypot(*values)
+    error = math.sqrt(towards @ estimate.covariance.loc[names, names].to_numpy() @ towards)
+    off = abs(math.hypot(*values) - SPEED) / error
+    assert off < 2.0 if right else off > 3.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [WATER, GROUND], ids=["water", "ground"])
 def test_the_diagnosis_returns_the_current(case: Any, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.trials import Trial
+from seatruth.trials import Step, Trial
 
 Array = NDArray[np.float64]
 
@@ -72,3 +72,12 @@ def altered(trial: Trial, changes: Mapping[str, Callable[[Array], Array]], name:
         inputs={k: changes[k](np.array(v)) if k in changes else v for k, v in trial.inputs.items()},
         outputs={k: changes[k](np.array(v)) if k in changes else v for k, v in trial.outputs.items()},
     )
+
+
+def scattered(trial: Trial, every: int = 5) -> Trial:
+    """The trial as topics with clocks of their own give it: a burst of four samples, one a sensor, then a pause."""
+    groups = {"x": 0, "y": 0, "psi": 1, "r": 2, "u": 3, "v": 3}
+    rows = np.flatnonzero(np.arange(len(trial)) % every < 4)
+    kept = trial.samples(rows)
+    outputs = {c: np.where(rows % every == groups.get(c, 0), v, np.nan) for c, v in kept.outputs.items()}
+    return kept.with_step(Step("read", {"own_clocks": list(outputs)}), outputs=outputs)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_motion import Array, altered, zigzag
+from known_motion import Array, altered, scattered, zigzag
 
 from seatruth.manoeuvres import TurningCircle, run_manoeuvre
 from seatruth.models import load_model
@@ -116,6 +116,56 @@ def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, 
     assert "zigzag" in hits[0].where
     assert channel in hits[0].where
     assert hits[0].do
+
+
+BY_SAMPLE = {
+    "psi averaged between 359 and 0 deg",
+    "held psi",
+    "held position",
+    "spikes",
+    "position jump",
+    "a late start",
+}
+"""Faults of single samples, of which a sensor with a slower clock of its own has fewer."""
+ELSEWHERE = [fault for fault in FAULTS if fault[0] not in BY_SAMPLE]
+
+
+@pytest.mark.parametrize(("fault", "code", "channel", "changes"), ELSEWHERE, ids=[f[0] for f in ELSEWHERE])
+def test_fault_is_found_where_sensors_have_clocks_of_their_own(
+    fault: str, code: str, channel: str, changes: dict[str, Callable[[Array], Array]]
+) -> None:
+    found = check_trials([scattered(altered(GOOD, changes))])
+    assert (code, channel) in {(f.code, f.channel) for f in found}, [str(f) for f in found]
+
+
+def test_sensors_with_clocks_of_their_own_raise_no_false_alarm() -> None:
+    assert check_trials([scattered(GOOD)]) == []
+    paused = scattered(replace(GOOD, t=GOOD.t + 30.0 * (GOOD.t > 150)))
+    assert codes(check_trials([paused])) == {"time-gap", "output-gap"}
+    slow = check_trials([scattered(rolling(2.7, 0.25), 4)])
+    assert "slow-sampling" in codes(slow)
+    assert "slow-sampling" not in codes(check_trials([scattered(rolling(12.0, 0.25), 4)]))
+
+
+def test_held_and_stray_samples_are_those_of_the_sensors_own_clock() -> None:
+    own = scattered(diving())
+    assert codes(check_trials([own])) == set()
+
+    def change(fault: Callable[[Array], Array]) -> Callable[[Array], Array]:
+        def changed(values: Array) -> Array:
+            there = np.isfinite(values)
+            values[there] = fault(values[there])
+            return values
+
+        return changed
+
+    def stray(values: Array) -> Array:
+        values[200] += 20.0
+        return values
+
+    for fault, code in ((hold(4), "held"), (stray, "outliers")):
+        found = check_trials([altered(own, {"z": change(fault)})])
+        assert (code, "z") in {(f.code, f.channel) for f in found}, code
 
 
 def test_swapped_axes_and_wrong_senses_are_named() -> None:
@@ -250,6 +300,11 @@ def test_a_channel_at_rest_is_frozen_only_beside_motion() -> None:
     assert [f.channel for f in still if f.code == "constant"] == ["x"]
     alone = check_trials([Trial("depth", t, inputs, {"depth": zero + 3.0})])
     assert [f.severity for f in alone if f.code == "constant"] == ["note"]
+    track = replace(GOOD, outputs={name: GOOD.outputs[name] for name in ("x", "y", "psi")})
+    assert "constant" not in codes(check_trials([track]))
+    for name in ("x", "y"):
+        frozen = check_trials([altered(track, {name: lambda a: 0 * a})])
+        assert ("warning", name) in {(f.severity, f.channel) for f in frozen if f.code == "constant"}, name
     for name in ("psi", "r", "u", "v"):
         frozen = check_trials([altered(FAST, {name: lambda a: 0 * a + 0.3})])
         assert ("constant", name) in {(f.code, f.channel) for f in frozen}, name

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from known_motion import Array, zigzag
+from known_motion import Array, scattered, zigzag
 from right_logs import right_log
 
 from seatruth.trials import Finding, Trial, check_trials
@@ -34,7 +34,8 @@ def test_no_false_alarm_on_any_good_zigzag(
     trial = zigzag(
         seed, seconds=200, rate=5, noise=noise, amplitude=amplitude, period=period, course=course, speed=speed
     )
-    assert [f for f in check_trial(trial) if f.severity != "note"] == []
+    for log in (trial, scattered(trial)):
+        assert [f for f in check_trial(log) if f.severity != "note"] == []
 
 
 def test_no_false_alarm_on_many_trials_together() -> None:

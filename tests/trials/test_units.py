@@ -28,6 +28,7 @@ from seatruth.units import inside_unit, is_unit, parse_unit, to_si
         ("rpm", "rad/s", 2 * math.pi / 60),
         ("kn", "m/s", 1852 / 3600),
         ("kts", "m/s", 1852 / 3600),
+        ("degE7", "deg", 1e-7),
         ("km/h", "m/s", 1 / 3.6),
         ("cm", "m", 0.01),
         ("cm^3", "m^3", 1e-6),

@@ -36,7 +36,8 @@ def compare(
     from seatruth.comparison.file import read_comparison
     from seatruth.simulate import thread_count
 
-    made, folder = read_comparison(comparison)
+    with ProgressLine(quiet=quiet) as line:
+        made, folder = read_comparison(comparison, progress=line)
     folder = result_folder(out, folder, comparison)
     if ranking:
         results = standing(made, folder)

@@ -10,7 +10,7 @@ import typer
 
 from seatruth.commands import diagnose, identify
 from seatruth.commands.common import JsonFile, Result, say
-from seatruth.study import load_study
+from seatruth.commands.progress import load_study
 
 
 def demo(
@@ -23,12 +23,12 @@ def demo(
 ) -> Result:
     """Identify and diagnose synthetic example trials."""
     with as_file(files("seatruth") / "sample") as folder:
-        study = load_study(folder / "study.toml")
+        study = load_study(folder / "study.toml", quiet=quiet)
         say(f"Identifying {study.name}: {len(study.trials)} synthetic trials that come with seatruth.\n")
         identified = identify.run(study, out, threads=threads, fresh=True, quiet=quiet)
         if identified.exit_code:
             return identified
         say("\nThe same trials, and a model without a current: what is the gap, and what causes it?\n")
-        study = load_study(folder / "diagnose.toml")
+        study = load_study(folder / "diagnose.toml", quiet=quiet)
         diagnosed = diagnose.run(study, out / "diagnosis", threads=threads, suggest=False, quiet=quiet)
     return Result({**identified.data, "diagnosis": diagnosed.data}, diagnosed.exit_code)

@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from seatruth.commands.common import JsonFile, Result, console, relative, say, table
+from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 from seatruth.manoeuvres.recognise import SHORTEST, recognise, steady
 from seatruth.storage.atomic import write_file
@@ -107,7 +108,8 @@ def _consistent(by: By, column: str | None, events: str | None, study: Path | No
 def _recording(log: Path, study: Path | None, by: By, *, needed: bool) -> Trial | None:
     """The log as one recording; None if that is not needed and cannot be, as time starts anew with each run."""
     try:
-        return read_log(log, study)
+        with ProgressLine() as progress:
+            return read_log(log, study, progress)
     except BadInput as problem:
         if not needed:
             return None
@@ -127,7 +129,8 @@ def _found(
     study: Path | None,
 ) -> list[Stretch]:
     if by is By.column:
-        content, times = row_times(log, study)
+        with ProgressLine() as progress:
+            content, times = row_times(log, column or "", study, progress)
         if recording is not None and len(recording) == len(content):
             times = recording.t
         return by_column(content, column or "", times)

@@ -15,6 +15,7 @@ from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem
 from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
 from seatruth.optimizers import Optimizer
+from seatruth.progress import Progress, silent
 from seatruth.study import Study, load_study, parsed, read_text
 from seatruth.study import solver as solvers
 from seatruth.study.reference import rows
@@ -115,8 +116,11 @@ class ComparisonFile(Table):
     output: OutputTable = OutputTable()
 
 
-def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
-    """The comparison that a file describes, and the folder of its results. BadInput lists all problems with lines."""
+def read_comparison(path: str | Path, *, progress: Progress = silent) -> tuple[Comparison, Path]:
+    """The comparison that a file describes, and the folder of its results. BadInput lists all problems with lines.
+
+    `progress` is told how far the reading of the studies' logs has come.
+    """
     source = Path(path)
     data, problems = parsed(read_text(source), str(source))
     try:
@@ -125,7 +129,7 @@ def read_comparison(path: str | Path) -> tuple[Comparison, Path]:
         add_schema_errors(problems, error, table=ComparisonFile)
         problems.stop()
         raise
-    problem_list = _problems(file, source, problems)
+    problem_list = _problems(file, source, problems, progress)
     optimizers = _solvers(file, problems)
     noise = _noise(file, problems)
     for key, entries in (("problems", file.problems), ("solvers", file.solvers)):
@@ -177,12 +181,12 @@ def reference() -> str:
     return "\n".join(parts) + "\n"
 
 
-def _problems(file: ComparisonFile, source: Path, problems: Problems) -> list[Problem]:
+def _problems(file: ComparisonFile, source: Path, problems: Problems, progress: Progress) -> list[Problem]:
     problem_list = []
     for k, entry in enumerate(file.problems):
         study: Study | None = None
         with problems.at("problems", k, "study"):
-            study = load_study(source.parent / entry.study)
+            study = load_study(source.parent / entry.study, progress=progress)
         if study is None:
             continue
         values = {parameter.name: parameter.value for parameter in study.free}

@@ -43,6 +43,8 @@ class ULog(Reader):
                 continue
             name = data.name if data.multi_id == 0 else f"{data.name}[{data.multi_id}]"
             units = {field: "us" for field in (_CLOCK, _SAMPLED) if field in columns}
+            # Fixes were whole numbers before PX4 1.14 (sensor_gps: lat, lon), degrees since (latitude_deg).
+            units |= {field: "degE7" for field in ("lat", "lon") if _whole(columns.get(field))}
             topics.append(Topic(name, columns, units, _CLOCK))
             start = start or _start(columns)
         notes = ["The log is damaged: what could be read of it is shown."] if log.file_corruption else []
@@ -50,6 +52,10 @@ class ULog(Reader):
             lost = sum(dropout.duration for dropout in log.dropouts)
             notes.append(f"The logger dropped samples {len(log.dropouts)} times, {lost / 1000:.3g} s in all.")
         return Content(topics, notes, start)
+
+
+def _whole(values: np.ndarray | None) -> bool:
+    return values is not None and values.dtype.kind == "i"
 
 
 def _start(columns: dict[str, np.ndarray]) -> tuple[float, str] | None:

@@ -17,6 +17,23 @@ from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.units import is_unit, to_si
 
+_AUTOPILOTS = {
+    "x": ("vehicle local position x", "pn"),
+    "y": ("vehicle local position y", "pe"),
+    "z": ("vehicle local position z", "pd"),
+    "v_n": ("vehicle local position vx",),
+    "v_e": ("vehicle local position vy",),
+    "v_d": ("vehicle local position vz",),
+    "sog": ("vehicle gps position vel", "sensor gps vel", "gps spd"),
+    "cog": ("gps gcrs",),
+    **{
+        rate: (f"vehicle angular velocity xyz {k}", f"sensor combined gyro rad {k}", f"imu gyr {axis}")
+        for k, (rate, axis) in enumerate(zip("pqr", "xyz"))
+    },
+}
+"""Fields of autopilots whose names alone mislead or say nothing: PX4's message definitions (VehicleLocalPosition.msg:
+x, y, z and vx, vy, vz are north, east, down), ArduPilot's list of log messages (GPS, IMU, XKF1)."""
+_MEANT = {word: channel for channel, words in _AUTOPILOTS.items() for word in words}
 _NAMES: dict[str, tuple[str, ...]] = {
     "t": ("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time"),
     "x": ("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
@@ -126,6 +143,9 @@ _SUFFIXES = {
 }
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")
 
+_NUMBERED = re.compile(r"\[\d+\]$")
+"""The number of a sensor among several of its kind, or of a value in an array."""
+
 
 @dataclass(frozen=True)
 class InferredColumn:
@@ -192,10 +212,12 @@ def split_header(header: str) -> tuple[str, str]:
 def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
     """How well a column fits a channel (smaller is better), or None."""
     name, unit = split_header(column)
-    known = _NAMES.get(channel.name, (_words(channel.name),))
+    known = (*_AUTOPILOTS.get(channel.name, ()), *_NAMES.get(channel.name, (_words(channel.name),)))
     whole = _words(column)
-    rank = next((known.index(word) for word in (name, whole, *_last_parts(column)) if word in known), None)
-    if rank is None:
+    words = (name, whole, *_last_parts(column))
+    rank = next((known.index(word) for word in words if word in known), None)
+    meant = next((_MEANT[word] for word in words if word in _MEANT), channel.name)
+    if rank is None or meant != channel.name:
         return None
     if unit and not _fits(unit, channel.unit):
         return None
@@ -212,12 +234,14 @@ def _last_parts(column: str) -> tuple[str, ...]:
 
     A single letter says nothing without its topic, so it is not among them.
     """
-    parts = _BRACKETS.sub(r"\1", column.strip()).split(".")
+    text = column.strip()
+    parts = (text if _NUMBERED.search(text) else _BRACKETS.sub(r"\1", text)).split(".")
     if len(parts) < 2:
         return ()
     if parts[-1] == "data":  # ROS messages of a single value are called after their topic
         return (_words(parts[-2].rpartition("/")[2]),)
-    words = (_words(" ".join(parts[-2:])), split_header(parts[-1])[0])
+    pair = f"{_NUMBERED.sub('', parts[-2])} {parts[-1]}"
+    words = (_words(pair), split_header(pair)[0], split_header(parts[-1])[0])
     return tuple(word for word in words if len(word) > 1)
 
 

@@ -12,11 +12,13 @@ import pandas as pd
 from seatruth import readers
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.progress import Progress, silent
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
 from seatruth.study.template import Fields
 from seatruth.study.trial_files import clock, column_spec, stated_frames
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
+from seatruth.trials.check.helpers import at_all_times, on_own_clock
 from seatruth.trials.frames import POSITIONS
 from seatruth.trials.read import trial_from_log
 
@@ -25,23 +27,24 @@ _UTM = ("northing", "easting")
 """Channels that need a zone, which no header states."""
 
 
-def read_log(path: Path, study: Path | None = None) -> Trial:
+def read_log(path: Path, study: Path | None = None, progress: Progress = silent) -> Trial:
     """The log with whatever standard channels it has; inputs may have gaps here, as the parts that are taken may not.
 
     Args:
         path: the file.
         study: a study file, whose [time], [channels] and [files] say how the log is read; without one the columns are
             inferred from their names and units, as `seatruth init` does.
+        progress: is told how far the reading has come.
 
     Raises:
         BadInput: the file cannot be read, has no time, or holds none of the standard channels.
     """
     if study is None:
-        log = readers.read_log(path)
+        log = readers.read_log(path, progress=progress)
         (time, specs), frames = _inferred(log), Frames()
     else:
         file, _ = parse(read_text(study), str(study))
-        log = readers.read_log(path, **file.files.reading)
+        log = readers.read_log(path, progress=progress, **file.files.reading)
         time, frames = clock(file.time), stated_frames(file)
         specs = {name: column_spec(name, file.channels) for name in (*STANDARD_CHANNELS, *file.channels)}
         specs = {name: spec for name, spec in specs.items() if all(_has(log, column) for column in spec.columns)}
@@ -52,20 +55,41 @@ def read_log(path: Path, study: Path | None = None) -> Trial:
             where=str(path),
             do="Name the columns in the [channels] of a study (`seatruth init`), and give it with --study.",
         )
-    whole = trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames)
+    whole = _on_one_clock(trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames))
     inputs = {name: whole.outputs[name] for name in _INPUTS if name in whole.outputs}
     outputs = {name: values for name, values in whole.outputs.items() if name not in inputs}
     return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
 
 
-def row_times(path: Path, study: Path | None = None) -> tuple[readers.Table, Array]:
-    """The log's table and the time of each row, s, which may start anew with each run; NaN where it is no number."""
+def _on_one_clock(whole: Trial) -> Trial:
+    """The log at the times of its quickest channel, the others between their samples: for looking at, never to fit."""
+    own = [name for name in whole.outputs if on_own_clock(whole, name)]
+    if not own:
+        return whole
+    quickest = max(own, key=lambda name: int(np.isfinite(whole.outputs[name]).sum()))
+    rows = np.flatnonzero(np.isfinite(whole.outputs[quickest]))
+    outputs = {name: at_all_times(whole, name)[rows] for name in whole.outputs}
+    return replace(whole.samples(rows), outputs=outputs)
+
+
+def row_times(
+    path: Path, told_by: str, study: Path | None = None, progress: Progress = silent
+) -> tuple[readers.Table, Array]:
+    """The log's table and the time of each row, s, which may start anew with each run; NaN where it is no number.
+
+    `told_by` is the column that tells the runs: of a log of several topics, its topic is the table.
+    """
     if study is None:
-        log = readers.read_log(path)
-        column = _inferred(log)[0].column
+        log = readers.read_log(path, progress=progress)
+        column = _inferred(log)[0].column if len(log.tables) == 1 else ""
     else:
         file, _ = parse(read_text(study), str(study))
-        log, column = readers.read_log(path, **file.files.reading), file.time.column
+        log, column = readers.read_log(path, progress=progress, **file.files.reading), file.time.column
+    if len(log.tables) > 1:
+        topic, field = log.find(told_by)
+        clock = log.clock(topic, column)
+        alone = readers.Table(log.source, {told_by: topic.column(field)}, {}, topic.lines, topic.decimal, topic.name)
+        return alone, np.arange(len(topic), dtype=np.float64) if clock is None else clock
     table = log.table()
     series = table.column(table.time if table.time is not None and not table.has(column) else column)
     if not pd.api.types.is_numeric_dtype(series.dtype):

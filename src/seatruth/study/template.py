@@ -33,6 +33,8 @@ _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "M
 class Fields(Mapping[str, Numbers]):
     """Every field of a log as numbers, made when asked for: most fields of a large log are no channel.
 
+    Fields that have no value in any sample, as NMEA's of a speed that the instrument lacks, are not among them.
+
     A field's key is the name that a study gives it, with its unit: "ATT.Yaw [deg]".
     """
 
@@ -40,6 +42,7 @@ class Fields(Mapping[str, Numbers]):
         self.places: dict[str, tuple[str, Table, str]] = {
             _titled(name, table.units.get(column)): (name, table, column)
             for name, (table, column) in names(log).items()
+            if not _empty(table.columns[column])
         }
 
     def __getitem__(self, title: str) -> Numbers:
@@ -288,6 +291,10 @@ def _rest(model: Model) -> list[str]:
         "evaluations = 20000",
         "",
     ]
+
+
+def _empty(column: pd.Series[float]) -> bool:
+    return pd.api.types.is_numeric_dtype(column.dtype) and bool(column.isna().all())
 
 
 def _numbers(column: pd.Series[float]) -> Numbers:

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import integral, windows
+from seatruth.trials.check.helpers import integral, own_step, windows
 
 _WILD = 1e6
 """rad/s, far beyond any vehicle's rate of turn."""
@@ -37,6 +37,12 @@ def clock_lag(t: Array, values: Array, rate: Array) -> Lag | None:
     Changes over windows are compared with a multiple of the integral of the rate over the same windows, shifted: a
     wrong scale or sign is another fault, and does not hide the offset.
     """
+    known = np.flatnonzero(np.isfinite(rate))
+    if known.size < limits.FEW_SAMPLES:
+        return None
+    # A rate with a clock of its own begins later and ends earlier than the trial.
+    whole = slice(known[0], known[-1] + 1)
+    t, values, rate = t[whole], values[whole], rate[whole]
     w = windows(t, [rate], [values])
     if w is None:
         return None
@@ -67,7 +73,7 @@ def clock_lag(t: Array, values: Array, rate: Array) -> Lag | None:
     best = float(
         minimize_scalar(rest, bounds=(near - reach, near + reach), method="bounded", options={"xatol": 1e-4}).x
     )
-    step = float(np.median(np.diff(t)))
+    step = own_step(t, values)
     found, without = max(rest(best), 0.0), rest(0.0)
     power = float(change @ change)
     if abs(best) < max(limits.MIN_LAG, limits.LAG_STEPS * step) or found > limits.LAG_EXPLAINS * without:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import make_finding
+from seatruth.trials.check.helpers import at_all_times, make_finding
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -45,7 +45,7 @@ def _rows(trial: Trial) -> set[bytes]:
     names = _names(trial)
     if not names or len(trial) < 2:
         return set()
-    table = np.ascontiguousarray(np.column_stack([trial.channel(name) for name in names]))
+    table = np.ascontiguousarray(np.column_stack([at_all_times(trial, name) for name in names]))
     table = np.where(table == 0.0, 0.0, table)  # -0.0 and 0.0 have different bytes
     moved = np.concatenate([[False], (np.diff(table, axis=0) != 0.0).sum(axis=1) >= min(2, len(names))])
     return {row.tobytes() for row in table[moved]}

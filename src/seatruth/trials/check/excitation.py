@@ -9,7 +9,16 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, degrees, has_channels, make_finding, squared_correlation, unit_of
+from seatruth.trials.check.helpers import (
+    Channels,
+    at_all_times,
+    degrees,
+    has_channels,
+    make_finding,
+    own_samples,
+    squared_correlation,
+    unit_of,
+)
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -67,10 +76,14 @@ def check_rate(trial: Trial) -> Iterator[Finding]:
     for angle, rate in (("psi", "r"), ("theta", "q"), ("phi", "p")):
         if rate not in trial.outputs or angle not in trial.outputs or not has_channels(trial, angle, rate):
             continue
-        samples = correlation_samples(trial.outputs[rate])
-        if samples is None or samples >= limits.CORRELATION_SAMPLES or not _turns(trial, angle, rate):
+        alone = own_samples(trial, rate)
+        samples = correlation_samples(alone.outputs[rate])
+        if samples is None or samples >= limits.CORRELATION_SAMPLES:
             continue
-        step = float(np.median(np.diff(trial.t)))
+        values = at_all_times(trial, angle)[np.isin(trial.t, alone.t)]
+        if not _turns(alone.t, values, alone.outputs[rate]):
+            continue
+        step = float(np.median(np.diff(alone.t)))
         yield make_finding(
             trial,
             "warning",
@@ -82,10 +95,9 @@ def check_rate(trial: Trial) -> Iterator[Finding]:
         )
 
 
-def _turns(trial: Trial, angle: str, rate: str) -> bool:
-    """Whether the angle changes with the rate from one sample to the next, beyond chance."""
-    values, speed = trial.outputs[angle], trial.outputs[rate]
-    change, expected = np.diff(values), 0.5 * (speed[1:] + speed[:-1]) * np.diff(trial.t)
+def _turns(t: Array, values: Array, rate: Array) -> bool:
+    """Whether an angle (n,) changes with its rate (n,) from one sample to the next, beyond chance."""
+    change, expected = np.diff(values), 0.5 * (rate[1:] + rate[:-1]) * np.diff(t)
     known = np.isfinite(change) & np.isfinite(expected) & (np.abs(change) < np.pi)
     if known.sum() < limits.FEW_SAMPLES:
         return False

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import has_channels, integral, make_finding
+from seatruth.trials.check.helpers import at_all_times, has_channels, integral, make_finding
 from seatruth.trials.check.rates import euler_rate
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
@@ -21,7 +20,7 @@ _RATES = {rate: angle for angle, rate in _ANGLES.items()}
 def check_constant(trial: Trial, name: str) -> Iterator[Finding]:
     """A channel with one value throughout: frozen if another says that it must move; nothing if others say it rests."""
     value = float(trial.outputs[name][np.isfinite(trial.outputs[name])][0])
-    moved, judged = moving(trial, name, np.arange(len(trial)))
+    moved, judged = moving(trial, name, float(trial.t[0]), float(trial.t[-1]))
     if moved:
         yield make_finding(
             trial,
@@ -42,9 +41,9 @@ def check_constant(trial: Trial, name: str) -> Iterator[Finding]:
         )
 
 
-def moving(trial: Trial, name: str, rows: NDArray[np.int64]) -> tuple[str, bool]:
-    """What shows that a channel must move in these samples, in words ("" if nothing does), and whether anything can."""
-    part = trial.section(int(rows[0]), int(rows[-1]) + 1)
+def moving(trial: Trial, name: str, begin: float, end: float) -> tuple[str, bool]:
+    """What shows that a channel must move between two times, s, in words ("" if nothing does); whether anything can."""
+    part = trial.section(*np.searchsorted(trial.t, [begin, np.nextafter(end, np.inf)]).tolist())
     if name in _ANGLES:
         return _turning(part, name) if has_channels(part, _ANGLES[name]) else ("", False)
     if name in _RATES:
@@ -74,10 +73,10 @@ def _travelling(part: Trial, name: str) -> tuple[str, bool]:
     """Distance along one axis that velocities and attitude say."""
     flat = name in ("x", "y")
     if not has_channels(part, "u", "psi" if flat else "theta"):
-        return "", False
-    u = part.channel("u")
-    sway = part.channel("v" if flat else "w") if has_channels(part, "v" if flat else "w") else np.zeros(len(part))
-    angle = part.channel("psi" if flat else "theta")
+        return _pointing(part, name) if flat and has_channels(part, "x", "y", "psi") else ("", False)
+    u, across = at_all_times(part, "u"), "v" if flat else "w"
+    sway = at_all_times(part, across) if has_channels(part, across) else np.zeros(len(part))
+    angle = at_all_times(part, "psi" if flat else "theta")
     along = {
         "x": u * np.cos(angle) - sway * np.sin(angle),
         "y": u * np.sin(angle) + sway * np.cos(angle),
@@ -86,6 +85,18 @@ def _travelling(part: Trial, name: str) -> tuple[str, bool]:
     path = float(np.ptp(integral(part.t, np.hypot(u, sway))))
     moved = gone > max(limits.FROZEN_PATH * path, limits.FROZEN_DISTANCE)
     return (f"the velocities carry it by {gone:.3g} m" if moved else ""), True
+
+
+def _pointing(part: Trial, name: str) -> tuple[str, bool]:
+    """Distance along one axis that the other axis and the heading say, where no speed was recorded."""
+    other, psi = at_all_times(part, "y" if name == "x" else "x"), at_all_times(part, "psi")
+    along, across = (np.sin(psi), np.cos(psi)) if name == "x" else (np.cos(psi), np.sin(psi))
+    known = np.isfinite(other) & np.isfinite(psi)
+    steps, ratio = np.diff(other[known]), (across / along)[known][1:]
+    usable = np.abs(along[known][1:]) > limits.FROZEN_ALONG  # elsewhere the other axis says little
+    gone = float(np.ptp(np.cumsum(np.where(usable, steps * ratio, 0.0)))) if steps.size else 0.0
+    moved = gone > max(limits.FROZEN_PATH * float(np.sum(np.abs(steps))), limits.FROZEN_DISTANCE)
+    return (f"the heading and the other position carry it by {gone:.3g} m" if moved else ""), True
 
 
 def _sailing(part: Trial, name: str) -> tuple[str, bool]:
@@ -107,7 +118,7 @@ def _sailing(part: Trial, name: str) -> tuple[str, bool]:
 
 def _speed(part: Trial) -> Array:
     """Speed over windows of a fortieth of the samples."""
-    place = part.channel("x") + 1j * part.channel("y")
+    place = at_all_times(part, "x") + 1j * at_all_times(part, "y")
     known = np.flatnonzero(np.isfinite(place))
     ends = known[:: max(1, known.size // limits.WINDOWS)]
     return np.asarray(np.abs(np.diff(place[ends])) / np.diff(part.t[ends]), dtype=np.float64)

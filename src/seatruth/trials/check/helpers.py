@@ -14,6 +14,7 @@ from seatruth.trials.channel import Channel
 from seatruth.trials.check import limits
 from seatruth.trials.finding import Finding, Severity
 from seatruth.trials.places import place
+from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
 
@@ -54,6 +55,36 @@ def has_channels(trial: Trial, *names: str) -> bool:
 def on_own_clock(trial: Trial, name: str) -> bool:
     """Whether an output has values at its own times alone, because the log's channels have clocks of their own."""
     return any(name in step.options.get("own_clocks", ()) for step in trial.steps)
+
+
+def own_samples(trial: Trial, name: str) -> Trial:
+    """The samples of an output's own clock as a trial of their own; the trial itself where channels share one clock."""
+    return trial.samples(np.flatnonzero(np.isfinite(trial.outputs[name]))) if on_own_clock(trial, name) else trial
+
+
+def own_step(t: Array, values: Array) -> float:
+    """Usual time, s, between the samples of an output that has values (n,) at its own times alone; inf below three."""
+    there = t[np.isfinite(values)]
+    return float(np.median(np.diff(there))) if there.size > 2 else float("inf")
+
+
+def at_all_times(trial: Trial, name: str) -> Array:
+    """A channel (n,) to integrate: an output with a clock of its own is linear between its samples, but over no pause.
+
+    Elsewhere it is as recorded. An angle that jumps by a turn is unwrapped first, for the line would cross the turn.
+    """
+    values = trial.channel(name)
+    there = np.flatnonzero(np.isfinite(values))
+    if name not in trial.outputs or not on_own_clock(trial, name) or there.size < 2:
+        return values
+    t, known = trial.t[there], values[there]
+    if is_angle(name) and (np.abs(np.diff(known)) > WRAP_JUMP).any():
+        known = np.unwrap(known)
+    line = np.interp(trial.t, t, known, left=np.nan, right=np.nan)
+    after = np.searchsorted(t, trial.t).clip(1, t.size - 1)
+    line[t[after] - t[after - 1] > limits.GAP_STEPS * own_step(trial.t, values)] = np.nan
+    line[there] = known
+    return np.asarray(line, dtype=np.float64)
 
 
 def unit_of(name: str, model: Channels | None) -> str:
@@ -114,12 +145,16 @@ def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) ->
     """
     if t.size < 2 * limits.MIN_WINDOWS:
         return None
-    step = float(np.median(np.diff(t)))
-    wanted = max(5, t.size // limits.WINDOWS)
-    length = int(max(2, min(wanted, round(limits.MAX_WINDOW / step)))) if step > 0 else wanted
     ends_ok = np.ones(t.size, dtype=bool)
     for values in at_ends:
         ends_ok &= np.isfinite(values)
+    ends = np.flatnonzero(ends_ok)
+    if ends.size < 2:
+        return None
+    # Rows and seconds from one possible end to the next: channels with clocks of their own share few rows.
+    apart, step = float(np.median(np.diff(ends))), float(np.median(np.diff(t[ends])))
+    wanted = max(5, t.size // limits.WINDOWS, round(apart))
+    length = int(max(2, min(wanted, round(limits.MAX_WINDOW * apart / step)))) if step > 0 else wanted
     all_ok = np.ones(t.size, dtype=bool)
     for values in inside:
         all_ok &= np.isfinite(values)

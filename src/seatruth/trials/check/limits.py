@@ -114,6 +114,8 @@ FROZEN_PATH = 0.1
 """Part of the distance sailed that lies along an axis: a course nearer to square (6 deg) leaves that position alone."""
 FROZEN_DISTANCE = 1.0
 """m: less may be the drift of noise in the velocities."""
+FROZEN_ALONG = 0.2
+"""Cosine of 78 deg: on a course further from an axis than that, the position on it hardly tells the other one."""
 FROZEN_TURN = 0.5
 """rad, 29 deg: a vehicle that turns so far slips sideways by more than any instrument's last digit."""
 FROZEN_SPEED = 0.2

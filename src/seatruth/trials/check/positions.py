@@ -17,6 +17,7 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
     Windows,
+    at_all_times,
     degrees,
     has_channels,
     integral,
@@ -70,13 +71,14 @@ def _astern(trial: Trial) -> Iterator[Finding]:
     if has_channels(trial, "n") and not (trial.channel("n") > 0).all():
         return  # a propeller that stops or turns astern may well drive it backwards
     position = trial.channel("x") + 1j * trial.channel("y")
-    w = windows(trial.t, [trial.channel("psi")], [trial.channel("x"), trial.channel("y")])
+    psi = at_all_times(trial, "psi")
+    w = windows(trial.t, [psi], [trial.channel("x"), trial.channel("y")])
     if w is None:
         return
     moved = position[w.last] - position[w.first]
     path = float(np.sum(np.abs(moved)))
-    drift = moved * np.exp(-1j * trial.channel("psi")[(w.first + w.last) // 2])
-    turned = np.ptp(np.unwrap(trial.channel("psi")[w.first]))
+    drift = moved * np.exp(-1j * psi[(w.first + w.last) // 2])
+    turned = np.ptp(np.unwrap(psi[w.first]))
     if path == 0.0 or turned < limits.HEADING_COVERAGE or float(np.sum(drift).real) > -limits.ASTERN * path:
         return  # on one course alone, a current may be stronger than the vehicle
     part = 100 * float(np.sum(drift).real) / -path
@@ -91,7 +93,7 @@ def _astern(trial: Trial) -> Iterator[Finding]:
 
 
 def _windows(trial: Trial) -> Windows | None:
-    inside = [trial.channel(name) for name in ("u", "v", "psi") if has_channels(trial, name)]
+    inside = [at_all_times(trial, name) for name in ("u", "v", "psi") if has_channels(trial, name)]
     return windows(trial.t, inside, [trial.channel("x"), trial.channel("y")])
 
 
@@ -102,13 +104,14 @@ def _motion(
     body: Callable[[Complex], Complex] = lambda velocity: velocity,
     earth: Callable[[Complex], Complex] = lambda position: position,
 ) -> _Motion:
-    psi = heading(trial.channel("psi"))
-    sway = trial.channel("v") if has_channels(trial, "v") else np.zeros(len(trial))
-    forward = trial.channel("u")
+    psi = heading(at_all_times(trial, "psi"))
+    sway = at_all_times(trial, "v") if has_channels(trial, "v") else np.zeros(len(trial))
+    forward = at_all_times(trial, "u")
     if has_channels(trial, "theta"):
-        forward = forward * np.cos(trial.channel("theta"))
+        theta = at_all_times(trial, "theta")
+        forward = forward * np.cos(theta)
         if has_channels(trial, "w"):
-            forward = forward + trial.channel("w") * np.sin(trial.channel("theta"))
+            forward = forward + at_all_times(trial, "w") * np.sin(theta)
     turn = np.exp(1j * psi)
     velocity = body(forward + 1j * sway) * turn
     expected = w.change(integral(trial.t, velocity.real)) + 1j * w.change(integral(trial.t, velocity.imag))
@@ -312,12 +315,12 @@ def check_depth(trial: Trial) -> Iterator[Finding]:
     name = next((name for name in ("z", "depth") if has_channels(trial, name, "theta")), None)
     if name is None:
         return
-    theta = trial.channel("theta")
-    speed = trial.channel("u") if has_channels(trial, "u") else np.ones(len(trial))
+    theta = at_all_times(trial, "theta")
+    speed = at_all_times(trial, "u") if has_channels(trial, "u") else np.ones(len(trial))
     sinking = -speed * np.sin(theta)
     complete = has_channels(trial, "u") and has_channels(trial, "w")
     if has_channels(trial, "w"):
-        sinking = sinking + trial.channel("w") * np.cos(theta)
+        sinking = sinking + at_all_times(trial, "w") * np.cos(theta)
     w = windows(trial.t, [sinking], [trial.channel(name)])
     if w is None:
         return

@@ -10,6 +10,7 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.clocks import Lag, clock_lag
 from seatruth.trials.check.helpers import (
+    at_all_times,
     has_channels,
     integral,
     make_finding,
@@ -35,7 +36,7 @@ def euler_rate(trial: Trial, angle: str) -> Array:
     """Rate (n,) of an Euler angle from body rates; attitudes and rates that are not recorded count as zero."""
 
     def get(name: str) -> Array:
-        return trial.channel(name) if has_channels(trial, name) else np.zeros(len(trial))
+        return at_all_times(trial, name) if has_channels(trial, name) else np.zeros(len(trial))
 
     phi, theta, p, q, r = (get(name) for name in ("phi", "theta", "p", "q", "r"))
     if angle == "theta":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.frozen import check_constant, moving
-from seatruth.trials.check.helpers import make_finding, on_own_clock, resolution, typical_step
+from seatruth.trials.check.helpers import make_finding, own_samples, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.filters import hampel_outliers
@@ -26,15 +26,12 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
         if np.ptp(finite) == 0.0:
             yield from check_constant(trial, name)
             continue
-        coarse = list(_quantised(trial, name, values))
+        alone = own_samples(trial, name)  # the neighbours of a sample are those of its own clock
+        coarse = list(_quantised(alone, name, alone.outputs[name]))
         yield from coarse
         if not coarse:  # what follows would find the steps of a coarse sensor again
-            yield from _held(trial, name, values)
-            if on_own_clock(trial, name):  # its neighbours are its own samples
-                alone = trial.samples(np.flatnonzero(np.isfinite(values)))
-                yield from _outliers(alone, name, alone.outputs[name])
-            else:
-                yield from _outliers(trial, name, values)
+            yield from _held(trial, alone, name)
+            yield from _outliers(alone, name, alone.outputs[name])
 
 
 def _runs_of_same(values: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -45,18 +42,21 @@ def _runs_of_same(values: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return starts, np.flatnonzero(edges == -1) - starts
 
 
-def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+def _held(trial: Trial, alone: Trial, name: str) -> Iterator[Finding]:
+    """Stretches and samples that repeat a value, in the samples `alone` of the channel's own clock."""
+    values = alone.outputs[name]
     starts, repeats = _runs_of_same(values)
     if not starts.size:
         return
     longest = int(np.argmax(repeats))
-    seconds = float(trial.t[starts[longest] + repeats[longest]] - trial.t[starts[longest]])
     rows = np.arange(starts[longest], starts[longest] + repeats[longest] + 1)
+    begin, end = float(alone.t[rows[0]]), float(alone.t[rows[-1]])
+    seconds = end - begin
     long = seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration)
-    moved = moving(trial, name, rows)[0] if long else ""
+    moved = moving(trial, name, begin, end)[0] if long else ""
     if moved:
         yield make_finding(
-            trial,
+            alone,
             "warning",
             "stuck",
             f"It stays exactly {values[rows[0]]:.4g} for {seconds:.3g} s, while {moved}.",
@@ -68,7 +68,7 @@ def _held(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
     held = held_samples(values)
     if held.size:
         yield make_finding(
-            trial,
+            alone,
             "warning",
             "held",
             f"{held.size} samples repeat the one before exactly while the channel is moving, and the next sample "

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, degrees, has_channels, integral, make_finding
+from seatruth.trials.check.helpers import Channels, at_all_times, degrees, has_channels, integral, make_finding
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -143,7 +143,7 @@ def _ahead(trial: Trial) -> NDArray[np.bool_]:
     """Where the vehicle runs ahead (n,), as far as the trial tells; the rudder works the other way astern."""
     ahead = np.ones(len(trial), dtype=np.bool_)
     if has_channels(trial, "u"):
-        u = trial.channel("u")
+        u = at_all_times(trial, "u")
         ahead &= ~(u < 0.2 * float(np.nanquantile(np.abs(u), 0.9)))
     if has_channels(trial, "n"):
         ahead &= ~(trial.channel("n") < 0)  # a propeller astern turns the flow at the rudder round
@@ -153,9 +153,9 @@ def _ahead(trial: Trial) -> NDArray[np.bool_]:
 def _yaw(trial: Trial) -> tuple[Array, Array]:
     """Yaw rate and heading (n,), one from the other where it is not recorded."""
     if has_channels(trial, "r"):
-        rate = trial.channel("r")
+        rate = at_all_times(trial, "r")
         return rate, integral(trial.t, rate)
-    psi = trial.channel("psi")
+    psi = at_all_times(trial, "psi")
     known = np.isfinite(psi)
     heading = np.unwrap(np.interp(trial.t, trial.t[known], np.unwrap(psi[known])))
     return np.where(known, np.gradient(heading, trial.t), np.nan), heading
