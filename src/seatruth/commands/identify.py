@@ -186,6 +186,8 @@ def show(estimate: Estimate) -> None:
         say("\nLeft out in turn and predicted:")
         console().print(_cross_validation(estimate.cross_validation))
     grave = [finding for wanted in ("error", "warning") for finding in estimate.findings if finding.severity == wanted]
+    # What is wrong with the answer comes before what is wrong with the data, which `check` lists as well.
+    grave.sort(key=lambda finding: (finding.severity != "error", finding.where != "search"))
     for finding in grave[:_MOST_NOTES]:
         say(str(finding), style="yellow")
     if len(grave) > _MOST_NOTES:

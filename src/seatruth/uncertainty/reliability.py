@@ -123,9 +123,9 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
                 Finding(
                     "warning",
                     "initial-state-far",
-                    f"The initial {channel.name} was estimated as {_shown(float(value), channel)}; the first samples "
-                    f"say {_shown(parameter.value, channel)}.",
-                    trial.name,
+                    f"The initial {channel.name} of {trial.name!r} was estimated as {_shown(float(value), channel)}; the first "
+                    f"samples say {_shown(parameter.value, channel)}.",
+                    "search",
                     'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset '
                     "of the sensor.",
                     trial=trial.name,
@@ -225,7 +225,7 @@ def _rms(values: Array) -> float:
 
 
 def _shown(value: float, channel: Channel) -> str:
-    """A value as messages have it: angles in degrees."""
-    if channel.unit == "rad":
-        return f"{math.degrees(value):.3g} deg"
+    """A value as messages have it: angles and their rates in degrees."""
+    if channel.unit.startswith("rad"):
+        return f"{math.degrees(value):.3g} {channel.unit.replace('rad', 'deg', 1)}"
     return f"{value:.3g} {'' if channel.unit == '1' else channel.unit}".strip()
