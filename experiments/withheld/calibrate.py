@@ -93,17 +93,18 @@ def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any
     cases = [table(truths[name], own) for name, own in verdicts.items() if own.get("hypotheses")]
     if len(cases) < FOLDS:
         raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
+    before = _settings(list(verdicts.values()), out)
     constants = fit(cases)
     left_out = cross_validated(cases, seed)
-    before = Constants(Settings().temperature, Settings().model_form)
+    diagnosed = Constants(before.temperature, before.model_form)
     content = {
         "constants": asdict(constants),
-        "settings": as_settings(constants),
+        "settings": as_settings(constants, before),
         "threshold": threshold([one for case in cases for one in named_answers(case, constants)]),
         "cases": len(cases),
         "set": {"hash": _hash(out, program), "seed": settings["seed"], "commit": commit(), "folds_seed": seed},
         "log_score": {
-            "as_diagnosed": float(np.mean([log_score(case, before) for case in cases])),
+            "as_diagnosed": float(np.mean([log_score(case, diagnosed) for case in cases])),
             "fitted": float(np.mean([log_score(case, constants) for case in cases])),
             "cross_validated": float(np.mean(left_out)),
             "standard_error": float(np.std(left_out, ddof=1) / math.sqrt(len(left_out))),
@@ -176,9 +177,17 @@ def fit(cases: Sequence[Case]) -> Constants:
     return constants(np.asarray(found.x, dtype=np.float64))
 
 
-def as_settings(constants: Constants) -> dict[str, Any]:
-    """The constants as the diagnosis takes them, where the tables were made with its default settings."""
-    before = Settings()
+def _settings(verdicts: Sequence[Mapping[str, Any]], out: Path) -> Settings:
+    """The settings with which the tables were made; BadInput where they differ between cases."""
+    used = [json.dumps(own["settings"], sort_keys=True) for own in verdicts if own.get("settings")]
+    if len(set(used)) > 1:
+        raise BadInput("its cases were diagnosed with several settings", where=str(out), do="Diagnose it anew.")
+    given = json.loads(used[0]) if used else {}
+    return Settings(**{name: tuple(v) if isinstance(v, list) else v for name, v in given.items()})
+
+
+def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
+    """The constants as the diagnosis takes them, where the tables were made with the settings `before`."""
     off = 1.0 - before.prior_discrepancy
     on = before.prior_discrepancy * math.exp(constants.log_odds - constants.occam)
     kind = [0.0, constants.two, constants.more]

@@ -55,6 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     blind.add_argument("--workers", type=int, default=2)
     blind.add_argument("--limit", type=int, help="only the first so many cases")
+    blind.add_argument("--skip", type=int, default=0, help="without the first so many cases, which were opened before")
     last = steps.add_parser("score", help="open the seal, score every program's verdicts, write the page")
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
     last.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
@@ -81,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if given.step == "generate":
             generated(given.set, given.out, given)
         elif given.step == "diagnose":
-            diagnose(given.out, given.program, given.workers, limit=given.limit)
+            diagnose(given.out, given.program, given.workers, limit=given.limit, skip=given.skip)
         elif given.step == "score":
             scored(given.out, given.data, given.workers)
         elif given.step == "calibrate":

@@ -33,7 +33,9 @@ def walls(denied: Sequence[Path]) -> list[str]:
     return command if tried.returncode == 0 else []
 
 
-def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = (), limit: int | None = None) -> None:
+def diagnose(
+    out: Path, program: str, workers: int, *, denied: Sequence[Path] = (), limit: int | None = None, skip: int = 0
+) -> None:
     """Diagnoses every case of a set that has no verdict yet, then hashes all verdicts into the manifest.
 
     The sealed folder is out of reach of the process that does it, and `denied`, and what the set itself says must be.
@@ -44,7 +46,7 @@ def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = 
     if program == "sindy" and importlib.util.find_spec("pysindy") is None:
         raise BadInput("sindy needs pysindy, which is not installed", do='pip install ".[benchmark]"')
     public = json.loads(seal_file.read_text(encoding="utf-8"))
-    names = sorted(public["sealed"])[:limit]
+    names = sorted(public["sealed"])[skip:limit]
     place = out / "verdicts" / program
     place.mkdir(parents=True, exist_ok=True)
     if (place / MANIFEST).exists():
@@ -56,7 +58,8 @@ def diagnose(out: Path, program: str, workers: int, *, denied: Sequence[Path] = 
     how = "in a mount namespace of its own" if prefix else "behind an audit hook alone"
     print(f"{program}: {len(missing)} of {len(names)} cases to diagnose, {how}", flush=True)
     told_of = told(out, "diagnose", program)
-    note(out, "diagnose", "begin", {"program": program, "cases": len(missing), "shut_off": how, **told_of})
+    asked = {"cases": len(missing), **({"skipped": skip} if skip else {})}
+    note(out, "diagnose", "begin", {"program": program, **asked, "shut_off": how, **told_of})
     begin = time.perf_counter()
     parts = [part for part in (missing[k::workers] for k in range(workers)) if part]
     words = [*prefix, sys.executable, str(BLIND), program, str(out.resolve())]

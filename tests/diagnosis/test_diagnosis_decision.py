@@ -210,3 +210,11 @@ def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
     assert (second.kind, [cause.effects for cause in second.clusters]) == ("effects", [("wind",)])
     assert second.probability == pytest.approx(0.8)
     assert said(("current", "rudder_delay", "wind")).kind == "unknown"
+
+
+def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None:
+    said = decided((("current",), 0.6), (("trial_current",), 0.35), ((), 0.05))
+    assert [cause.effects for cause in said.clusters] == [("current",)]
+    assert said.clusters[0].probability == pytest.approx(0.95)
+    other = decided((("trial_current",), 0.6), (("current",), 0.35), ((), 0.05))
+    assert other.clusters[0].effects == ("trial_current", "current")

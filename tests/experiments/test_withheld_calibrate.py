@@ -110,7 +110,8 @@ def test_what_grows_with_what_is_explained_widens_the_answer() -> None:
 def test_the_settings_give_the_same_probabilities_as_the_constants() -> None:
     """Priors of each kind of answer, with discrepancy and without, up to one factor."""
     constants = Constants(2.0, 0.01, log_odds=-0.4, occam=1.5, none=0.2, two=-1.0, more=0.3)
-    before, after = Settings(), Settings(**as_settings(constants))
+    before = Settings()
+    after = Settings(**as_settings(constants, before))
     shifts = []
     for count, kind in enumerate((constants.none, 0.0, constants.two, constants.more)):
         for on in (False, True):

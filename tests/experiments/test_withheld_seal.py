@@ -107,9 +107,9 @@ def test_of_a_set_diagnosed_in_part_all_are_asked_about_that_part(
     (tmp_path / "sealed" / "c002.json").write_text(json.dumps(more))
     seal = {name: digest_file(tmp_path / "sealed" / f"{name}.json") for name in ("c001", "c002")}
     (tmp_path / "public" / "seal.json").write_text(json.dumps({"set": "dev", "sealed": seal}))
-    diagnose(tmp_path, "prior", 1, limit=1)
+    diagnose(tmp_path, "prior", 1, skip=1)
     pairs = score(tmp_path)
-    assert asked == ["c001"]
+    assert asked == ["c002"]
     assert {name: len(of) for name, of in pairs.items()} == {"prior": 1, "limit": 1, "oracle": 1}
     content = json.loads((tmp_path / "score.json").read_text())
     assert (len(content["cases"]), content["sealed"]) == (1, 2)

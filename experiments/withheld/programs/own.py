@@ -11,6 +11,8 @@ from seatruth.diagnosis import Diagnosis, diagnose
 
 OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
 """Fields of each hypothesis, from which constants are calibrated."""
+OF_DECISION = ("temperature", "model_form", "prior_none", "prior_unknown", "prior_sets", "prior_discrepancy")
+"""Settings that log-priors and probabilities rest on."""
 OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
 """Fields of each effect's result that are kept for real records."""
 
@@ -28,6 +30,7 @@ def diagnosed(study: Path) -> dict[str, Any]:
         {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects)}
         for one in found.hypotheses
     ]
+    said["settings"] = {name: found.outcome["settings"][name] for name in OF_DECISION}
     return said if loaded.synthetic else {**said, **_of_every_effect(found)}
 
 

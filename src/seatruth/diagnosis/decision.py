@@ -20,6 +20,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within, lowest_common_ancestor
+from seatruth.effects.each_trial import EachTrial
 
 _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
@@ -38,6 +39,8 @@ class Cluster:
     effects: tuple[str, ...]
     cause: str
     probability: float
+    counted: tuple[str, ...]
+    """Effects whose probability is the cause's: its own, and the same with a value for each trial."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ def _answer(
         # that only together look like something else do not stand when one of them falls.
         gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
-        sure = {name: _without(found, one.effects, gone, effects) for name, one in candidates.items()}
+        sure = {name: _without(found, one.counted, gone, effects) for name, one in candidates.items()}
         probable = [
             name
             for name in kept
@@ -214,6 +217,9 @@ def _cluster(
     rivals = sorted(
         (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
     )
+    # The same with a value for each trial is no other cause: where the common one leads, they need not differ.
+    repeated = [n for n in rivals if _repeats(effects[n], name)]
+    rivals = [n for n in rivals if n not in repeated]
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
         alike = near(name, rival) < settings.apart
@@ -221,8 +227,14 @@ def _cluster(
         if alike or wanted:
             members.append(rival)
         held += weight[rival]
-    covered = sum(p for other, p in sets.items() if set(other) & set(members))
-    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered)
+    counted = (*members, *repeated)
+    covered = sum(p for other, p in sets.items() if set(other) & set(counted))
+    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered, counted)
+
+
+def _repeats(effect: Effect, name: str) -> bool:
+    """Whether an effect is the one of this name, with a value for each trial."""
+    return isinstance(effect, EachTrial) and effect.like.name == name
 
 
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
@@ -235,7 +247,8 @@ def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[
             continue
         members = tuple(dict.fromkeys([*found[twin].effects, *cluster.effects]))
         cause = lowest_common_ancestor([effects[n].cause for n in members])
-        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability))
+        counted = tuple(dict.fromkeys([*found[twin].counted, *cluster.counted]))
+        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability), counted)
     return found
 
 

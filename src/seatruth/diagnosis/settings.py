@@ -1,6 +1,8 @@
 """Every number that a diagnosis rests on, with its unit, meaning and origin.
 
-Origins: a paper, a derivation, or "[S]": chosen here by judgement, for the reason that stands beside it.
+Origins: a paper, a derivation, "[C]": calibrated by `experiments/withheld calibrate` on development cases, which with
+their hash are in `experiments/withheld/calibration.json`, or "[S]": chosen here by judgement, for the reason that
+stands beside it.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of `diagnose`. Those marked [S] have not been calibrated yet.
+    """Settings of `diagnose`.
 
     Example:
         >>> Settings().knots
@@ -66,21 +68,19 @@ class Settings:
     worth_fitting: float = 1.0
     """Linearized log-evidence (nats) above the best fit for which a larger set is fitted: the prior of one more effect
     costs several times that. [S]"""
-    prior_none: float = 0.2
-    """Prior probability that nothing acts. [S] `experiments/withheld calibrate` refits it."""
-    prior_unknown: float = 0.1
-    """Prior probability of a cause that is not in the library. [S] `experiments/withheld calibrate` refits it."""
-    prior_sets: tuple[float, ...] = (0.57, 0.11, 0.02)
-    """Prior probability of one, two, three effects, shared equally among the sets of that size. [S]
-    `experiments/withheld calibrate` refits it."""
-    prior_discrepancy: float = 1.0 / 3.0
-    """Prior probability that the model's structure lacks something beside named effects: the same as without them,
-    `prior_unknown` over itself and `prior_none`."""
-    temperature: float = 1.0
-    """Divides log-evidence. 1: the statistical model is taken at its word."""
-    model_form: float = 0.003
+    prior_none: float = 0.187
+    """Prior probability that nothing acts. [C]"""
+    prior_unknown: float = 0.035
+    """Prior probability of a cause that is not in the library. [C]"""
+    prior_sets: tuple[float, ...] = (0.717, 0.039, 0.022)
+    """Prior probability of one, two, three effects, shared equally among the sets of that size. [C]"""
+    prior_discrepancy: float = 0.025
+    """Prior probability that the model's structure lacks something beside named effects. [C]"""
+    temperature: float = 1.79
+    """Divides log-evidence: 1 would take the statistical model at its word. [C]"""
+    model_form: float = 0.036
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
-    exact, and one whose amplitude is 5 % off leaves 0.05^2 = 0.25 % of its signature to its rivals."""
+    exact, and one whose amplitude is 20 % off leaves 0.2^2 = 4 % of its signature to its rivals. [C]"""
     name_threshold: float = 0.6
     """Probability from which a cause is named, at whatever level of the tree reaches it. [S]"""
     set_coverage: float = 0.95

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, clipped, delayed, filter_rates
+from seatruth.effects.filtered import Filtered, delayed, filter_rates
+from seatruth.effects.kinematics import clipped
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -92,7 +93,7 @@ class RudderLag(OnRudder):
         return lag + q.tau, slowness
 
 
-class RudderDelay(OnRudder):
+class RudderDelay(Filtered, OnRudder):
     """The rudder follows its order after a dead time."""
 
     name = "rudder_delay"
@@ -105,16 +106,13 @@ class RudderDelay(OnRudder):
     distinguished_by = "common to all outputs; the same at every amplitude"
     parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] catalogue", description="dead time"),)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (Channel("first", "rad", "rudder after one lag"), Channel("second", "rad", "rudder after two"))
 
-    @staticmethod
-    def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
-        return i._replace(delta=delayed(i.delta, s.first, s.second, q.tau))
+    def true_inputs(self, i: Any, s: Any, q: Any, e: Any) -> Any:
+        return i._replace(delta=delayed(i.delta, s.first, s.second, q.tau, self.filter_time))
 
-    @staticmethod
-    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(i.delta, s.first, s.second, q.tau)
+    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(i.delta, s.first, s.second, q.tau, self.filter_time)
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
@@ -167,7 +165,7 @@ class RudderDeadBand(OnRudder):
         return i._replace(delta=i.delta - clipped(i.delta, q.band))
 
 
-class RudderBacklash(OnRudder):
+class RudderBacklash(Filtered, OnRudder):
     """Play in the gear: the rudder moves only when its order has taken up the slack."""
 
     name = "rudder_backlash"
@@ -181,17 +179,15 @@ class RudderBacklash(OnRudder):
     parameters = (Parameter("slack", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the play"),)
     null: Mapping[str, float] = {"slack": 0.0}
     starts = ({"slack": 0.005}, {"slack": 0.02})
-    longest_step = MAX_STEP
     states = (Channel("loose", "rad", "rudder with play"), Channel("tight", "rad", "rudder without it"))
 
     @staticmethod
     def true_inputs(i: Any, s: Any, q: Any, e: Any) -> Any:
         return i._replace(delta=i.delta + s.loose - s.tight)
 
-    @staticmethod
-    def rates(s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
+    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
         apart = i.delta - s.loose
-        return (apart - clipped(apart, q.slack)) / MIN_TIME_CONSTANT, (i.delta - s.tight) / MIN_TIME_CONSTANT
+        return (apart - clipped(apart, q.slack)) / self.filter_time, (i.delta - s.tight) / self.filter_time
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:

@@ -49,7 +49,7 @@ HOOKS = (
 EQUATIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "kinematics")
 """Words of `acts_on` beside "actuator:<input>" and "sensor:<output>"."""
 
-_FULL_SIZE = 100.0
+FULL_SIZE = 100.0
 """m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
 
@@ -155,6 +155,10 @@ class Effect:
         """The effect for the trials of a study, by their names; the same for all trials unless `each_trial`."""
         return self
 
+    def on(self, model: Model) -> Effect:
+        """The effect as it acts on a model, where its computation depends on the kind or the size of the vehicle."""
+        return self
+
     def variants(self, model: Model) -> tuple[Effect, ...]:
         """The forms in which it can act on a model: on all actuators of its kind alike, and on each alone."""
         found = targets(self, model) if self.actuator and not self.which and not self.common_only else ()
@@ -197,7 +201,7 @@ class Effect:
         """
         kind = self.typical_by_kind.get(model.kind, {})
         size = dimensions_of(model) if self.froude and model.kind == "ship" else None
-        ratio = 1.0 if size is None else min(1.0, size.length / _FULL_SIZE)
+        ratio = 1.0 if size is None else min(1.0, size.length / FULL_SIZE)
         priors = {}
         for q in self.parameters:
             if q.prior is not None:

@@ -80,6 +80,7 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
         reason = effect.missing(model)
         if reason:
             raise BadInput(f"the effect {effect.name!r} cannot act on model {model.name!r}: {reason}")
+    effects = [effect.on(model) for effect in effects]
     if isinstance(model, BlackBox):
         return ExtendedBlackBox(model, effects)
     slowed = [target.input for effect in effects if effect.servo is not None for target in targets(effect, model)]

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import MAX_STEP, MIN_TIME_CONSTANT, delayed, delayed_slowly, filter_rates
+from seatruth.effects.filtered import Filtered, delayed, delayed_slowly, filter_rates
 from seatruth.effects.sensors import LOG
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
@@ -16,7 +15,7 @@ _TAU = Parameter("tau", 0.4, "s", 0.0, 5.0, source="[S] chosen here", descriptio
 _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
 
 
-class PositionDelay(Effect):
+class PositionDelay(Filtered):
     """The position is recorded late, or early where tau is negative: the clocks of receiver and log differ."""
 
     name = "position_delay"
@@ -31,7 +30,6 @@ class PositionDelay(Effect):
     needs_outputs = ("x", "y")
     parameters = (_TAU.replace(min=-_TAU.max),)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (
         *(Channel(f"x_{k}", "m", f"x after lag {k}") for k in (1, 2)),
         *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
@@ -39,25 +37,29 @@ class PositionDelay(Effect):
 
     follows: ClassVar[Mapping[str, str]] = {"x_1": "x", "x_2": "x", "y_1": "y", "y_2": "y"}
 
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(x=delayed_slowly(y.x, s.x_1, s.x_2, q.tau), y=delayed_slowly(y.y, s.y_1, s.y_2, q.tau))
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        north, east = (
+            delayed_slowly(y.x, s.x_1, s.x_2, q.tau, self.filter_time),
+            delayed_slowly(y.y, s.y_1, s.y_2, q.tau, self.filter_time),
+        )
+        return y._replace(x=north, y=east)
 
-    @staticmethod
-    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (*filter_rates(y.x, s.x_1, s.x_2, 0.0), *filter_rates(y.y, s.y_1, s.y_2, 0.0))
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (
+            *filter_rates(y.x, s.x_1, s.x_2, 0.0, self.filter_time),
+            *filter_rates(y.y, s.y_1, s.y_2, 0.0, self.filter_time),
+        )
 
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         # The vehicle moves at the start: each filter lags by the speed times its time constant. This must not depend
         # on the delay, since the initial state is computed once.
-        T = MIN_TIME_CONSTANT
+        T = self.filter_time
         u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
         x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
         return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
 
 
-class HeadingDelay(Effect):
+class HeadingDelay(Filtered):
     """The heading is recorded late."""
 
     name = "heading_delay"
@@ -72,23 +74,19 @@ class HeadingDelay(Effect):
     needs_outputs = ("psi",)
     parameters = (_TAU,)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
 
     follows: ClassVar[Mapping[str, str]] = {"first": "psi", "second": "psi"}
 
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(psi=delayed_slowly(y.psi, s.first, s.second, q.tau))
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(psi=delayed_slowly(y.psi, s.first, s.second, q.tau, self.filter_time))
 
-    @staticmethod
-    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.psi, s.first, s.second, 0.0)
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.psi, s.first, s.second, 0.0, self.filter_time)
 
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         rate = getattr(y, "r", 0.0)
-        return y.psi - MIN_TIME_CONSTANT * rate, y.psi - 2.0 * MIN_TIME_CONSTANT * rate
+        return y.psi - self.filter_time * rate, y.psi - 2.0 * self.filter_time * rate
 
 
 class PitchDelay(HeadingDelay):
@@ -103,7 +101,7 @@ class PitchDelay(HeadingDelay):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",), "r": ("q",)}
 
 
-class RateDelay(Effect):
+class RateDelay(Filtered):
     """The yaw rate is recorded late; the pitch rate where the model has no yaw rate."""
 
     name = "rate_delay"
@@ -119,24 +117,21 @@ class RateDelay(Effect):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("r", "q")}
     parameters = (_TAU,)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
     follows: ClassVar[Mapping[str, str]] = {"first": "r", "second": "r"}
 
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(r=delayed(y.r, s.first, s.second, q.tau))
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(r=delayed(y.r, s.first, s.second, q.tau, self.filter_time))
 
-    @staticmethod
-    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.r, s.first, s.second, q.tau)
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.r, s.first, s.second, q.tau, self.filter_time)
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         return y.r, y.r
 
 
-class SpeedDelay(Effect):
+class SpeedDelay(Filtered):
     """The log records late: speed along and across, or along and down where the model has no sway."""
 
     name = "speed_delay"
@@ -152,20 +147,22 @@ class SpeedDelay(Effect):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": (*LOG["v"], *LOG["w"])}
     parameters = (_TAU,)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (
         *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
         *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),
     )
     follows: ClassVar[Mapping[str, str]] = {"u_1": "u", "u_2": "u", "v_1": "v", "v_2": "v"}
 
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(u=delayed(y.u, s.u_1, s.u_2, q.tau), v=delayed(y.v, s.v_1, s.v_2, q.tau))
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(
+            u=delayed(y.u, s.u_1, s.u_2, q.tau, self.filter_time), v=delayed(y.v, s.v_1, s.v_2, q.tau, self.filter_time)
+        )
 
-    @staticmethod
-    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (*filter_rates(y.u, s.u_1, s.u_2, q.tau), *filter_rates(y.v, s.v_1, s.v_2, q.tau))
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (
+            *filter_rates(y.u, s.u_1, s.u_2, q.tau, self.filter_time),
+            *filter_rates(y.v, s.v_1, s.v_2, q.tau, self.filter_time),
+        )
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import MAX_STEP, filter_rates, lagged
+from seatruth.effects.filtered import Filtered, filter_rates, lagged
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -302,7 +302,7 @@ class DepthScale(Effect):
         return y._replace(z=y.z + q.k * y.z)
 
 
-class DepthLag(Effect):
+class DepthLag(Filtered):
     """The depth sensor follows the depth with a first-order lag."""
 
     name = "depth_lag"
@@ -317,17 +317,14 @@ class DepthLag(Effect):
     needs_outputs = ("z",)
     parameters = (Parameter("tau", 0.5, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
-    longest_step = MAX_STEP
     states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
     follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
 
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(z=lagged(y.z, s.first, s.second, q.tau))
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(z=lagged(y.z, s.first, s.second, q.tau, self.filter_time))
 
-    @staticmethod
-    def rates_from_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.z, s.first, s.second, q.tau)
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.z, s.first, s.second, q.tau, self.filter_time)
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:

@@ -1,0 +1,74 @@
+"""Effects that look back in time through two filters, whose time constant fits the vehicle."""
+
+from __future__ import annotations
+
+import math
+from copy import copy
+from typing import Any
+
+from seatruth.effects.base import FULL_SIZE, Effect, dimensions_of
+from seatruth.models.base import Model
+
+SLOWEST = 0.5
+"""s: time constant of the filters on a ship of full size, whose fastest motion takes several seconds. [S]"""
+FASTEST = 0.1
+"""s: the shortest one, of small craft, underwater vehicles and models. [S] A delay of 0.08 s of a torpedo's pitch rate,
+sampled at 10 Hz, then comes out to 6 % of what it changes; with 0.5 s to 40 %. Shorter ones ask for shorter steps
+of integration."""
+_STEPS = 2.0
+"""Time constants in a step of integration: Runge-Kutta of order 4 diverges at 2.78."""
+_SLOW = ("ship", "glider")
+"""Kinds of vehicles that may be slow; other kinds are fast at any size."""
+
+
+class Filtered(Effect):
+    """Base of effects with delays, lags and play: hooks that ask `self.filter_time`.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> from seatruth.models import load_model
+        >>> delay = available()["rate_delay"]
+        >>> delay.filter_time, delay.on(load_model("torpedo")).filter_time
+        (0.5, 0.1)
+    """
+
+    filter_time: float = SLOWEST
+    """s: time constant of a filter where the delay is zero."""
+    longest_step = _STEPS * SLOWEST
+
+    def on(self, model: Model) -> Effect:
+        """The effect with filters that are as fast as the vehicle: scaled by Froude's rule on ships below 100 m."""
+        fitted = copy(self)
+        size = dimensions_of(model) if model.kind == "ship" else None
+        slow = SLOWEST if size is None else SLOWEST * math.sqrt(min(1.0, size.length / FULL_SIZE))
+        fitted.filter_time = max(FASTEST, slow) if model.kind in _SLOW else FASTEST
+        fitted.longest_step = _STEPS * fitted.filter_time
+        return fitted
+
+
+def filter_rates(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> tuple[Any, Any]:
+    """Rates of two first-order filters in a row, each with T = sqrt(tau^2 + filter_time^2)."""
+    T = math.sqrt(tau * tau + filter_time * filter_time)
+    return (value - first) / T, (first - second) / T
+
+
+def lagged(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
+    """`value` through 1 / (1 + tau s), from the two filters: exact to s^2, and to every order where tau is long."""
+    share = tau / math.sqrt(tau * tau + filter_time * filter_time)
+    return value - share * (value - first) - share * (1.0 - share) * (value - 2.0 * first + second)
+
+
+def delayed(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
+    """`value` tau ago, from the two filters: exact to s^2 of exp(-tau s), smooth for any tau."""
+    share = tau / math.sqrt(tau * tau + filter_time * filter_time)
+    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
+
+
+def delayed_slowly(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
+    """`value` tau ago, from two filters of time constant `filter_time`: exact to s^2 of exp(-tau s).
+
+    For what may also be early, and changes slowly (a position, a heading): where tau is long, quick changes come
+    out too large.
+    """
+    share = tau / filter_time
+    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
