@@ -123,8 +123,8 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
                 Finding(
                     "warning",
                     "initial-state-far",
-                    f"The initial {channel.name} of {trial.name!r} was estimated as {_shown(float(value), channel)}; the first "
-                    f"samples say {_shown(parameter.value, channel)}.",
+                    f"The initial {channel.name} of {trial.name!r} was estimated as {_shown(float(value), channel)}; "
+                    f"the first samples say {_shown(parameter.value, channel)}.",
                     "search",
                     'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset '
                     "of the sensor.",
