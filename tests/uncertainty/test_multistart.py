@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from astray_boat import study
 
-import seatruth.uncertainty.multistart
 from seatruth import Estimate, identify
 from seatruth.errors import BadInput
+from seatruth.optimizers import minimise
 
 WRONG = {"K": -1.0, "U": -3.0}
 
@@ -45,16 +45,16 @@ def test_workers_do_not_change_the_result(tmp_path: Path) -> None:
 
 def test_an_interrupted_multistart_goes_on_to_the_same_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = found()
-    plain, calls = seatruth.uncertainty.multistart.minimise, []
+    calls: list[int] = []
 
     def stopping(*args: Any, **kwargs: Any) -> Any:
         calls.append(1)
         if len(calls) == 2:
             raise KeyboardInterrupt
-        return plain(*args, **kwargs)
+        return minimise(*args, **kwargs)
 
     with monkeypatch.context() as patch:
-        patch.setattr(seatruth.uncertainty.multistart, "minimise", stopping)
+        patch.setattr("seatruth.uncertainty.multistart.minimise", stopping)
         cut = found(checkpoint=tmp_path / "run")
     assert cut.outcome["code"] == "interrupted"
     assert cut.starts is not None
@@ -65,7 +65,7 @@ def test_an_interrupted_multistart_goes_on_to_the_same_end(tmp_path: Path, monke
     assert again.outcome["code"] == "converged"
     calls.clear()
     with monkeypatch.context() as patch:
-        patch.setattr(seatruth.uncertainty.multistart, "minimise", stopping)
+        patch.setattr("seatruth.uncertainty.multistart.minimise", stopping)
         more = found(checkpoint=tmp_path / "run", starts=5)
     assert len(calls) == 1  # the four that were done serve a run with five
     pd.testing.assert_frame_equal(more.starts.iloc[:4, :2], whole.starts.iloc[:, :2], check_exact=True)
