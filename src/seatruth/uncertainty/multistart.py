@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -85,9 +86,10 @@ def best_of(outcomes: Sequence[Outcome]) -> Outcome:
         return outcomes[0]
     number = min(range(len(outcomes)), key=lambda k: outcomes[k].value)
     best = outcomes[number]
+    which = f" (start {number + 1}, the best of {len(outcomes)})" if math.isfinite(best.value) else ""
     return dataclasses.replace(
         best,
-        reason=f"{best.reason} (start {number + 1}, the best of {len(outcomes)})",
+        reason=f"{best.reason}{which}",
         evaluations=sum(outcome.evaluations for outcome in outcomes),
         diverged=sum(outcome.diverged for outcome in outcomes),
         clipped=sum(outcome.clipped for outcome in outcomes),
