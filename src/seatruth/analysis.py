@@ -18,12 +18,12 @@ from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
-from seatruth.statistics.autoregressive import fit_autoregressive, lag_one_autocorrelation
 from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Step, Trial
+from seatruth.trials.trial import Step
 from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
+from seatruth.uncertainty.fit_table import FIT_COLUMNS, fit_row
 from seatruth.uncertainty.identifiability import (
     correlated_pairs,
     identifiability,
@@ -51,10 +51,6 @@ _EQUATION_ERROR = Finding(
     "Noise in the measured states biases a regression on them, mostly towards zero; standard errors do not cover that.",
     "cost",
     "Smooth the states first, or refine the answer with a trajectory cost.",
-)
-_FIT_COLUMNS = (
-    *("trial", "channel", "rmse", "rmse_start", "noise", "ratio", "bias", "n", "n_eff"),
-    *("autocorrelation", "held_out"),
 )
 
 
@@ -87,7 +83,7 @@ class Analysis:
         self.uncertainty: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
         self.sensitivity = pd.DataFrame()
-        self.fit = pd.DataFrame(columns=list(_FIT_COLUMNS))
+        self.fit = pd.DataFrame(columns=list(FIT_COLUMNS))
         self.traces = pd.DataFrame()
         self.discretisation: dict[str, dict[str, float]] = {}
         self.findings: list[Finding] = []
@@ -226,7 +222,9 @@ class Analysis:
                 measured = trial.outputs.get(channel.name)
                 if measured is None or not np.isfinite(measured).any():
                     continue
-                rows.append(self._fit_row(trial, channel.name, measured, y[:, column], y_start[:, column], held_out))
+                rows.append(
+                    fit_row(self.cost, trial, channel.name, measured, y[:, column], y_start[:, column], held_out)
+                )
                 part = {
                     "trial": trial.name,
                     "t": trial.t,
@@ -241,29 +239,8 @@ class Analysis:
                     part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
                     part |= {f"input {name}": values for name, values in trial.inputs.items()}
                 parts.append(pd.DataFrame(part))
-        self.fit = pd.DataFrame(rows, columns=list(_FIT_COLUMNS))
+        self.fit = pd.DataFrame(rows, columns=list(FIT_COLUMNS))
         self.traces = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-    def _fit_row(
-        self, trial: Trial, channel: str, measured: Array, y: Array, y_start: Array, held_out: bool
-    ) -> dict[str, Any]:
-        valid = np.isfinite(measured)
-        error, before = (measured - y)[valid], (measured - y_start)[valid]
-        rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
-        finite, ordered = bool(np.isfinite(error).all()), self.study.cost.kind != "formula"
-        return {
-            "trial": trial.name,
-            "channel": channel,
-            "rmse": rmse,
-            "rmse_start": _rms(before),
-            "noise": noise,
-            "ratio": rmse / noise if noise > 0 else math.nan,
-            "bias": float(error.mean()) if finite else math.nan,
-            "n": int(valid.sum()),
-            "n_eff": fit_autoregressive(error, ordered).effective_samples(len(error)) if finite else math.nan,
-            "autocorrelation": lag_one_autocorrelation(error) if finite and ordered else math.nan,
-            "held_out": held_out,
-        }
 
     def _strays(self) -> None:
         """Finds simulated runs, and initial states, that are far from the record."""
@@ -368,10 +345,6 @@ def part_missing(title: str, problem: SeatruthError) -> Finding:
 
 def _prior(parameter: Parameter) -> tuple[float, float]:
     return (math.nan, math.nan) if parameter.prior is None else (parameter.prior.mean, parameter.prior.sd)
-
-
-def _rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan
 
 
 def _plain(value: Any) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import qmc
 
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
@@ -41,6 +40,8 @@ def starting_points(cost: Cost, count: int, seed: int = 0) -> Array:
     start = np.clip(cost.start, *cost.bounds)[None]
     if count < 2:
         return start
+    from scipy.stats import qmc  # takes long to load, and few searches have many starts
+
     rng = np.random.default_rng([seed, _STREAM])
     # Sobol points are balanced in numbers that are powers of two; the first of them are the same whatever the number.
     fractions = qmc.Sobol(coordinates.dimension, rng=rng).random_base2(math.ceil(math.log2(count)))[: count - 1]

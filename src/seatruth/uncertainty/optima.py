@@ -29,7 +29,7 @@ _BETWEEN = np.linspace(0.0, 1.0, 9)[1:-1]
 """Places between two ends at which the cost is looked at. Chosen here [S]: enough to see a barrier of a smooth cost."""
 _SAME = 0.1
 """Standard errors within which two ends are the same answer, whatever their initial states. Chosen here [S]."""
-_APART = scipy.stats.norm.ppf(0.975)
+_APART = float(scipy.special.ndtri(0.975))
 """Standard errors by which a parameter must differ between two optima to be in doubt: the two-sided 5 % point."""
 _ENOUGH_STARTS = 3
 """Starts from which it says something that no other start found the best optimum. Chosen here [S]."""
@@ -45,7 +45,7 @@ def indistinguishable(inflation: float) -> float:
     Args:
         inflation: Standard errors over those that white noise of the stated size gives.
     """
-    return 0.5 * float(scipy.stats.chi2.ppf(0.95, 1)) * max(inflation, 1.0) ** 2
+    return 0.5 * float(scipy.special.chdtri(1, 0.05)) * max(inflation, 1.0) ** 2
 
 
 @dataclass(frozen=True)
