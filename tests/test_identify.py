@@ -12,12 +12,14 @@ import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
 
 from seatruth import sample
+from seatruth.commands.identify import show
 from seatruth.costs.options import RegressionOptions
 from seatruth.errors import BadInput
 from seatruth.identification import identify
 from seatruth.models.parameter import Prior
 from seatruth.optimizers import Budget, from_callable
 from seatruth.study import Study, load_study
+from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
 
 
@@ -130,6 +132,16 @@ def test_a_solver_that_raises_keeps_the_best_so_far(tmp_path: Path) -> None:
     assert math.isfinite(found.outcome["value"])
     assert any(finding.code == "not-at-minimum" for finding in found.findings)
     found.save(tmp_path)
+
+
+def test_doubts_about_the_answer_are_printed_before_faults_of_the_data(capsys: pytest.CaptureFixture[str]) -> None:
+    found = identify(study(), threads=1, budget=Budget(evaluations=9))
+    faults = [Finding("warning", "stuck", "It stands still.", f"log {k}.csv") for k in range(9)]
+    found.findings = [*faults, *found.findings]
+    show(found)
+    printed = capsys.readouterr().out
+    assert "[not-at-minimum]" in printed
+    assert "log 8.csv" not in printed
 
 
 def test_what_cannot_be_started_is_said() -> None:

@@ -42,7 +42,14 @@ ELSEWHERE = {
         "report/view",
     ),
     # Stages of `identify` and what they give.
-    "test_identify.py": ("analysis", "estimate", "identification", "provenance", "uncertainty/cross_validation"),
+    "test_identify.py": (
+        "analysis",
+        "estimate",
+        "identification",
+        "provenance",
+        "uncertainty/cross_validation",
+        "uncertainty/fit_table",
+    ),
     # Stages of the compiler, tested by the expression that comes out.
     "simulate/test_simulate_compiler_trace.py": (
         "simulate/compiler/derivatives",

@@ -8,24 +8,38 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
-from seatruth.statistics.autoregressive import fit_autoregressive, lag_one_autocorrelation
 from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
-from seatruth.trials.trial import Step, Trial
+from seatruth.trials.trial import Step
 from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
-from seatruth.uncertainty.identifiability import correlated_pairs, identifiability, strongly_correlated, verdict
+from seatruth.uncertainty.fit_table import FIT_COLUMNS, fit_row
+from seatruth.uncertainty.identifiability import (
+    correlated_pairs,
+    identifiability,
+    strongly_correlated,
+    verdict,
+    without,
+)
+from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.prediction import prediction_intervals
+from seatruth.uncertainty.reliability import (
+    far_initial_states,
+    short_of_minimum,
+    step_to_minimum,
+    stray_finding,
+    stray_runs,
+)
 from seatruth.uncertainty.sensitivity import sensitivity
 from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
@@ -38,27 +52,38 @@ _EQUATION_ERROR = Finding(
     "cost",
     "Smooth the states first, or refine the answer with a trajectory cost.",
 )
-_FIT_COLUMNS = (
-    *("trial", "channel", "rmse", "rmse_start", "noise", "ratio", "bias", "n", "n_eff"),
-    *("autocorrelation", "held_out"),
-)
 
 
 class Analysis:
     """Everything about a fit that needs its cost. `run` computes it; `estimate` returns what has been computed."""
 
     def __init__(
-        self, study: Study, cost: StudyCost, outcome: Outcome, settings: Mapping[str, Mapping[str, Any]] | None = None
+        self,
+        study: Study,
+        cost: StudyCost,
+        outcome: Outcome,
+        settings: Mapping[str, Mapping[str, Any]] | None = None,
+        points: Array | None = None,
+        outcomes: Sequence[Outcome] = (),
     ) -> None:
+        """`outcome` is the best of the `outcomes` of a multi-start from these `points` (N, K), where there was one."""
         self.study, self.cost, self.outcome, self.settings = study, cost, outcome, dict(settings or {})
+        self._points, self._outcomes = points, outcomes
+        self.astray = False
+        """Whether a run strays or an initial state is far from its first samples."""
+        self.inflation = 1.0
+        """Standard errors over those that white noise of the stated size would give."""
+        self.starts: pd.DataFrame | None = None
+        self._fitted: list[Array] = []
         self.x = outcome.x
         self.size = len(cost.parameters)
         self.stderr: Array = np.full(self.size, math.nan)
+        self._doubted = np.zeros(self.size, dtype=np.bool_)
         self.at_bound = at_bound(self.x, cost.bounds)
         self.uncertainty: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
         self.sensitivity = pd.DataFrame()
-        self.fit = pd.DataFrame(columns=list(_FIT_COLUMNS))
+        self.fit = pd.DataFrame(columns=list(FIT_COLUMNS))
         self.traces = pd.DataFrame()
         self.discretisation: dict[str, dict[str, float]] = {}
         self.findings: list[Finding] = []
@@ -75,6 +100,8 @@ class Analysis:
         parts = {
             "Standard errors": self._uncertainty,
             "The fit of each channel": self._compare,
+            "The search for runs that stray": self._strays,
+            "The comparison of the starts": self._optima,
             "Sensitivities": self._sensitivities,
             "The error of the integration steps": self._steps,
         }
@@ -120,6 +147,7 @@ class Analysis:
             outcome=_plain(ended),
             discretisation=self.discretisation,
             traces=self.traces,
+            starts=self.starts,
             steps=[
                 (trial.name, Step(step.name, _plain(step.options), step.effect))
                 for trial in (*study.trials, *study.holdout)
@@ -152,19 +180,22 @@ class Analysis:
         held = active_bounds(self.x, self.cost.bounds, slope)
         self.uncertainty = covariance(residuals, jacobian, self.cost.residual_blocks, held)
         self.stderr = self.uncertainty.stderr
-        self._check_minimum(residuals, jacobian, ~held)
+        step, fall = step_to_minimum(residuals, jacobian, ~held)
+        if (short := short_of_minimum(fall, self.outcome.code)) is not None:
+            self.findings.append(short)
+            self._doubted |= np.abs(step) > np.where(np.isfinite(self.stderr), self.stderr, math.inf)
         rows = np.concatenate([group.rows for group in self.cost.residual_blocks if group.kind == "data"])
         columns = [k for k, p in enumerate(self.cost.parameters) if p.name not in self.cost.nuisances and not held[k]]
         with np.errstate(invalid="ignore", divide="ignore"):
             larger = self.uncertainty.stderr / self.uncertainty.crlb
         larger = larger[np.isfinite(larger)]
-        inflation = float(np.median(larger)) if larger.size else 1.0
+        self.inflation = float(np.median(larger)) if larger.size else 1.0
         # A change that free initial states can compensate says nothing about the parameters.
-        data = _without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
+        data = without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
         exact = unidentifiable_directions(self.cost, self.x)
         steps = np.array([entry.pop("step")[columns] for entry in exact]).reshape(len(exact), len(columns))
         self.identifiability = identifiability(
-            data[:, columns], [self.cost.parameters[k] for k in columns], inflation, steps
+            data[:, columns], [self.cost.parameters[k] for k in columns], self.inflation, steps
         )
         self.identifiability["weak"] = [*exact, *self.identifiability["weak"]]
         known = {frozenset(entry["combination"]) for entry in self.identifiability["weak"]}
@@ -175,28 +206,12 @@ class Analysis:
             and not set(entry["combination"]) <= set(self.cost.nuisances)
         ]
 
-    def _check_minimum(self, residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> None:
-        """Adds a finding where the search ended short of a minimum: standard errors hold at a minimum only."""
-        J = jacobian[:, free]
-        step = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
-        fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step) ** 2)))
-        if fall > 0.1:
-            self.findings.append(
-                Finding(
-                    "warning",
-                    "not-at-minimum",
-                    f"The search ended short of a minimum (the cost could fall by about {fall:.2g} more), and standard "
-                    "errors hold at a minimum.",
-                    "search",
-                    'Give it more evaluations, or add a local solver: use = ["...", "least_squares"].',
-                )
-            )
-
     def _compare(self) -> None:
         start = self.cost.start
         start = np.clip(start, *self.cost.bounds)
         fitted, before = self.cost.predict(self.x), self.cost.predict(start)
         held = list(self.study.holdout)
+        self._fitted = fitted
         later, later_before = (self.cost.predict(x, held) for x in (self.x, start)) if held else ([], [])
         rows: list[dict[str, Any]] = []
         parts: list[pd.DataFrame] = []
@@ -207,7 +222,9 @@ class Analysis:
                 measured = trial.outputs.get(channel.name)
                 if measured is None or not np.isfinite(measured).any():
                     continue
-                rows.append(self._fit_row(trial, channel.name, measured, y[:, column], y_start[:, column], held_out))
+                rows.append(
+                    fit_row(self.cost, trial, channel.name, measured, y[:, column], y_start[:, column], held_out)
+                )
                 part = {
                     "trial": trial.name,
                     "t": trial.t,
@@ -222,29 +239,30 @@ class Analysis:
                     part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
                     part |= {f"input {name}": values for name, values in trial.inputs.items()}
                 parts.append(pd.DataFrame(part))
-        self.fit = pd.DataFrame(rows, columns=list(_FIT_COLUMNS))
+        self.fit = pd.DataFrame(rows, columns=list(FIT_COLUMNS))
         self.traces = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
-    def _fit_row(
-        self, trial: Trial, channel: str, measured: Array, y: Array, y_start: Array, held_out: bool
-    ) -> dict[str, Any]:
-        valid = np.isfinite(measured)
-        error, before = (measured - y)[valid], (measured - y_start)[valid]
-        rmse, noise = _rms(error), self.cost.sigma.get(channel, math.nan)
-        finite, ordered = bool(np.isfinite(error).all()), self.study.cost.kind != "formula"
-        return {
-            "trial": trial.name,
-            "channel": channel,
-            "rmse": rmse,
-            "rmse_start": _rms(before),
-            "noise": noise,
-            "ratio": rmse / noise if noise > 0 else math.nan,
-            "bias": float(error.mean()) if finite else math.nan,
-            "n": int(valid.sum()),
-            "n_eff": fit_autoregressive(error, ordered).effective_samples(len(error)) if finite else math.nan,
-            "autocorrelation": lag_one_autocorrelation(error) if finite and ordered else math.nan,
-            "held_out": held_out,
-        }
+    def _strays(self) -> None:
+        """Finds simulated runs, and initial states, that are far from the record."""
+        options = self.study.cost
+        if not isinstance(options, TrajectoryOptions):
+            return
+        whole = options.segments is None or options.multiple_shooting  # else no run as a whole was fitted
+        strays = stray_runs(self.cost, self._fitted) if whole else []
+        far = far_initial_states(self.cost, self.x)
+        self.findings += [stray_finding(strays, len(self.cost.trials))] if strays else []
+        self.findings += far
+        self.astray = bool(strays or far)
+        self._doubted |= self.astray
+
+    def _optima(self) -> None:
+        """Compares the optima of a multi-start."""
+        if self._points is None or len(self._outcomes) < 2:
+            return
+        found = optima(self.cost, self._points, self._outcomes, self.stderr, self.inflation)
+        self.starts = found.table
+        self.findings += optima_findings(found, self.cost.names)
+        self._doubted |= found.differ | found.doubts_all
 
     def _sensitivities(self) -> None:
         self.sensitivity = sensitivity(self.cost, self.x)
@@ -277,7 +295,8 @@ class Analysis:
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
             value, stderr = float(self.x[k]), float(self.stderr[k])
-            judgement = verdict(parameter, value, stderr, bool(self.at_bound[k]), bool(unseen[k]), bool(related[k]))
+            signs = (self.at_bound[k], unseen[k], related[k], self._doubted[k])
+            judgement = verdict(parameter, value, stderr, *(bool(sign) for sign in signs))
             rows.append(
                 (
                     *(value, parameter.unit, stderr, value - float(half[k]), value + float(half[k])),
@@ -324,24 +343,8 @@ def part_missing(title: str, problem: SeatruthError) -> Finding:
     return Finding("warning", "part-missing", f"{title} could not be computed: {problem.message}", "model")
 
 
-def _without(jacobian: Array, columns: Sequence[int]) -> Array:
-    """The derivatives without the part that changes of some other columns can compensate."""
-    if not columns:
-        return jacobian
-    others = jacobian[:, list(columns)]
-    size = np.linalg.norm(others, axis=0)
-    q, r = np.linalg.qr(others[:, size > 0] / size[size > 0])
-    kept = np.abs(np.diag(r)) > 1e-10
-    q = q[:, kept]
-    return np.asarray(jacobian - q @ (q.T @ jacobian))
-
-
 def _prior(parameter: Parameter) -> tuple[float, float]:
     return (math.nan, math.nan) if parameter.prior is None else (parameter.prior.mean, parameter.prior.sd)
-
-
-def _rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan
 
 
 def _plain(value: Any) -> Any:

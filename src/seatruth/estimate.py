@@ -27,8 +27,10 @@ FORMAT = 2
 NAME = "estimate.json"
 _FRAMES = (
     *("parameters", "nuisances", "covariance", "correlation", "sensitivity"),
-    *("fit", "cross_validation", "history", "traces"),
+    *("fit", "cross_validation", "starts", "history", "traces"),
 )
+_OPTIONAL = ("cross_validation", "starts")
+"""Tables that an estimate may be without."""
 _SPECIAL = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 PARAMETER_COLUMNS = (
     *("value", "unit", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),
@@ -53,6 +55,7 @@ _NUMBERS: Mapping[str, Sequence[str]] = {
     **dict.fromkeys(("parameters", "nuisances"), ("value", "stderr", "lower", "upper", "start", "min", "max")),
     "fit": ("rmse", "rmse_start", "noise", "ratio", "bias", "n"),
     "cross_validation": ("rmse", "noise"),
+    "starts": ("start", "cost", "optimum", "evaluations"),
     "history": ("evaluations", "best", "seconds"),
     "traces": ("t", "measured", "fitted", "start"),
 }
@@ -71,7 +74,7 @@ class Estimate:
         channels: unit of each output.
         parameters: table with index name: value, unit, stderr, lower and upper (95 %), crlb, start, min, max,
             prior_mean, prior_sd, at_bound, verdict ("identified", "weak", "not identifiable", "at bound", "from
-            prior"), source, description. Values are in `unit`.
+            prior", "doubtful"), source, description. Values are in `unit`.
         nuisances: the same table of the free initial states.
         covariance, correlation: tables (P, P) over parameters and nuisances.
         identifiability: singular_values, condition, weak (combination, ratio, sentence).
@@ -83,6 +86,8 @@ class Estimate:
         traces: trial, t (s), channel, measured, fitted, start, held_out; for a formula also lower and upper (95 %
             prediction interval) and its columns as "input NAME".
         cross_validation: trial, channel, rmse when left out, rmse_fitted, noise; or None.
+        starts: one row per start of a multi-start: start, cost, optimum (1 is the best), code, reason, evaluations,
+            "start NAME" and "end NAME" of each free parameter; or None.
         profile: name -> table (value, cost); or None.
         steps: (trial, preparation step) in their order.
         findings: what a user should read.
@@ -117,6 +122,7 @@ class Estimate:
     discretisation: dict[str, dict[str, float]]
     traces: pd.DataFrame
     cross_validation: pd.DataFrame | None = None
+    starts: pd.DataFrame | None = None
     profile: dict[str, pd.DataFrame] | None = None
     steps: list[tuple[str, Step]] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -154,7 +160,7 @@ class Estimate:
         }
         # The JSON file last: it names the others' contents, so a stop in between is noticed.
         write_files(place, {**files, NAME: sealed(encoded(content), FORMAT)})
-        for path in (place / "cross_validation.parquet", *place.glob("profile_*.parquet")):
+        for path in (*(place / f"{name}.parquet" for name in _OPTIONAL), *place.glob("profile_*.parquet")):
             if path.name not in files:
                 path.unlink(missing_ok=True)  # of the estimate that stood there
         return place
@@ -181,7 +187,7 @@ class Estimate:
             tables = {
                 name: _read(path.parent / f"{name}.parquet", content["tables"][name])
                 for name in (*_FRAMES, *names)
-                if name != "cross_validation" or name in content["tables"]
+                if name not in _OPTIONAL or name in content["tables"]
             }
             steps = [(entry.pop("trial"), Step(**entry)) for entry in content["steps"]]
             fields: dict[str, Any] = {

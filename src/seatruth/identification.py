@@ -12,19 +12,22 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import Analysis, part_missing
+from seatruth.arrays import Array
 from seatruth.costs.formula import FormulaCost
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
-from seatruth.optimizers import Budget, Optimizer, Outcome, minimise
+from seatruth.optimizers import Budget, Optimizer, Outcome, minimise, starting_points
 from seatruth.progress import Progress, ProgressEvent, silent
-from seatruth.storage.checkpoint import Checkpoint, jobs_file
+from seatruth.storage.checkpoint import Checkpoint, jobs_file, starts_file
 from seatruth.study.settings import RunSettings, run_settings
 from seatruth.study.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
 from seatruth.uncertainty.cross_validation import pool_parts, split_rows
+from seatruth.uncertainty.multistart import best_of, search_from
+from seatruth.uncertainty.remedy import other_ways, remedy_finding, untried_finding
 
 _INTERRUPTED = "stopped by the user"
 
@@ -33,6 +36,7 @@ def identify(
     study: Study,
     optimizer: str | Optimizer | Sequence[str | Optimizer] | None = None,
     *,
+    starts: int | None = None,
     budget: Budget | None = None,
     seed: int | None = None,
     checkpoint: str | Path | None = None,
@@ -50,16 +54,19 @@ def identify(
     Args:
         study: the model, its trials and the settings of the search.
         optimizer: name, `Optimizer`, or a list of them for a hybrid.
-        budget: limits of the search.
+        starts: from how many starts the search is made: the study's start values, then points spread over the bounds or
+            priors (`starting_points`). The answer is the best of their ends; `Estimate.starts` compares them.
+        budget: limits of the search from each start.
         seed: seed of everything random, 0 or more.
-        checkpoint: file that keeps the search (and beside it, with the ending .jobs, the profile and the trials left
-            out). The same call goes on where an interrupted one stopped and ends with the same estimate. Both files
-            stay, so that an estimate that could not be saved is soon made again; remove them afterwards.
+        checkpoint: file that keeps the search (and beside it, with the ending .starts, the further starts, and with
+            .jobs, the profile and the trials left out). The same call goes on where an interrupted one stopped and ends
+            with the same estimate. The files stay, so that an estimate that could not be saved is soon made again;
+            remove them afterwards.
         progress: called with a `ProgressEvent` about ten times a second.
         cross_validate: leave out each trial in turn, fit the others and predict it.
         profile: names of the free parameters whose likelihood is profiled.
         threads: threads of a simulation, None for all processors. They do not change the result.
-        workers: profile points or left-out trials that run at once. They do not change the result.
+        workers: starts, profile points or left-out trials that run at once. They do not change the result.
 
     Returns:
         The estimate. An interrupt (Ctrl-C) at any time returns the best so far with the outcome's code "interrupted";
@@ -78,7 +85,7 @@ def identify(
         >>> estimate.provenance["settings"]["seed"]["from"], estimate.provenance["settings"]["budget"]["from"]
         ('study file', 'argument')
     """
-    settings = run_settings(study, optimizer, budget, seed, cross_validate, profile)
+    settings = run_settings(study, optimizer, budget, seed, cross_validate, profile, starts)
     _check(study, settings, workers)
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -93,7 +100,13 @@ def identify(
             checkpoint=checkpoint,
             progress=progress,
         )
-        return _analysed(study, cost, outcome, settings, checkpoint, progress or silent, threads, workers)
+        show = _timed(progress or silent, time.perf_counter() - outcome.wall_s)
+        points, outcomes = _further_starts(study, cost, outcome, settings, checkpoint, show, threads, workers)
+        best = best_of(outcomes)
+        if len(outcomes) < len(points):
+            best = dataclasses.replace(best, code="interrupted", reason=_INTERRUPTED)
+        analysis = Analysis(study, cost, best, settings.origin, points, outcomes)
+        return _analysed(analysis, settings, checkpoint, show, threads, workers)
 
 
 def _check(study: Study, settings: RunSettings, workers: int) -> None:
@@ -110,26 +123,65 @@ def _check(study: Study, settings: RunSettings, workers: int) -> None:
         raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
 
 
-def _analysed(
+def _timed(progress: Progress, began: float) -> Progress:
+    """The progress with the time since the run began."""
+
+    def show(event: ProgressEvent, /) -> None:
+        progress(dataclasses.replace(event, elapsed_s=time.perf_counter() - began))
+
+    return show
+
+
+def _further_starts(
     study: Study,
     cost: StudyCost,
-    outcome: Outcome,
+    first: Outcome,
     settings: RunSettings,
     checkpoint: str | Path | None,
     progress: Progress,
     threads: int | None,
     workers: int,
+) -> tuple[Array, list[Outcome]]:
+    """All starts (N, K), and the outcomes of their searches; the cost is left with its noise at the best."""
+    if settings.starts < 2 or first.code == "interrupted":
+        return first.x[None], [first]
+    points = starting_points(cost, settings.starts, settings.seed)
+    # Not the number of starts: those that are done serve a run with more of them.
+    work = f"{study.content_hash} {settings.optimizer.describe()} {settings.budget} {settings.seed}"
+    place = None if checkpoint is None else starts_file(checkpoint)
+    with Checkpoint(place, work, drop_other_work=True) as kept:
+        outcomes = search_from(
+            study,
+            points,
+            settings.optimizer,
+            settings.budget,
+            settings.seed,
+            checkpoint=kept,
+            progress=progress,
+            threads=threads,
+            workers=workers,
+        )
+    outcomes = [first, *outcomes]
+    cost.reweight(best_of(outcomes).x)
+    return points, outcomes
+
+
+def _analysed(
+    analysis: Analysis,
+    settings: RunSettings,
+    checkpoint: str | Path | None,
+    show: Progress,
+    threads: int | None,
+    workers: int,
 ) -> Estimate:
     """Everything after the search."""
-    began = time.perf_counter() - outcome.wall_s
-
-    def show(event: ProgressEvent, /) -> None:
-        progress(dataclasses.replace(event, elapsed_s=time.perf_counter() - began))
-
+    study, cost, outcome = analysis.study, analysis.cost, analysis.outcome
     show(ProgressEvent("Uncertainty", best=outcome.value))
-    analysis = Analysis(study, cost, outcome, settings.origin)
     try:
         analysis.run()
+        if analysis.astray and outcome.code != "interrupted":
+            show(ProgressEvent("Other ways into the problem"))
+            analysis.findings += _other_ways(analysis, threads)
     except KeyboardInterrupt:
         return analysis.estimate(interrupted=_INTERRUPTED)
     usable = math.isfinite(outcome.value)
@@ -171,6 +223,18 @@ def _analysed(
     if jobs.write_error:
         estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
+
+
+def _other_ways(analysis: Analysis, threads: int | None) -> list[Finding]:
+    """What other ways into the problem give where the runs stray."""
+    try:
+        remedy = other_ways(analysis.study, analysis.outcome, more_starts=analysis.starts is None, threads=threads)
+    except SeatruthError as problem:
+        return [untried_finding(problem.message)]
+    if remedy is None:
+        return []
+    parameters = analysis.cost.space.free
+    return [remedy_finding(remedy, analysis.outcome.value, analysis.inflation, parameters)]
 
 
 def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:

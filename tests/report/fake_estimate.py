@@ -73,6 +73,7 @@ def estimate(
         "cross_validation": fit.loc[~fit["held_out"], ["trial", "channel", "noise"]].assign(
             rmse=fit["rmse"] * 1.4, rmse_fitted=fit["rmse"]
         ),
+        "starts": _starts(names),
         "profile": {
             name: pd.DataFrame({"value": (v := np.linspace(-2, 2, 9)), "cost": 812.0 + 0.6 * v**2 + 0.1 * v**3})
             for name in names[:2]
@@ -115,8 +116,18 @@ def empty(**changes: Any) -> Estimate:
     )
     found |= {"study": "s", "model": "m", "synthetic": False, "seed": 0, "optimizer": {}, "cost": {}, "steps": []}
     found |= {"outcome": outcome, "identifiability": {}, "discretisation": {}, "findings": [], "provenance": {}}
-    found |= {"cross_validation": None, "profile": None, "channels": {}}
+    found |= {"cross_validation": None, "starts": None, "profile": None, "channels": {}}
     return Estimate(**(found | changes))
+
+
+def _starts(names: list[str]) -> pd.DataFrame:
+    """12 starts: 5 at the best optimum, 4 at another that is as good, 2 at a worse one, 1 without a finite cost."""
+    rng = np.random.default_rng(5)
+    optimum = np.array([2, 1, 1, 3, 2, 1, 2, 1, 0, 3, 1, 2])
+    cost = np.array([np.inf, 812.0, 812.4, 9.3e3])[optimum] + 1e-4 * rng.random(12)
+    ends = {f"end {name}": optimum + 0.001 * rng.normal(size=12) for name in names}
+    frame = pd.DataFrame({"start": np.arange(1, 13), "cost": cost, "optimum": optimum, "code": "converged"})
+    return pd.concat([frame.assign(reason="", evaluations=80), pd.DataFrame(ends)], axis=1)
 
 
 def _traces(runs: list[str], samples: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -225,7 +236,9 @@ def _correlation(names: list[str], rng: np.random.Generator) -> pd.DataFrame:
 
 def brief(**changes: Any) -> Estimate:
     """A made-up estimate whose page has few figures, for tests of its words; `changes` replaces attributes."""
-    made = estimate(parameters=2, trials=1, samples=40, **{"profile": None, "cross_validation": None, **changes})
+    made = estimate(
+        parameters=2, trials=1, samples=40, **{"profile": None, "cross_validation": None, "starts": None, **changes}
+    )
     made.traces = made.traces[made.traces["channel"] == "u"]
     made.fit = made.fit[made.fit["channel"] == "u"]
     return made

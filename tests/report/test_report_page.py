@@ -19,7 +19,17 @@ from seatruth.trials.trial import Step
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 SECTIONS = (
     *("summary", "parameters", "combinations", "correlation", "sensitivity", "fit", "histories", "tracks", "residuals"),
-    *("held-out", "cross-validation", "profile", "search", "discretisation", "steps", "findings", "provenance"),
+    *(
+        "held-out",
+        "cross-validation",
+        "profile",
+        "search",
+        "starts",
+        "discretisation",
+        "steps",
+        "findings",
+        "provenance",
+    ),
 )
 
 
@@ -273,6 +283,21 @@ def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page:
     assert "The search ended short. Give it more. Findings" in Page(render(made)).text
     assert "1 warning: a.csv, line 40: r stands still" in page.text
     assert "/home/me" not in page.text
+
+
+def test_the_optima_of_the_starts_are_shown_and_doubts_stand_first(page: Page) -> None:
+    assert "12 starts ended at 3 optima; 5 at the best." in page.text
+    assert "1 start found no finite cost." in page.text
+    made = brief()
+    made.parameters["verdict"] = "doubtful"
+    made.findings = [
+        Finding("warning", "exclusive-optima", "2 optima explain the trials.", "search", "Give a prior."),
+        Finding("note", "better-optimum", "The study's own start is worse.", "search"),
+    ]
+    text = Page(render(made)).text
+    assert "Important: 2 optima explain the trials. Give a prior. Findings" in text
+    assert "are doubtful, as what to look at first says" in text
+    assert "Important: The study's own start" not in text
 
 
 def test_a_misfit_is_not_laid_on_the_model_before_the_search_has_ended() -> None:

@@ -209,6 +209,7 @@ def test_impossible_noise_is_refused(value: float | str) -> None:
 def solved(text: str) -> Any:
     file, problems = parse(text, "study.toml")
     answer = solver.optimizer(file.optimizer, problems), solver.budget(file.budget, problems)
+    solver.starts(file.optimizer, problems)
     problems.stop()
     return answer
 
@@ -232,6 +233,11 @@ def test_one_optimizer_or_a_hybrid_with_shares() -> None:
         ('[optimizer]\nuse = "cma_es"\nnonsense = 1', ["line 3", "no option 'nonsense'"]),
         ('[optimizer]\nuse = "cma_es"\nname = 1', ["no option 'name'"]),
         ("optimizer = []", ["empty"]),
+        ("[optimizer]\nstarts = 0", ["line 2", "greater than 0"]),
+        (
+            '[[optimizer]]\nuse = "cma_es"\n[[optimizer]]\nuse = "newton"\nstarts = 3',
+            ["line 5", "started as a whole", "first table"],
+        ),
         ('[optimizer]\nuse = "cma_es"\nshare = 0.5', ["single optimizer"]),
         ('[[optimizer]]\nuse = "cma_es"\n[[optimizer]]\nuse = "newton"\nshare = 0.1', ["every stage but the last"]),
     ],

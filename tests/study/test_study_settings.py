@@ -129,6 +129,25 @@ def test_the_same_value_as_an_argument_replaces_nothing(folder: Path) -> None:
     assert not [finding for finding in found.findings if finding.code == "settings-replaced"]
 
 
+def test_starts_come_from_the_file_or_the_command_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = folder / "study.toml"
+    path.write_text(STUDY.replace('use = "cma_es"', 'use = "least_squares"\nstarts = 3'))
+    study = load_study(path)
+    assert study.starts == 3
+    file = identify(study, cross_validate=False, profile=())
+    assert file.starts is not None
+    assert file.provenance["settings"]["starts"] == {"value": 3, "from": "study file"}
+    assert run(["identify", str(path), "--starts", "4", "--quiet"]) == 0
+    found = Estimate.load(folder / "made")
+    assert found.starts is not None
+    assert len(found.starts) == 4
+    assert found.provenance["settings"]["starts"]["replaces"] == 3
+    pd.testing.assert_frame_equal(found.starts.iloc[:3, :2], file.starts.iloc[:, :2])
+    printed = capsys.readouterr().out
+    assert "Where the starts ended" in printed
+    assert not list((folder / "made").glob("checkpoint*"))
+
+
 def test_a_study_made_in_python_is_run_with_its_own_settings() -> None:
     study = glide().replace(optimizer=["cma_es", "least_squares"], budget=Budget(evaluations=400), seed=5)
     found = identify(study)

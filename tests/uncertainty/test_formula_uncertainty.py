@@ -54,6 +54,26 @@ def test_powers_products_and_sums_are_told_apart() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("text", "count", "seen"),
+    [
+        ("y = a * b * u", 2, ["a * b"]),
+        ("y = a * b**2 * u", 2, ["a * b^2"]),
+        ("y = a * u / b", 2, ["a / b"]),
+        ("y = a + b + c*u", 3, ["a + b"]),
+        ("y = a*u/b + c - 2*d", 4, ["a / b", "c - 2 d"]),
+        ("y = (a*u + b) / (c*v + d)", 4, ["their ratios"]),
+    ],
+)
+def test_what_can_be_seen_all_the_same_is_named(text: str, count: int, seen: list[str]) -> None:
+    parameters = [free(name, 1.0 + 0.3 * k) for k, name in enumerate("abcd"[:count])]
+    cost = cost_of(formula_study(text, table(np.random.default_rng(0)), parameters))
+    sentences = [entry["sentence"] for entry in unidentifiable_directions(cost, cost.start)]
+    assert len(sentences) == len(seen)
+    for what, sentence in zip(seen, sentences):
+        assert f"nothing changes: only {what} can be seen." in sentence
+
+
 def test_a_parameter_that_nothing_sees_is_no_degeneracy_of_others() -> None:
     assert named("y = a*u + 0*b", free("a", 1), free("b", 1)) == []
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
+_MOST_STARTS = 12
 
 
 def identify(
@@ -33,11 +34,15 @@ def identify(
     evaluations: Annotated[
         int | None, typer.Option("--evaluations", min=1, help="Replaces the study's budget of evaluations.")
     ] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option("--starts", min=1, metavar="N", help="Search from N starts, and compare the optima they end at."),
+    ] = None,
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
     ] = None,
     workers: Annotated[
-        int, typer.Option("--workers", min=1, help="Profile points or left-out trials that run at once.")
+        int, typer.Option("--workers", min=1, help="Starts, profile points or left-out trials that run at once.")
     ] = 1,
     profile: Annotated[
         str | None, typer.Option("--profile", metavar="NAMES", help="Profile these, comma-separated; * is a wildcard.")
@@ -58,6 +63,7 @@ def identify(
         loaded,
         out,
         seed=seed,
+        starts=starts,
         budget=None if evaluations is None else dataclasses.replace(loaded.budget, evaluations=evaluations),
         cross_validate=cross_validate or None,
         profile=profile_names(patterns, loaded) if patterns else None,
@@ -73,6 +79,7 @@ def run(
     folder: Path | None = None,
     *,
     seed: int | None = None,
+    starts: int | None = None,
     budget: Budget | None = None,
     cross_validate: bool | None = None,
     profile: Sequence[str] | None = None,
@@ -86,14 +93,15 @@ def run(
     What is None is what the study says.
     """
     from seatruth.identification import identify as identify_study
-    from seatruth.storage.checkpoint import jobs_file
+    from seatruth.storage.checkpoint import jobs_file, starts_file
 
     folder = result_folder(folder, study.output.folder or Path(f"{study.name}-result"), study.source)
     checkpoint = folder / CHECKPOINT
-    kept = (checkpoint, jobs_file(checkpoint))
+    kept = (checkpoint, starts_file(checkpoint), jobs_file(checkpoint))
     with resumable(folder, kept, fresh=fresh, quiet=quiet) as progress:
         estimate = identify_study(
             study,
+            starts=starts,
             budget=budget,
             seed=seed,
             checkpoint=checkpoint,
@@ -151,6 +159,7 @@ def summary(estimate: Estimate) -> dict[str, Any]:
         "identifiability": estimate.identifiability,
         "fit": estimate.fit,
         "cross_validation": estimate.cross_validation,
+        "starts": estimate.starts,
         "findings": [vars(finding) for finding in estimate.findings],
         "discretisation": estimate.discretisation,
         "provenance": estimate.provenance,
@@ -170,10 +179,15 @@ def show(estimate: Estimate) -> None:
         say(f"! {weak['sentence']}", style="yellow")
     say("")
     console().print(_fit(estimate.fit))
+    if estimate.starts is not None:
+        say("\nWhere the starts ended:")
+        console().print(_optima(estimate.starts))
     if estimate.cross_validation is not None:
         say("\nLeft out in turn and predicted:")
         console().print(_cross_validation(estimate.cross_validation))
     grave = [finding for wanted in ("error", "warning") for finding in estimate.findings if finding.severity == wanted]
+    # What is wrong with the answer comes before what is wrong with the data, which `check` lists as well.
+    grave.sort(key=lambda finding: (finding.severity != "error", finding.where != "search"))
     for finding in grave[:_MOST_NOTES]:
         say(str(finding), style="yellow")
     if len(grave) > _MOST_NOTES:
@@ -212,6 +226,22 @@ def _fit(frame: pd.DataFrame) -> Any:
     ]
     columns = ["trial", "channel", "RMSE", "noise", "ratio", "before"]
     return table(columns, rows, numbers=columns[2:])
+
+
+def _optima(frame: pd.DataFrame) -> Any:
+    rows = [
+        [
+            str(optimum) if optimum else "none",
+            str(len(ends)),
+            _number(ends["cost"].min(), 6),
+            _number(ends["cost"].min() - frame["cost"].min(), 3),
+            " ".join(str(start) for start in ends["start"][:_MOST_STARTS])
+            + (" ..." if len(ends) > _MOST_STARTS else ""),
+        ]
+        for optimum, ends in sorted(frame.groupby("optimum"), key=lambda group: (group[0] == 0, group[0]))
+    ]
+    columns = ["optimum", "starts", "lowest cost", "above the best", "which"]
+    return table(columns, rows, numbers=columns[:4])
 
 
 def _cross_validation(frame: pd.DataFrame) -> Any:

@@ -12,6 +12,7 @@ from seatruth.optimizers.driver import minimise
 from seatruth.optimizers.evaluator import Evaluator
 from seatruth.optimizers.problem import Problem
 from seatruth.optimizers.registry import OptimizerInfo, OptionInfo, as_optimizer, available, describe, make, names
+from seatruth.optimizers.starts import starting_points
 from seatruth.storage.checkpoint import StaleCheckpoint
 
 __all__ = [
@@ -35,4 +36,5 @@ __all__ = [
     "minimise",
     "names",
     "option",
+    "starting_points",
 ]

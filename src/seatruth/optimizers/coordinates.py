@@ -24,10 +24,11 @@ class Coordinates:
     """The map between parameters x (K,) and search coordinates z (K,), both ways, row by row of any leading shape.
 
     `lower`, `upper` (K,) are the bounds in z, infinite where there are none; `box_lower`, `box_upper` are finite;
-    `region_lower`, `region_upper` bound the region of random starts.
+    `region_lower`, `region_upper` bound the region of random starts. `start` (K,) is where a search begins: at the
+    parameters' values, or at the `start` (K,) given in their units.
     """
 
-    def __init__(self, parameters: Sequence[Parameter]) -> None:
+    def __init__(self, parameters: Sequence[Parameter], start: Array | None = None) -> None:
         self.parameters = tuple(parameters)
         self._minimum = np.array([p.min for p in self.parameters])
         self._maximum = np.array([p.max for p in self.parameters])
@@ -48,6 +49,8 @@ class Coordinates:
         self.upper = np.where(bounded, 1.0, (high - self._offset) / self._scale)
         self.start = self.z_of(value)
         self.region_lower, self.region_upper = self._region()
+        if start is not None:
+            self.start = self.z_of(start)
         self.box_lower = np.where(np.isfinite(self.lower), self.lower, np.minimum(-REACH, self.region_lower))
         self.box_upper = np.where(np.isfinite(self.upper), self.upper, np.maximum(REACH, self.region_upper))
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from seatruth.arrays import Array
 from seatruth.costs.base import Cost
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.optimizers.base import Optimizer
@@ -32,6 +33,7 @@ def minimise(
     *,
     budget: Budget | None = None,
     seed: int = 0,
+    start: Array | None = None,
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -42,6 +44,7 @@ def minimise(
         optimizer: name, `Optimizer`, or a list of them for a hybrid (global then local) on one budget.
         budget: limits of the search; None takes the default `Budget()`.
         seed: fixes every random draw: the same seed gives the same bytes.
+        start: (K,), where the search starts, in the parameters' units; None takes the parameters' values.
         checkpoint: file in which every population evaluation is kept. The same call on an existing file goes on where
             that run stopped and ends with the outcome that it would have had (wall-clock times apart).
         progress: called about ten times a second with a `ProgressEvent`, and once at the end, when its message is the
@@ -64,13 +67,13 @@ def minimise(
         ('budget', 50)
     """
     solver, budget = as_optimizer(optimizer), budget or Budget()
-    _check(cost, solver, seed)
+    _check(cost, solver, seed, start)
     begun = time.perf_counter()
     journal = None
     if checkpoint is not None:
-        journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed))
+        journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed, start))
     try:
-        evaluator = Evaluator(cost, Coordinates(cost.parameters), budget, journal=journal, progress=progress)
+        evaluator = Evaluator(cost, Coordinates(cost.parameters, start), budget, journal=journal, progress=progress)
         # One thread of linear algebra: its sums then do not depend on the machine, and on matrices as small as these
         # its threads only stand in the way of those that simulate.
         with threadpool_limits(1, "blas"):
@@ -113,11 +116,15 @@ def minimise(
     )
 
 
-def _check(cost: Cost, solver: Optimizer, seed: int) -> None:
+def _check(cost: Cost, solver: Optimizer, seed: int, start: Array | None) -> None:
     if not cost.parameters:
         raise BadInput("no parameter varies", where="study", do="Set `vary = true` for at least one parameter.")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise BadInput(f"{seed!r} is not a seed", where="seed", do="Give a whole number, 0 or more.")
+    if start is not None and (np.shape(start) != (len(cost.parameters),) or not np.isfinite(start).all()):
+        raise BadInput(
+            f"a start is {len(cost.parameters)} finite numbers", where="start", do="Give one for each free parameter."
+        )
     missing = sorted(solver.needs - cost.gives)
     if missing:
         others = ", ".join(fitting(cost.gives))

@@ -171,10 +171,17 @@ class Journal:
             )
 
 
-def identity_of(cost: Cost, optimizer: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """What a checkpoint belongs to: hashes of the cost with its parameters and of the optimizer, and the seed."""
+def identity_of(cost: Cost, optimizer: Mapping[str, Any], seed: int, start: Array | None = None) -> dict[str, Any]:
+    """What a checkpoint belongs to: hashes of the cost with its parameters, of the optimizer and of a start of its own,
+    and the seed."""
     parameters = [dataclasses.asdict(p) for p in cost.parameters]
-    study = {"kind": type(cost).__qualname__, "description": dict(cost.description), "parameters": parameters}
+    study: dict[str, Any] = {
+        "kind": type(cost).__qualname__,
+        "description": dict(cost.description),
+        "parameters": parameters,
+    }
+    if start is not None:
+        study["start"] = [float(value) for value in start]
     return {"study": _digest(study), "optimizer": _digest(optimizer), "seed": int(seed)}
 
 

@@ -34,6 +34,8 @@ class View:
     correlation: pd.DataFrame
     sensitivity: pd.DataFrame
     cross_validation: pd.DataFrame
+    starts: pd.DataFrame
+    """One row per start of a multi-start: start, cost, optimum, evaluations, code."""
     history: pd.DataFrame
     discretisation: pd.DataFrame
     profile: dict[str, pd.DataFrame]
@@ -114,6 +116,7 @@ def view(estimate: Estimate | View) -> View:
         # The last column repeats the largest of the others.
         sensitivity=_numeric(_frame(estimate, "sensitivity")).drop(columns="largest", errors="ignore"),
         cross_validation=_cross_validation(_frame(estimate, "cross_validation"), fit),
+        starts=_starts(_frame(estimate, "starts")),
         history=_history(_frame(estimate, "history")),
         discretisation=_discretisation(getattr(estimate, "discretisation", None)),
         profile=_profile(getattr(estimate, "profile", None)),
@@ -221,6 +224,16 @@ def _cross_validation(frame: pd.DataFrame, fit: pd.DataFrame) -> pd.DataFrame:
     }.items():
         known = [other for other in others if other in frame]
         out[name] = _column(frame, known[0]).to_numpy() if known else math.nan
+    return out
+
+
+def _starts(frame: pd.DataFrame) -> pd.DataFrame:
+    out = pd.DataFrame({name: _column(frame, name) for name in ("start", "cost", "optimum", "evaluations")})
+    out["optimum"] = out["optimum"].fillna(0)
+    out["code"] = pd.Series(_texts(frame, "code"), index=frame.index, dtype=object)
+    for name in frame:
+        if str(name).startswith("end "):
+            out[str(name)] = _column(frame, str(name))
     return out
 
 

@@ -31,7 +31,7 @@ def ratio_interval(above: Array, below: Array, level: float = 0.95) -> tuple[flo
     Example:
         >>> low, high = ratio_interval(np.array([1.0, 1.2, 0.8]), np.array([2.0, 2.1, 1.9]))
         >>> round(low, 2), round(high, 2)
-        (0.38, 0.61)
+        (0.29, 0.67)
     """
     n = len(above)
     if n < 2 or not (np.isfinite(above).all() and np.isfinite(below).all()):

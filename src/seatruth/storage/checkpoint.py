@@ -235,3 +235,8 @@ class Checkpoint:
 def jobs_file(checkpoint: str | Path) -> Path:
     """The file of the jobs that follow a search, beside the search's own checkpoint."""
     return Path(f"{checkpoint}.jobs")
+
+
+def starts_file(checkpoint: str | Path) -> Path:
+    """The file of a multi-start's further searches, beside the first search's own checkpoint."""
+    return Path(f"{checkpoint}.starts")

@@ -65,6 +65,7 @@ def study_from(text: str, source: Path, progress: Progress = silent) -> Study:
     file, problems = parse(text, str(source))
     name = file.study.name or source.stem
     optimizer = solver.optimizer(file.optimizer, problems)
+    starts = solver.starts(file.optimizer, problems)
     budget = solver.budget(file.budget, problems)
     study = build.study(file, source, name, problems, progress)
     profile = build.profiled(file.output.profile, study.parameters if study else (), ("output", "profile"), problems)
@@ -77,7 +78,9 @@ def study_from(text: str, source: Path, progress: Progress = silent) -> Study:
         cross_validate=file.output.cross_validate,
         profile=profile,
     )
-    return study.replace(optimizer=optimizer, budget=budget, seed=file.study.seed, output=output, source=source)
+    return study.replace(
+        optimizer=optimizer, starts=starts, budget=budget, seed=file.study.seed, output=output, source=source
+    )
 
 
 def profile_names(patterns: list[str], study: Study) -> tuple[str, ...]:

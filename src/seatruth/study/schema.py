@@ -144,6 +144,11 @@ class OptimizerTable(OpenTable):
     share: Annotated[FiniteFloat, Field(gt=0, lt=1)] | None = Field(
         default=None, description="Part of the budget that this stage of a hybrid may use (all but the last stage)."
     )
+    starts: PositiveInt | None = Field(
+        default=None,
+        description="Search from this many starts, each with the whole budget, and compare the optima: the start "
+        "values, then points spread over each parameter's `start`, bounds or prior. In a hybrid, in its first table.",
+    )
 
 
 class BudgetTable(Table):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatruth.optimizers import Budget, Optimizer, as_optimizer
-from seatruth.study.study import Study
+from seatruth.study.study import Study, check_starts
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class RunSettings:
     """What a run uses. `origin` says for each setting where its value comes from."""
 
     optimizer: Optimizer
+    starts: int
     budget: Budget
     seed: int
     cross_validate: bool
@@ -30,14 +31,18 @@ def run_settings(
     seed: int | None = None,
     cross_validate: bool | None = None,
     profile: Sequence[str] | None = None,
+    starts: int | None = None,
 ) -> RunSettings:
     """The study's settings with those arguments that are not None in their place.
 
     `origin` holds for each setting its value and `from`: "study file", "study" (made in Python) or "argument". Where an
     argument replaced another value, `replaces` holds what the study says, and `study_file` whether a file says it.
     """
+    if starts is not None:
+        check_starts(starts, "starts")
     stated: dict[str, Any] = {
         "optimizer": as_optimizer(study.optimizer),
+        "starts": study.starts,
         "budget": study.budget,
         "seed": study.seed,
         "cross_validate": study.output.cross_validate,
@@ -45,6 +50,7 @@ def run_settings(
     }
     arguments: dict[str, Any] = {
         "optimizer": None if optimizer is None else as_optimizer(optimizer),
+        "starts": starts,
         "budget": budget,
         "seed": seed,
         "cross_validate": cross_validate,

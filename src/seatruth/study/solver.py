@@ -30,6 +30,16 @@ def optimizer(tables: list[OptimizerTable], problems: Problems) -> Optimizer | N
     return None
 
 
+def starts(tables: list[OptimizerTable], problems: Problems) -> int:
+    """From how many starts the search is made."""
+    for k, table in enumerate(tables[1:], 1):
+        if table.starts is not None:
+            problems.add(
+                ("optimizer", k, "starts"), "a hybrid is started as a whole", "State `starts` in its first table."
+            )
+    return (tables[0].starts if tables else None) or 1
+
+
 def budget(table: BudgetTable, problems: Problems) -> Budget:
     """The budget; the usual number of evaluations where the file sets no limit at all."""
     stated = table.model_dump(exclude_none=True)

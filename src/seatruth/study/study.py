@@ -12,10 +12,14 @@ import pandas as pd
 
 from seatruth.costs.content import of_trial
 from seatruth.costs.problem import EstimationProblem
+from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer
 from seatruth.study.simulation import simulated
 from seatruth.trials.trial import Trial, Trials
+
+MOST_STARTS = 10_000
+"""Starts of one identification: each is a search of its own. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,12 @@ class OutputSettings:
     profile: tuple[str, ...] = ()
 
 
+def check_starts(starts: Any, where: str) -> None:
+    """Raises BadInput for a number of starts that is none."""
+    if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= MOST_STARTS:
+        raise BadInput(f"{starts!r} starts are not possible", where=where, do=f"Give 1 to {MOST_STARTS}.")
+
+
 @dataclass(frozen=True, eq=False)
 class Study(EstimationProblem):
     """A model bound to the trials it is fitted to, and everything that decides how it is identified.
@@ -58,7 +68,8 @@ class Study(EstimationProblem):
         cost: `TrajectoryOptions`, `RegressionOptions` or `FormulaOptions`; the type chooses the cost.
         holdout: trials that are predicted and never fitted.
         optimizer: name, `Optimizer`, or a list of them for a hybrid.
-        budget: limits of the search.
+        starts: from how many starts the search is made; the first is at the parameters' values.
+        budget: limits of the search from each start.
         seed: seed of everything random; the same seed gives the same result.
         output: what is computed besides the fit, and the folder of the result.
         provenance: where the study came from; copied into results.
@@ -78,6 +89,7 @@ class Study(EstimationProblem):
     _: KW_ONLY
     holdout: Trials = field(default_factory=lambda: Trials([]))
     optimizer: str | Optimizer | Sequence[str | Optimizer] = "least_squares"
+    starts: int = 1
     budget: Budget = field(default_factory=Budget)
     seed: int = 0
     output: OutputSettings = field(default_factory=OutputSettings)
@@ -87,6 +99,7 @@ class Study(EstimationProblem):
     def __post_init__(self) -> None:
         if not isinstance(self.holdout, Trials):
             object.__setattr__(self, "holdout", Trials(list(self.holdout)))
+        check_starts(self.starts, f"study {self.name!r}")
         super().__post_init__()
 
     @property

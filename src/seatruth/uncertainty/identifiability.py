@@ -94,6 +94,18 @@ def identifiability(
     return {"singular_values": values.tolist(), "condition": condition, "weak": weak}
 
 
+def without(jacobian: Array, columns: Sequence[int]) -> Array:
+    """The derivatives without the part that changes of some other columns can compensate."""
+    if not columns:
+        return jacobian
+    others = jacobian[:, list(columns)]
+    size = np.linalg.norm(others, axis=0)
+    q, r = np.linalg.qr(others[:, size > 0] / size[size > 0])
+    kept = np.abs(np.diag(r)) > 1e-10
+    q = q[:, kept]
+    return np.asarray(jacobian - q @ (q.T @ jacobian))
+
+
 def _is_covered(vector: Array, directions: Array | None, scales: Array) -> bool:
     """Whether a unit combination lies in the span of these directions."""
     if directions is None or not len(directions):
@@ -150,9 +162,15 @@ def correlated_pairs(uncertainty: Covariance, parameters: Sequence[Parameter]) -
 
 
 def verdict(
-    parameter: Parameter, value: float, stderr: float, at_bound: bool, unidentifiable: bool, correlated: bool
+    parameter: Parameter,
+    value: float,
+    stderr: float,
+    at_bound: bool,
+    unidentifiable: bool,
+    correlated: bool,
+    doubted: bool = False,
 ) -> str:
-    """One word on a parameter: identified, weak, not identifiable, at bound, from prior.
+    """One word on a parameter: identified, weak, not identifiable, at bound, from prior, doubtful.
 
     Args:
         parameter: Its bounds and prior.
@@ -161,6 +179,7 @@ def verdict(
         at_bound: Whether it lies on a bound.
         unidentifiable: Whether the data do not determine it.
         correlated: Whether it is strongly correlated with another (`strongly_correlated`).
+        doubted: Whether a finding says that the value may be wrong, whatever its standard error.
     """
     if at_bound:
         return "at bound"
@@ -170,6 +189,8 @@ def verdict(
         return "from prior"
     if stderr > plausible_range(parameter):
         return "not identifiable"
+    if doubted:
+        return "doubtful"
     size = abs(value) if value else plausible_range(parameter)
     return "weak" if stderr > (_WEAK_IF_CORRELATED if correlated else _WEAK) * size else "identified"
 

@@ -151,28 +151,46 @@ def _equal(first: Sequence[Array], second: Sequence[Array]) -> bool:
 
 
 def _scale_sentence(exponents: dict[str, float]) -> str:
+    seen = f": only {_ratio(exponents)} can be seen" if len(exponents) == 2 else ""
+    no_data = "No data of this kind determine that factor: fix one of them."
     if len(set(exponents.values())) == 1:
+        seen = seen or ": only their ratios can be seen"
         return (
-            f"Scales cancel: {listed(list(exponents))} can be multiplied by one factor and nothing changes. No data "
-            "of this kind determine that factor: fix one of them."
+            f"Scales cancel: {listed(list(exponents))} can be multiplied by one factor and nothing changes{seen}. "
+            f"{no_data}"
         )
     up = [_with_power(name, power) for name, power in exponents.items() if power > 0]
     down = [_with_power(name, -power) for name, power in exponents.items() if power < 0]
     return (
         f"Scales cancel: {listed(up)} can be multiplied by a factor and {listed(down)} divided by it, and nothing "
-        "changes. No data of this kind determine that factor: fix one of them."
+        f"changes{seen}. {no_data}"
     )
 
 
 def _sum_sentence(steps: dict[str, float]) -> str:
+    seen = f": only {_difference(steps)} can be seen" if len(steps) == 2 else ""
     up = [_with_factor(name, size) for name, size in steps.items() if size > 0]
     down = [_with_factor(name, -size) for name, size in steps.items() if size < 0]
     if not down:
-        return f"{listed(up)} can grow together and nothing changes: fix one of them."
+        return f"{listed(up)} can grow together and nothing changes{seen}. Fix one of them."
     return (
         f"Only a sum counts: {listed(up)} can grow while {listed(down)} shrink{'s' if len(down) == 1 else ''} as "
-        "much, and nothing changes. No data of this kind distinguish them: fix one of them."
+        f"much, and nothing changes{seen}. No data of this kind distinguish them: fix one of them."
     )
+
+
+def _ratio(exponents: dict[str, float]) -> str:
+    """What does not change where two parameters are multiplied by powers of one factor: "K * T", "a / b^2"."""
+    (a, p), (b, q) = exponents.items()
+    power = abs(p / q)
+    return f"{a} {'*' if p * q < 0 else '/'} {b}{'' if power == 1.0 else f'^{power:.3g}'}"
+
+
+def _difference(steps: dict[str, float]) -> str:
+    """What does not change where two parameters change by multiples of one step: "a + b", "c - 2 d"."""
+    (a, p), (b, q) = steps.items()
+    factor = abs(p / q)
+    return f"{a} {'+' if p * q < 0 else '-'} {'' if factor == 1.0 else f'{factor:.3g} '}{b}"
 
 
 def _with_power(name: str, power: float) -> str:

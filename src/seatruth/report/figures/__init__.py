@@ -3,6 +3,7 @@
 from seatruth.report.figures.estimates import correlation, parameters, profile, sensitivity
 from seatruth.report.figures.quality import cross_validation, fit, history
 from seatruth.report.figures.runs import autocorrelation, traces, tracks
+from seatruth.report.figures.starts import waterfall
 from seatruth.report.figures.tables import measured_against_computed
 
 __all__ = [
@@ -17,4 +18,5 @@ __all__ = [
     "sensitivity",
     "traces",
     "tracks",
+    "waterfall",
 ]

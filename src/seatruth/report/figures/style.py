@@ -31,6 +31,7 @@ VERDICTS: dict[str, tuple[str, str]] = {
     "not identifiable": (VERMILLION, "X"),
     "at bound": (PURPLE, "^"),
     "from prior": (GREY, "D"),
+    "doubtful": (INK, "P"),
 }
 """Colour and marker of each verdict."""
 

@@ -97,6 +97,7 @@ def parameters_in_words(data: View) -> str:
         return ""
     verdicts = frame["verdict"]
     groups = {
+        "doubtful": "doubtful, as what to look at first says",
         "weak": "only weakly identified",
         "not identifiable": "not identifiable from these trials",
         "at bound": "at a bound",

@@ -32,7 +32,10 @@ PRIOR_FAR = 2.5
 STRONG_PAIR = 0.95
 _MOST_WORRIES = 8
 _MOST_WEAK = 2
-_OWN_WORRY = ("not-at-minimum", "coarse-steps")
+_OWN_WORRY = (
+    *("runs-stray", "initial-state-far", "exclusive-optima", "optimum-found-once", "better-optimum"),
+    *("not-at-minimum", "coarse-steps"),
+)
 """Findings about the result rather than the data: each is said in full."""
 UNFINISHED = {
     "budget": "Give it more evaluations and see whether the estimates still move.",
@@ -73,7 +76,7 @@ def _of_search(data: View) -> Iterator[Worry]:
 def _of_findings(data: View) -> Iterator[Worry]:
     findings = findings_of(data)
     for finding in findings:
-        if finding["code"] in _OWN_WORRY:
+        if finding["code"] in _OWN_WORRY and finding["severity"] != "note":
             yield Worry(f"{finding['message']} {finding['do']}".strip(), "findings", grave=True)
     findings = [finding for finding in findings if finding["code"] not in _OWN_WORRY]
     for severity, grave in (("error", True), ("warning", False)):

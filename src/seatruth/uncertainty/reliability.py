@@ -1,0 +1,231 @@
+"""Signs that the answer as a whole is wrong, whatever its standard errors say.
+
+A standard error holds at the minimum that the search ended at. It says nothing where that is the wrong minimum: there
+the simulated runs leave the recorded ones altogether, or a free initial state ends far from what was first measured.
+And it says nothing of a search that ended short of any minimum.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatruth.arrays import Array, Flags
+from seatruth.costs.initial import InitialState
+from seatruth.costs.study_cost import StudyCost
+from seatruth.text import listed
+from seatruth.trials.channel import Channel
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+# Without a source these are chosen here [S].
+_ABOVE_NOISE = 3.0
+"""Noise that an error must exceed before its size is compared with the motion."""
+_TURN = math.pi / 4.0
+"""Root mean square error of an angle from which a run strays: an eighth of a turn."""
+_OUTLIER, _OUTLIER_OF_OTHERS = 30.0, 10.0
+"""Error over noise of a run, and over that of the other runs, from which it is far beyond both."""
+_FAR_PRIORS = 5.0
+"""Prior standard deviations between an initial state and its first samples that are far."""
+_FAR_NOISE, _FAR_MOTION = 10.0, 0.25
+"""Noise, and part of the motion, between an initial state without prior and its first samples that are far."""
+_SHORT = 0.1
+"""What the cost could still fall by from which a search ended short: 0.45 standard errors along one direction."""
+_MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class Stray:
+    """A run whose simulation has left the record in one channel. `size` is what the error exceeds, in words."""
+
+    trial: str
+    channel: Channel
+    rmse: float
+    size: str
+
+    def __str__(self) -> str:
+        return f"{self.trial!r} ({self.channel.name} by {_shown(self.rmse, self.channel)}, {self.size})"
+
+
+def stray_runs(cost: StudyCost, predicted: Sequence[Array]) -> list[Stray]:
+    """Runs that stray, each with the channel in which it does so most plainly.
+
+    A run strays where its root mean square error is beyond the noise and as large as the motion itself: an angle by an
+    eighth of a turn, a position by the spread of the positions, anything else by the size of its like (all speeds
+    together, all rates together). It also strays where it alone is missed by far more than its stated noise.
+
+    Args:
+        cost: The cost with its trials and its noise.
+        predicted: Outputs (n, D) of each trial, simulated from its start.
+    """
+    channels = cost.problem.model.outputs
+    ratios = _noise_ratios(cost, predicted)
+    found = []
+    for number, (trial, y) in enumerate(zip(cost.trials, predicted)):
+        worst: tuple[float, Stray] | None = None
+        for column, channel in enumerate(channels):
+            rmse = _rms(_errors(trial, channel, y[:, column]))
+            if not rmse > _ABOVE_NOISE * _noise(cost, trial, channel):
+                continue
+            size = motion(trial, channels, channel)
+            far = rmse / (_TURN if channel.angle else size)
+            text = "an eighth of a turn or more" if channel.angle else f"its motion is {_shown(size, channel)}"
+            others = np.delete(ratios[:, column], number)
+            others = others[np.isfinite(others)]
+            if far < 1.0 and others.size and ratios[number, column] > _OUTLIER:
+                far = ratios[number, column] / max(_OUTLIER, _OUTLIER_OF_OTHERS * float(np.median(others)))
+                text = f"{ratios[number, column]:.0f} times its noise, unlike the other runs"
+            if far >= 1.0 and (worst is None or far > worst[0]):
+                worst = far, Stray(trial.name, channel, rmse, text)
+        if worst is not None:
+            found.append(worst[1])
+    return found
+
+
+def stray_finding(strays: Sequence[Stray], runs: int) -> Finding:
+    """The finding that says which of so many runs stray."""
+    more = f" and {len(strays) - _MOST_NAMED} more" if len(strays) > _MOST_NAMED else ""
+    named = listed([str(stray) for stray in strays[:_MOST_NAMED]])
+    return Finding(
+        "warning",
+        "runs-stray",
+        f"Simulated runs stray from the record ({len(strays)} of {runs}): {named}{more}. The search ended at a wrong "
+        "optimum, or the data or the model are wrong; standard errors do not cover that.",
+        "search",
+        "Check signs, units and the initial state; search from segments (`segments = ...` in [cost]), with free "
+        'initial states (`initial = "free"`), or from more starts (`starts = 20` in [optimizer]).',
+        trial=strays[0].trial if len(strays) == 1 else "",
+        channel=strays[0].channel.name if len(strays) == 1 else "",
+    )
+
+
+def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
+    """A finding for each free initial state of a trial that ended far from the first samples."""
+    found = []
+    outputs = {channel.name: channel for channel in cost.problem.model.outputs}
+    for parameter, value in zip(cost.parameters, x):
+        trial, channel = (
+            _start_of(parameter, cost.trials, outputs) if isinstance(parameter, InitialState) else (None,) * 2
+        )
+        if trial is None or channel is None:
+            continue
+        away = abs(float(value) - parameter.value)
+        if parameter.prior is not None:
+            far = away > _FAR_PRIORS * parameter.prior.sd
+        else:
+            size = motion(trial, list(outputs.values()), channel)
+            far = away > max(_FAR_NOISE * _noise(cost, trial, channel), _TURN if channel.angle else _FAR_MOTION * size)
+        if far:
+            found.append(
+                Finding(
+                    "warning",
+                    "initial-state-far",
+                    f"The initial {channel.name} of {trial.name!r} was estimated as {_shown(float(value), channel)}; "
+                    f"the first samples say {_shown(parameter.value, channel)}.",
+                    "search",
+                    'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset '
+                    "of the sensor.",
+                    trial=trial.name,
+                    channel=channel.name,
+                )
+            )
+    return found
+
+
+def step_to_minimum(residuals: Array, jacobian: Array, free: Flags) -> tuple[Array, float]:
+    """The Gauss-Newton step (K,) from an answer to the minimum, and by how much the cost would fall along it.
+
+    Args:
+        residuals: (M,), at the answer.
+        jacobian: (M, K), their derivatives.
+        free: (K,), parameters that no bound holds; the others do not move.
+    """
+    J = jacobian[:, free]
+    step = np.zeros(len(free))
+    step[free] = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
+    fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step[free]) ** 2)))
+    return step, fall
+
+
+def short_of_minimum(fall: float, code: str) -> Finding | None:
+    """The finding that a search with this outcome code ended short of a minimum; None where it did not."""
+    if not fall > _SHORT:
+        return None
+    why = {"budget": "its budget was used up", "deadline": "its time was over", "stall": "the cost no longer fell"}
+    return Finding(
+        "warning",
+        "not-at-minimum",
+        f"The search ended short of a minimum{f' ({why[code]})' if code in why else ''}: the cost could fall by about "
+        f"{fall:.2g} more, and standard errors hold at a minimum.",
+        "search",
+        'Give it more evaluations, or add a local solver: use = ["...", "least_squares"].',
+    )
+
+
+def motion(trial: Trial, channels: Sequence[Channel], of: Channel) -> float:
+    """How large the motion of a channel is in a trial, in its unit.
+
+    Positions and angles have no natural zero: the largest standard deviation of those of its unit. Else the largest
+    root mean square of the channels of its unit.
+    """
+    sizes = []
+    for channel in channels:
+        values = trial.outputs.get(channel.name)
+        if values is not None and channel.unit == of.unit and channel.angle == of.angle:
+            valid = values[np.isfinite(values)]
+            placed = channel.angle or channel.unit == "m"
+            sizes.append(_rms(valid - valid.mean() if placed and valid.size else valid))
+    return max((size for size in sizes if math.isfinite(size)), default=math.nan)
+
+
+def _start_of(
+    parameter: InitialState, trials: Sequence[Trial], outputs: dict[str, Channel]
+) -> tuple[Trial | None, Channel | None]:
+    """The trial and the recorded channel whose first samples a free initial state begins at; None where none is."""
+    for trial in trials:
+        name = parameter.name.removeprefix(f"{trial.name}: ")
+        if name != parameter.name and name in outputs and name in trial.outputs:
+            return trial, outputs[name]
+    return None, None
+
+
+def _noise_ratios(cost: StudyCost, predicted: Sequence[Array]) -> Array:
+    """Root mean square error over stated noise (trials, channels); NaN where it is estimated."""
+    channels = cost.problem.model.outputs
+    found = np.full((len(predicted), len(channels)), math.nan)
+    for number, (trial, y) in enumerate(zip(cost.trials, predicted)):
+        for column, channel in enumerate(channels):
+            if channel.name in cost.sigma and channel.name not in cost.estimated:
+                found[number, column] = _rms(_errors(trial, channel, y[:, column])) / cost.sigma[channel.name]
+    return found
+
+
+def _noise(cost: StudyCost, trial: Trial, channel: Channel) -> float:
+    """The stated noise of a channel; where it is estimated from the residuals, what the record's roughness says."""
+    if channel.name in cost.sigma and channel.name not in cost.estimated:
+        return cost.sigma[channel.name]
+    values = trial.outputs[channel.name]
+    valid = values[np.isfinite(values)]
+    # White noise of standard deviation s has second differences of standard deviation sqrt(6) s.
+    return _rms(np.diff(valid, 2)) / math.sqrt(6.0) if valid.size > 2 else math.inf
+
+
+def _errors(trial: Trial, channel: Channel, y: Array) -> Array:
+    measured = trial.outputs.get(channel.name)
+    if measured is None:
+        return np.zeros(0)
+    return np.asarray((measured - y)[np.isfinite(measured)])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
+
+
+def _shown(value: float, channel: Channel) -> str:
+    """A value as messages have it: angles and their rates in degrees."""
+    if channel.unit.startswith("rad"):
+        return f"{math.degrees(value):.3g} {channel.unit.replace('rad', 'deg', 1)}"
+    return f"{value:.3g} {'' if channel.unit == '1' else channel.unit}".strip()

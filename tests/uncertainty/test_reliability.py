@@ -1,0 +1,119 @@
+"""An answer that is wrong as a whole says so: runs astray, initial states far off, a search that ended short."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from astray_boat import NOISE, Boat, runs, study
+
+from seatruth import Estimate, identify
+from seatruth.costs import cost_of
+from seatruth.costs.options import TrajectoryOptions
+from seatruth.optimizers import Budget
+from seatruth.uncertainty.reliability import motion, short_of_minimum, step_to_minimum, stray_runs
+
+WRONG = {"K": -1.0, "U": -3.0}
+"""Start values from which the search ends half a turn off: the boat goes astern along the track, turned round."""
+
+
+def codes(estimate: Estimate) -> set[str]:
+    return {finding.code for finding in estimate.findings if finding.severity != "note"}
+
+
+def found_from(values: dict[str, float], **arguments: Any) -> Estimate:
+    changes = {"cost": TrajectoryOptions(initial=arguments.pop("initial", "free"))}
+    return identify(study(values=values, **changes), threads=1, **arguments)
+
+
+def test_a_fit_half_a_turn_off_is_found_and_no_parameter_is_called_identified() -> None:
+    found = found_from(WRONG)
+    assert found.outcome["code"] == "converged"
+    psi = found.fit.set_index("channel").loc["psi", "rmse"]
+    assert math.degrees(psi) == pytest.approx(160, abs=10)
+    assert {"runs-stray", "initial-state-far", "better-optimum"} <= codes(found)
+    assert set(found.parameters["verdict"]) == {"doubtful"}
+    stray = next(finding for finding in found.findings if finding.code == "runs-stray")
+    assert (stray.trial, stray.channel) == ("run 0", "psi")
+    assert "160 deg" in stray.message
+
+
+def test_a_good_fit_is_left_alone() -> None:
+    for initial in ("fixed", "free"):
+        found = found_from({}, initial=initial)
+        assert codes(found) == set()
+        assert set(found.parameters["verdict"]) == {"identified"}
+
+
+def test_the_noise_that_a_run_exceeds_is_read_from_the_record_where_it_is_estimated() -> None:
+    """The residuals of a wrong fit are no noise."""
+    found = identify(study(values=WRONG, noise={}), threads=1)
+    assert "runs-stray" in codes(found)
+    cost = cost_of(study(noise={}, values={"K": 0.5, "T": 3.0, "U": 1.5}), threads=1)
+    assert stray_runs(cost, cost.predict(cost.start)) == []
+
+
+def test_a_run_that_alone_is_far_beyond_its_noise_strays() -> None:
+    trials = list(runs(3))
+    cost = cost_of(study(3), threads=1)
+    exact = [np.column_stack([trial.outputs[name] + sd for name, sd in NOISE.items()]) for trial in trials]
+    assert stray_runs(cost, exact) == []
+    off = [y.copy() for y in exact]
+    off[1][:, 1] += 60.0 * NOISE["x"]  # 6 m: no more than a part of the track
+    (stray,) = stray_runs(cost, off)
+    assert (stray.trial, stray.channel.name) == ("run 1", "x")
+    assert "unlike the other runs" in str(stray)
+    everywhere = [y + np.array([0.0, 6.0, 0.0]) for y in exact]
+    assert stray_runs(cost, everywhere) == []
+    assert motion(trials[1], Boat().outputs, Boat().outputs[1]) > 6.0
+
+
+def test_the_motion_of_a_speed_is_its_size_and_of_a_place_its_spread() -> None:
+    trial = runs(1)[0]
+    _, x, y = Boat().outputs
+    spread = max(float(np.std(trial.outputs[name])) for name in ("x", "y"))
+    assert motion(trial, Boat().outputs, x) == motion(trial, Boat().outputs, y) == pytest.approx(spread)
+    moved = replace(trial, outputs={**trial.outputs, "x": trial.outputs["x"] + 1e4})
+    assert motion(moved, Boat().outputs, x) == pytest.approx(spread)
+
+
+def test_an_initial_state_within_its_prior_is_not_far() -> None:
+    away = study(cost=TrajectoryOptions(initial="free", initial_sd={"x": 30.0, "y": 30.0}), values=WRONG)
+    far = {f.channel for f in identify(away, threads=1).findings if f.code == "initial-state-far"}
+    assert not far & {"x", "y"}
+
+
+def test_segments_are_no_runs_that_could_stray() -> None:
+    made = study(values=WRONG, cost=TrajectoryOptions(segments=7.5))
+    assert "runs-stray" not in codes(identify(made, threads=1))
+
+
+def test_a_search_that_ended_short_leaves_what_it_would_still_move_in_doubt() -> None:
+    found = identify(study(), threads=1, budget=Budget(evaluations=9))
+    assert found.outcome["code"] == "budget"
+    short = next(finding for finding in found.findings if finding.code == "not-at-minimum")
+    assert "its budget was used up" in short.message
+    assert "doubtful" in set(found.parameters["verdict"])
+
+
+def test_the_step_to_the_minimum_of_a_linear_problem_is_exact() -> None:
+    rng = np.random.default_rng(0)
+    J, x = rng.normal(size=(20, 3)), np.array([1.0, -2.0, 0.5])
+    step, fall = step_to_minimum(J @ x, J, np.array([True, True, True]))
+    assert step == pytest.approx(-x)
+    assert fall == pytest.approx(0.5 * float((J @ x) @ (J @ x)))
+    held, less = step_to_minimum(J @ x, J, np.array([True, False, True]))
+    assert held[1] == 0.0
+    assert less < fall
+    assert short_of_minimum(0.05, "converged") is None
+    assert short_of_minimum(0.2, "converged") is not None
+
+
+def test_no_trial_is_needed_for_a_state_that_was_not_recorded() -> None:
+    """r is free and not recorded: nothing says where it should be."""
+    found = identify(study(2, cost=TrajectoryOptions(initial="free")), threads=1)
+    assert "run 1: r" in found.nuisances.index
+    assert codes(found) == set()
