@@ -11,7 +11,7 @@ from __future__ import annotations
 from seatruth.models.parameter import Parameter
 
 _BENZON = "[L] von Benzon et al. 2022, BlueROV2 heavy"
-_T200 = "[L] Blue Robotics, technical data of the T200"
+_T200 = "[L] Blue Robotics, technical data of the T200 (recalled, not looked up again)"
 _CHOSEN = "[S] chosen here"
 _KGF = 9.80665
 """N."""
@@ -78,9 +78,19 @@ HEAVY: tuple[Parameter, ...] = (
         "share of the thrust that goes linearly with the command",
     ),
     _value("l_t", 10.0, "m", 0.0, 300.0, _CHOSEN, "length of tether that follows the vehicle"),
-    _size("d_t", 0.0076, "m", "diameter of the tether", "[L] Blue Robotics, Fathom tether"),
+    _size(
+        "d_t", 0.0076, "m", "diameter of the tether", "[L] Blue Robotics, Fathom tether (recalled, not looked up again)"
+    ),
     _size("C_t", 1.2, "1", "drag coefficient of the tether across", _BENZON + ", normal drag of its tether"),
-    _value("w_t", 0.0, "N", -20.0, 20.0, "[L] Blue Robotics: the tether is neutrally buoyant", "weight of the tether"),
+    _value(
+        "w_t",
+        0.0,
+        "N",
+        -20.0,
+        20.0,
+        "[L] Blue Robotics: the tether is neutrally buoyant (recalled)",
+        "weight of the tether",
+    ),
     _value("x_t", -0.23, "m", -1.0, 1.0, _CHOSEN + ": the stern", "place of the tether, forward of the origin"),
     _value("z_t", 0.0, "m", -1.0, 1.0, _CHOSEN, "the same, below the origin"),
 )
