@@ -3,7 +3,7 @@
     python experiments/long_logs.py [--quick]
 
 Formats of tables hold a million rows of twelve channels. Formats of messages, whose libraries decode one message after
-another, hold 20,000 samples of eight channels or less, in three to five topics. The time is that of the processor,
+another, hold 2,000 samples of eight channels or less, in three to five topics. The time is that of the processor,
 of the process that reads the file and of the one that decodes it; the memory is the larger of what the two need.
 """
 
@@ -34,7 +34,7 @@ def body(options: Options, results: Results) -> None:
     results.expect(len(WRITERS))
     rows = []
     for name in WRITERS:
-        size = (1_000_000 if name in TABLES else 20_000) // (100 if options.quick else 1)
+        size = (1_000_000 if name in TABLES else 2_000) // (100 if options.quick else 1)
         definition = {"format": name, "samples": size}
         rows.append({"format": name, **results.stage(name, definition, functools.partial(in_process, name, size))})
     table = pd.DataFrame(rows)
