@@ -149,7 +149,7 @@ def topics(day: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The log as topics of an autopilot, each of which is sampled a little later than the one before."""
     monkeypatch.chdir(day)
     table = pd.read_csv(day / "day.csv", comment="#")
-    fields = {title.partition(" ")[0]: table[title].to_numpy(dtype=float) for title in table}
+    fields = {str(title).partition(" ")[0]: table[title].to_numpy(dtype=float) for title in table}
     own = {
         "gyro": ["heading", "rate of turn"],
         "steering": ["rudder", "rpm", "run"],
