@@ -182,8 +182,10 @@ def _settings(verdicts: Sequence[Mapping[str, Any]], out: Path) -> Settings:
     used = [json.dumps(own["settings"], sort_keys=True) for own in verdicts if own.get("settings")]
     if len(set(used)) > 1:
         raise BadInput("its cases were diagnosed with several settings", where=str(out), do="Diagnose it anew.")
-    given = json.loads(used[0]) if used else {}
-    return Settings(**{name: tuple(v) if isinstance(v, list) else v for name, v in given.items()})
+    given: dict[str, Any] = json.loads(used[0]) if used else {}
+    if "prior_sets" in given:
+        given["prior_sets"] = tuple(given["prior_sets"])
+    return Settings(**given)
 
 
 def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:

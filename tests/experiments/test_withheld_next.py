@@ -46,7 +46,9 @@ def menu_of(family: Family, records: list[Record]) -> Menu:
         inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
         outputs = {name: np.full(record.t.shape, float(name == "u")) for name in family.outputs}
         trials.append(Log(f"t{k}", record.t, inputs, outputs, synthetic=True))
-    model = SimpleNamespace(standard={}, inputs=[SimpleNamespace(name=name, unit=UNITS[name]) for name in names])
+    model = SimpleNamespace(
+        actuators=(), standard={}, inputs=[SimpleNamespace(name=name, unit=UNITS[name]) for name in names]
+    )
     problem: Any = SimpleNamespace(trials=trials, study=SimpleNamespace(model=model), outputs=family.outputs)
     return Menu(problem)
 

@@ -237,7 +237,11 @@ def test_numbers_that_are_not_finite_are_shown_as_words() -> None:
     found.gap.loc[0, ["rmse_refit", "multiple_refit"]] = math.inf
     found.time.loc[0, "misfit"] = math.inf
     assert "∞" in page(found)
-    found.validation = replace(found.validation, gap_explained=math.nan)
+    diverging = found.validation
+    found.validation = replace(diverging, gap_explained=math.nan)
+    assert "could not be predicted: the motion diverges" in page(found)
+    known = (replace(diverging.folds[0], error_effects=1.0),)
+    found.validation = replace(diverging, folds=known, gap_explained=math.nan)
     assert "no gap to explain" in page(found)
     found.gap[[f"multiple_{fit}" for fit in gap.FITS]] = np.nan
     found.gap["noise"] = 0.0

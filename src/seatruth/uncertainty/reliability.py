@@ -204,10 +204,15 @@ def _noise_ratios(cost: StudyCost, predicted: Sequence[Array]) -> Array:
 
 
 def _noise(cost: StudyCost, trial: Trial, channel: Channel) -> float:
-    """The stated noise of a channel; where it is estimated from the residuals, what the record's roughness says."""
+    """The stated noise of a channel; where it is estimated from the residuals, what the record's roughness says.
+
+    Infinite where the trial has too few samples of it, or none.
+    """
     if channel.name in cost.sigma and channel.name not in cost.estimated:
         return cost.sigma[channel.name]
-    values = trial.outputs[channel.name]
+    values = trial.outputs.get(channel.name)
+    if values is None:
+        return math.inf
     valid = values[np.isfinite(values)]
     # White noise of standard deviation s has second differences of standard deviation sqrt(6) s.
     return _rms(np.diff(valid, 2)) / math.sqrt(6.0) if valid.size > 2 else math.inf
