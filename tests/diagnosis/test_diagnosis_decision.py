@@ -218,3 +218,12 @@ def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None
     assert said.clusters[0].probability == pytest.approx(0.95)
     other = decided((("trial_current",), 0.6), (("current",), 0.35), ((), 0.05))
     assert other.clusters[0].effects == ("trial_current", "current")
+
+
+def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
+    alone = decided((("cross_flow",), 0.98), ((), 0.02))
+    assert (alone.kind, alone.form, alone.discrepancy) == ("unknown", ("cross_flow",), True)
+    assert alone.probability == pytest.approx(0.98)
+    beside = decided((("cross_flow", "rate_delay"), 0.9), (("rate_delay",), 0.09), ((), 0.01))
+    assert (beside.kind, [cause.effects for cause in beside.clusters]) == ("effects", [("rate_delay",)])
+    assert (beside.form, beside.discrepancy) == (("cross_flow",), True)

@@ -152,6 +152,7 @@ class Assembly:
         sentence = verdict_sentence(
             self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
+            form=[problem.effects[name].title for name in self.decision.form],
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(

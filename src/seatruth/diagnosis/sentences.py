@@ -41,6 +41,7 @@ def verdict_sentence(
     shares: Shares,
     validation: Validation | None,
     one_trial: bool,
+    form: Sequence[str] = (),
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
 
@@ -52,6 +53,7 @@ def verdict_sentence(
         shares: the split of the misfit.
         validation: prediction of trials that were left out, or None.
         one_trial: whether there is one trial only, so that none can be left out.
+        form: titles of effects that fit as a hull of another form does.
 
     Returns:
         Plain text; "+-" stands before standard errors.
@@ -63,7 +65,7 @@ def verdict_sentence(
     if kind == "underpowered":
         return _joined(_undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
-        return _unknown(causes, probability, shares)
+        return _joined(_unknown(causes, probability, shares), _of_another_form(form))
     return _named(causes, probability, discrepancy, shares, validation, one_trial)
 
 
@@ -184,6 +186,13 @@ def _named(
     if large:
         sentences.append(_prediction(validation, one_trial))
     return _joined(*sentences)
+
+
+def _of_another_form(titles: Sequence[str]) -> str:
+    """What fits, where damping of another form than the model's would fit as well."""
+    if not titles:
+        return ""
+    return f"It looks like {listed(titles)}, or like damping of another form than the model's, which shows the same."
 
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
