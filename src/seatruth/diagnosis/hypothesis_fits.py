@@ -60,6 +60,11 @@ def fit_null(found: Search) -> None:
         fit_once(found, (), False, start, sizes, attempt="from its fit with discrepancy")
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
+    # Discrepancy contains the model without it: where its fit is far behind, its search went astray.
+    bare, loose = found.fits.get(((), False)), found.fits.get(((), True))
+    if problem.discrepancy is not None and bare and (loose is None or loose.evidence < bare.evidence - _NESTED):
+        little = bare.sizes.with_discrepancy(_SMALL)
+        fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
     # Everything is measured by these fits, and a fit that begins at its own end may still find better noise.
     for on in (False, True):
         for number in range(1, 1 + _AGAIN):
