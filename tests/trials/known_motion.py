@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.trials import Step, Trial
+from seatruth.trials import Finding, Step, Trial
 
 Array = NDArray[np.float64]
 
@@ -81,3 +81,13 @@ def scattered(trial: Trial, every: int = 5) -> Trial:
     kept = trial.samples(rows)
     outputs = {c: np.where(rows % every == groups.get(c, 0), v, np.nan) for c, v in kept.outputs.items()}
     return kept.with_step(Step("read", {"own_clocks": list(outputs)}), outputs=outputs)
+
+
+def codes(findings: Sequence[Finding]) -> set[str]:
+    """Which findings there are."""
+    return {finding.code for finding in findings}
+
+
+def step_at(values: Array) -> Array:
+    values[1500:] += 1.0
+    return values
