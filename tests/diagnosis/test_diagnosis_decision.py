@@ -227,3 +227,21 @@ def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     beside = decided((("cross_flow", "rate_delay"), 0.9), (("rate_delay",), 0.09), ((), 0.01))
     assert (beside.kind, [cause.effects for cause in beside.clusters]) == ("effects", [("rate_delay",)])
     assert (beside.form, beside.discrepancy) == (("cross_flow",), True)
+
+
+def test_what_is_needed_is_judged_by_evidence_where_the_temperature_is_high() -> None:
+    """A calm basin: two errors of the rudder that do not predict explain most, and a wave drift helps beside them."""
+    sets = [
+        (("rudder_delay", "rudder_gain", "wave_drift"), 304.0, 0.98),
+        (("wave_drift",), 134.0, 0.02),
+        ((), 0.0, 0.0),
+    ]
+    said = decide(
+        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
+        available(),
+        SETTINGS,
+        near=lambda a, b: math.inf,
+        helps=lambda name, key: name == "wave_drift",
+        underpowered=False,
+    )
+    assert said.kind == "unknown"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatruth.effects import available, with_effects
-from seatruth.effects.filtered import FASTEST, SLOWEST
+from seatruth.effects.filtered import FASTEST, SLOWEST, Filtered
 from seatruth.models import load_model
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
@@ -41,6 +41,7 @@ def test_filters_are_as_fast_as_the_vehicle(model: str, time: float) -> None:
     for name in ("heading_delay", "rudder_delay", "rudder_backlash"):
         if not available()[name].missing(vehicle):
             fitted = available()[name].on(vehicle)
+            assert isinstance(fitted, Filtered)
             assert (fitted.filter_time, fitted.longest_step) == (pytest.approx(time), pytest.approx(2.0 * time))
     current = available()["current"]
     assert current.on(vehicle) is current

@@ -12,6 +12,7 @@ the other effects have been compared as well.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -24,7 +25,7 @@ from seatruth.effects.causes import is_within, lowest_common_ancestor
 from seatruth.effects.each_trial import EachTrial
 
 _NEEDED = 1e-3
-"""Probability of all answers without an effect, below which the trials need it: evidence of seven nats. [S]"""
+"""Probability of all answers without an effect, below which the trials need it, and odds of seven nats. [S]"""
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
 _ROUNDS = 3
@@ -203,7 +204,14 @@ def _needed(
     """
     foreign = any(not _is_structure(name, effects) for name in gone)
     total = sum(one.probability for one in left)
-    return foreign and total < _NEEDED and _explained(left) < _MOST * _explained(found)
+    # In evidence as well: where much is explained, the temperature leaves next to nothing improbable.
+    behind = _weight(found) - _weight(left) > -math.log(_NEEDED)
+    return foreign and (total < _NEEDED or behind) and _explained(left) < _MOST * _explained(found)
+
+
+def _weight(found: Sequence[Hypothesis]) -> float:
+    """Log-evidence and log-prior (nats) of the best of these hypotheses."""
+    return max((one.log_evidence + one.log_prior for one in found), default=-math.inf)
 
 
 def _explained(found: Sequence[Hypothesis]) -> float:
