@@ -45,6 +45,28 @@ class Nomoto(Model):
     def rhs(s, i, p):
         return (p.K * i.delta - s.r) / p.T, s.r
 '''
+FADE = '''
+"""A rudder that loses force with its angle."""
+
+from seatruth.effects import Effect
+from seatruth.models import Parameter
+
+
+class Fade(Effect):
+    name = "fade"
+    title = "rudder that fades with its angle"
+    cause = "actuator.steering.gain"
+    equation = "delta (1 - k |delta| / 0.35)"
+    source = "measured on the slipway"
+    needs_inputs = ("delta",)
+    acts_on = ("actuator:delta",)
+    parameters = (Parameter("k", 0.2, "1", min=-1.0, max=1.0),)
+    null = {"k": 0.0}
+
+    @staticmethod
+    def true_inputs(i, s, q, e):
+        return i._replace(delta=i.delta * (1.0 - q.k * abs(i.delta) / 0.35))
+'''
 EFFECTS = ("rudder_offset", "rudder_gain", "heading_bias", "gyro_bias")
 NOISE = {"r": math.radians(0.05), "psi": math.radians(0.2)}
 TRUE = {"K": 0.105, "T": 9.5}

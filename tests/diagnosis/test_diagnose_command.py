@@ -126,12 +126,12 @@ def test_the_augmented_study_simulates_and_identifies(folder: Path, diagnosis: D
 @pytest.mark.slow
 def test_a_user_s_own_effect_in_one_file_takes_part(folder: Path) -> None:
     """Beside a user's own model; the augmented study names the file where it lies."""
-    (folder / "fade.py").write_text(FADE)
+    (folder / "fade.py").write_text(small.FADE)
     runs = small.trials(folder, {"fade_k": 0.25}, specs=["fade.py:Fade"])
     place = folder / "faded"
     place.mkdir()
     small.files(small.folder_with_model(place), runs)
-    (place / "fade.py").write_text(FADE)
+    (place / "fade.py").write_text(small.FADE)
     shown = call(
         place, "diagnose", "study.toml", "--effects", f"{EFFECTS},fade.py:Fade", "--no-validation", "--threads", "1"
     )
@@ -141,30 +141,6 @@ def test_a_user_s_own_effect_in_one_file_takes_part(folder: Path) -> None:
     assert found.validation is None
     assert "fade.py:Fade" in (place / "study-diagnosis" / "augmented.toml").read_text()
     assert call(place, "simulate", "study-diagnosis/augmented.toml").returncode == 0
-
-
-FADE = '''
-"""A rudder that loses force with its angle."""
-
-from seatruth.effects import Effect
-from seatruth.models import Parameter
-
-
-class Fade(Effect):
-    name = "fade"
-    title = "rudder that fades with its angle"
-    cause = "actuator.steering.gain"
-    equation = "delta (1 - k |delta| / 0.35)"
-    source = "measured on the slipway"
-    needs_inputs = ("delta",)
-    acts_on = ("actuator:delta",)
-    parameters = (Parameter("k", 0.2, "1", min=-1.0, max=1.0),)
-    null = {"k": 0.0}
-
-    @staticmethod
-    def true_inputs(i, s, q, e):
-        return i._replace(delta=i.delta * (1.0 - q.k * abs(i.delta) / 0.35))
-'''
 
 
 @pytest.mark.slow

@@ -149,33 +149,9 @@ def test_a_black_box_gets_the_effects_that_act_from_outside(offset_runs: list[Tr
 
 @pytest.mark.slow
 def test_a_user_s_own_effect_takes_part(ship_folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "fade.py").write_text(FADE)
+    (tmp_path / "fade.py").write_text(small.FADE)
     (fade,) = load_effects(["fade.py:Fade"], tmp_path)
     small.folder_with_model(tmp_path)
     runs = small.trials(tmp_path, {"fade_k": 0.5}, specs=["fade.py:Fade"])
     found = diagnose(small.study(ship_folder, runs), [fade, *small.EFFECTS], threads=1, suggest=False)
     assert "fade" in (*found.named, *found.verdict.members), str(found)
-
-
-FADE = '''
-"""A rudder that loses force with its angle."""
-
-from seatruth.effects import Effect
-from seatruth.models import Parameter
-
-
-class Fade(Effect):
-    name = "fade"
-    title = "rudder that fades with its angle"
-    cause = "actuator.steering.gain"
-    equation = "delta (1 - k |delta| / 0.35)"
-    source = "measured on the slipway"
-    needs_inputs = ("delta",)
-    acts_on = ("actuator:delta",)
-    parameters = (Parameter("k", 0.2, "1", min=-1.0, max=1.0),)
-    null = {"k": 0.0}
-
-    @staticmethod
-    def true_inputs(i, s, q, e):
-        return i._replace(delta=i.delta * (1.0 - q.k * abs(i.delta) / 0.35))
-'''

@@ -25,6 +25,7 @@ Form = Literal["euler", "central", "trapezoid"]
 _HOLDS = ("foh", "zoh")
 
 
+@dataclass(frozen=True)
 class _Options:
     """What the options of all kinds have in common."""
 
@@ -40,7 +41,7 @@ class _Options:
         for name in changes:
             if name not in known:
                 raise BadInput(f"a {self.kind} cost has no option {name!r}", where="cost", do=nearest(name, known))
-        return dataclasses.replace(self, **changes)  # type: ignore[type-var]  # every subclass is a dataclass
+        return dataclasses.replace(self, **changes)
 
     def check(self, model: Model, where: str) -> None:
         """Checks what depends on the model. Raises BadInput; `where` names the study."""

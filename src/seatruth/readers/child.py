@@ -99,8 +99,10 @@ def refusal(what: str, where: str, do: str = "Copy or export it again.") -> dict
 
 def _why(problem: BaseException, path: str) -> tuple[str, str, str]:
     do = "Copy or export it again."
-    if all(hasattr(problem, name) for name in ("what", "where", "do")):
-        return str(problem.what), str(problem.where) or path, str(problem.do) or do  # type: ignore[attr-defined]  # BadInput
+    from seatruth.errors import SeatruthError
+
+    if isinstance(problem, SeatruthError):
+        return problem.what, problem.where or path, problem.do or do
     text = str(problem).strip().splitlines()
     return f"it is damaged ({text[0][:200] if text else type(problem).__name__})", path, do
 

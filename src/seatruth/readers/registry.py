@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint
+from typing import Any
 
 from seatruth import plugins
 from seatruth.errors import BadInput, PluginError, nearest
@@ -88,7 +89,8 @@ def load(name: str, points: Sequence[EntryPoint]) -> type[Reader]:
 
 def option_names(kind: type[Reader]) -> tuple[str, ...]:
     """What a study may set of a reader, in [files]."""
-    return tuple(field.name for field in dataclasses.fields(kind))  # type: ignore[arg-type]  # `load` checked that
+    checked: Any = kind  # `load` has seen that it is a dataclass, which its type cannot say
+    return tuple(field.name for field in dataclasses.fields(checked))
 
 
 def missing_modules(kind: type[Reader]) -> tuple[str, ...]:
