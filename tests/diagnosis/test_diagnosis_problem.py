@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import small_case as small
 
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
@@ -63,7 +64,17 @@ def test_derivatives_by_shared_unknowns(problem: Problem, kind: str) -> None:
         np.testing.assert_allclose(at.shared[:, column] / scale, expected / scale, atol=2e-5)
 
 
-def test_derivatives_by_initial_states_and_knots_of_each_trial(problem: Problem) -> None:
+@pytest.fixture(scope="module")
+def held_problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    """The same with inputs that are held between samples."""
+    study = small.study(ship_folder, small.shortened(offset_runs[:2], 40)).replace(cost=TrajectoryOptions(hold="zoh"))
+    return Problem(study, load_effects(small.EFFECTS, ship_folder), FEW, threads=1)
+
+
+@pytest.mark.parametrize("inputs", ["problem", "held_problem"])
+def test_derivatives_by_initial_states_and_knots_of_each_trial(inputs: str, request: pytest.FixtureRequest) -> None:
+    """Missing forces are straight lines between knots whether or not the recorded inputs are held."""
+    problem = request.getfixturevalue(inputs)
     point = somewhere(problem)
     at = problem.linearize(point, ())
     zero = np.zeros(len(problem.unknowns))

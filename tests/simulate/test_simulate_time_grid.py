@@ -30,6 +30,16 @@ def test_hold_of_inputs() -> None:
     assert ends["zoh"] == pytest.approx(held, rel=1e-9)
 
 
+def test_an_input_may_be_linear_where_others_are_held() -> None:
+    """Recorded orders are held from sample to sample, missing forces are not."""
+    t = np.arange(0.0, 21.0)
+    model = Lag()
+    model.linear = ("push",)
+    sim = simulator(model, [record_of(t, lambda x: x)], hold="zoh", max_step=0.02)
+    end = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).x_end[0, 0, 0]
+    assert end == pytest.approx(1.5 * (20.0 - 2.0 + 2.0 * math.exp(-10.0)), rel=1e-9)
+
+
 def test_steps_end_where_inputs_change() -> None:
     """A step in the input at an odd sample costs no accuracy: the exact answer comes out at fourth order."""
     t = np.array([0.0, 0.3, 0.37, 1.0, 1.9, 2.0])

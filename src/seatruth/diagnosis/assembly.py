@@ -91,15 +91,7 @@ class Assembly:
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False
-        effect, free = self.problem.effects[name], fit.solution.free.tolist()
-        columns = [
-            k for k, q in zip(self.problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
-        ]
-        place = [free.index(k) for k in columns]
-        covariance = fit.solution.covariance[np.ix_(place, place)]
-        distance = (fit.point.shared - self.problem.mean)[columns]
-        size = float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
-        if size < self.settings.least_noncentrality:
+        if fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
         return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 

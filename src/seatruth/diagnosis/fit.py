@@ -83,6 +83,17 @@ class Fit:
         found[self.solution.free] = np.sqrt(np.maximum(np.diag(self.solution.covariance), 0.0))
         return found
 
+    def significance(self, problem: Problem, name: str) -> float:
+        """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic)."""
+        effect, free = problem.effects[name], self.solution.free.tolist()
+        columns = [
+            k for k, q in zip(problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
+        ]
+        place = [free.index(k) for k in columns]
+        covariance = self.solution.covariance[np.ix_(place, place)]
+        distance = (self.point.shared - problem.mean)[columns]
+        return float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
+
 
 def fit(
     problem: Problem,

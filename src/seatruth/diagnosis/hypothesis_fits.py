@@ -106,7 +106,8 @@ def fit_once(
     `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
     finished one is stored.
     """
-    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
+    again = f", renewal {found.renewals}" if found.renewals else ""
+    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}{again}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))

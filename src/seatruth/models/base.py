@@ -123,6 +123,8 @@ class Model:
     """Actuators between their recorded order and what acts: the engine solves them, and the equations get what acts."""
     delays: Mapping[str, float] = MappingProxyType({})
     """s: dead time of an order, by input."""
+    linear: tuple[str, ...] = ()
+    """Inputs that change in straight lines between samples even where recorded inputs are held: missing forces."""
     trials: tuple[str, ...] = ()
     """Names of the trials that its equations tell apart by `e.trial`: those of effects with values for each trial."""
 

@@ -131,11 +131,11 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     share = (number[:, None] + nodes) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
     stage_t = t[interval][:, None] + share * intervals[interval][:, None]
     before, after = inputs[:-1][interval], inputs[1:][interval]
+    stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
+    stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
     if hold == "zoh":
-        stage_inputs = np.repeat(before[:, None, :], 3, axis=1)
-    else:
-        stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
-        stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
+        held = [k for k, channel in enumerate(model.inputs) if channel.name not in model.linear]
+        stage_inputs[:, :, held] = before[:, None, held]
     for k, delay in late:
         column = inputs[:, k].copy()
         inputs[:, k] = _delayed(t, column, t - delay, hold)

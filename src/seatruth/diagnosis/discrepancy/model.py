@@ -51,6 +51,8 @@ class DiscrepancyModel(ModelWrapper):
         parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
         inputs = [Channel(force_input(state), units[state]) for state in self.equations]
         super().__init__(base, inputs=inputs, parameters=parameters)
+        # Held forces would lag the knots, by which derivatives are taken, by half a sample.
+        self.linear = (*base.linear, *(channel.name for channel in inputs))
 
     def make_rhs(self) -> Equations:
         split_p, split_i, base, lacking = self.split_parameters(), self.split_inputs(), self.base.rhs, self._lacking()
