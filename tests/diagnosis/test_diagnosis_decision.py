@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from seatruth.diagnosis.decision import Decision, decide
+from seatruth.diagnosis.decision import Decision, decide, without_small
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
@@ -108,6 +108,31 @@ def test_two_effects_that_stand_in_for_one_another_are_one_cause() -> None:
     )
     names = [name for cause in said.clusters for name in cause.effects]
     assert len(names) == len(set(names))
+
+
+def test_a_long_list_of_effects_of_all_kinds_names_nothing() -> None:
+    """Trials that show nothing leave every effect a little probability: together they are no cause."""
+    few = ("current", "heading_bias", "rudder_gain")
+    many = (*few, "drag_increase", "speed_delay")
+    assert decided(*(((name,), 0.9 / 3) for name in few), ((), 0.1)).kind == "inseparable"
+    said = decided(*(((name,), 0.9 / 5) for name in many), ((), 0.1))
+    assert said.kind == "underpowered"
+    assert said.clusters == ()
+
+
+def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
+    found = hypotheses((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
+    said = decided((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
+    assert said.discrepancy
+    unknown = without_small(said, found, {"current": 0.01}.__getitem__, SETTINGS)
+    assert unknown.kind == "unknown"
+    assert unknown.clusters == ()
+    assert unknown.small == ("current",)
+    assert unknown.probability == pytest.approx(0.9)
+    for share in (0.3, math.nan):
+        assert without_small(said, found, {"current": share}.__getitem__, SETTINGS) == said
+    alone = decided((("current",), 0.95), ((), 0.05))
+    assert without_small(alone, found, {"current": 0.01}.__getitem__, SETTINGS) == alone
 
 
 def test_nothing_is_named_that_does_not_predict() -> None:

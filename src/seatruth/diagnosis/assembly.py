@@ -17,7 +17,7 @@ from seatruth.diagnosis.cross_validation import (
     predictive_gains,
     validate,
 )
-from seatruth.diagnosis.decision import Cluster, Decision, decide
+from seatruth.diagnosis.decision import Cluster, Decision, decide, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import without_discrepancy
@@ -64,7 +64,7 @@ class Assembly:
     @cached_property
     def decision(self) -> Decision:
         """What is said."""
-        return decide(
+        said = decide(
             self.hypotheses,
             self.problem.effects,
             self.settings,
@@ -74,6 +74,8 @@ class Assembly:
             converged=self.search.null.settled,
             gap=self._leaves_a_gap(),
         )
+        gap = Gap(self.search, self._deviation, said.shown)
+        return without_small(said, self.hypotheses, gap.share, self.settings)
 
     def _leaves_a_gap(self) -> bool:
         """Whether the refitted model without discrepancy leaves more than noise."""
@@ -145,6 +147,7 @@ class Assembly:
             self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
             form=[problem.effects[name].title for name in self.decision.form],
+            small=[problem.effects[name].title for name in self.decision.small],
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(

@@ -21,13 +21,16 @@ from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
-from seatruth.effects.causes import is_within, lowest_common_ancestor
+from seatruth.effects.causes import ROOT, is_within, lowest_common_ancestor
 from seatruth.effects.each_trial import EachTrial
 
 _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it, and odds of seven nats. [S]"""
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
+_MOST_APART = 3
+"""Effects of different families that are named as one cause that these trials cannot tell apart. [S] A longer list says
+that nothing is known."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
 _FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
@@ -60,6 +63,8 @@ class Decision:
     """The set of effects whose fit stands for the answer."""
     form: Key = ()
     """Effects that fit the trials as a hull of another form does, and are not named for that."""
+    small: Key = ()
+    """Effects that are significant beside a cause that is not in the library, but close next to none of the gap."""
 
 
 def decide(
@@ -122,6 +127,29 @@ def decide(
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
+def without_small(
+    decision: Decision, found: Sequence[Hypothesis], share: Callable[[str], float], settings: Settings
+) -> Decision:
+    """The decision, where what it names is worth naming.
+
+    Where the model also lacks something that no effect describes, and nothing that is named closes a part of the gap
+    that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
+    where nobody can say.
+    """
+    names = [
+        next(n for n in (*cluster.effects, *decision.shown) if n in decision.shown) for cluster in decision.clusters
+    ]
+    if not names or not decision.discrepancy or _explains(names, share, settings):
+        return decision
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, tuple(names))
+
+
+def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
+    """Whether one of these effects closes a part of the gap that matters, as far as anybody can say."""
+    return any(not share(name) < settings.small_share for name in names)
+
+
 @dataclass(frozen=True)
 class _Answer:
     """What the most probable set leads to: the causes that stand, and what was refused though it was probable."""
@@ -156,6 +184,7 @@ def _answer(
             for name in kept
             if min(candidates[name].probability, sure[name]) >= settings.name_threshold
             and not (_is_form(name, effects) or (_is_structure(name, effects) and _discrepancy(found, kept)))
+            and not _says_nothing(candidates[name])
         ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused += [name for name in probable if name not in passing]
@@ -167,6 +196,11 @@ def _answer(
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
     return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
+
+
+def _says_nothing(cluster: Cluster) -> bool:
+    """Whether a cluster is only a list of effects of all kinds."""
+    return cluster.cause == ROOT and len(cluster.effects) > _MOST_APART
 
 
 def _is_form(name: str, effects: Mapping[str, Effect]) -> bool:

@@ -42,6 +42,7 @@ def verdict_sentence(
     validation: Validation | None,
     one_trial: bool,
     form: Sequence[str] = (),
+    small: Sequence[str] = (),
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
 
@@ -54,6 +55,7 @@ def verdict_sentence(
         validation: prediction of trials that were left out, or None.
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
+        small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
 
     Returns:
         Plain text; "+-" stands before standard errors.
@@ -65,7 +67,8 @@ def verdict_sentence(
     if kind == "underpowered":
         return _joined(_undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
-        return _joined(_unknown(causes, probability, shares), _of_another_form(form))
+        beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
+        return _joined(_unknown(causes, probability, shares), _of_another_form(form), beside)
     return _named(causes, probability, discrepancy, shares, validation, one_trial)
 
 
