@@ -191,6 +191,25 @@ def test_the_solution_is_the_posterior_mean(
     np.testing.assert_allclose(found.covariance / scale, expected / scale, atol=1e-5)
 
 
+@pytest.mark.parametrize("damping", [1.0, 1e3])
+def test_a_damped_step_charges_for_the_way_from_the_point(problem: Problem, at: Linearization, damping: float) -> None:
+    """(J' R^-1 J + (1 + damping) P^-1) step = P^-1 (prior mean - point) - J' R^-1 errors, with every matrix written."""
+    sizes = sizes_of(problem, terms=True, forces=True)
+    dense = Dense(problem, at, sizes, EFFECTS)
+    free = np.flatnonzero(np.diag(dense.P) > 0.0)
+    J, precision = dense.J[:, free], np.linalg.inv(dense.P[np.ix_(free, free)])
+    weighted = J.T @ np.linalg.inv(dense.noise)
+    right = precision @ dense.offset[free] - weighted @ dense.errors
+    step = np.zeros(len(dense.P))
+    step[free] = np.linalg.solve(weighted @ J + (1.0 + damping) * precision, right)
+    found = Likelihood(problem, at).damped(damping).solve(sizes, EFFECTS)
+    S, L = dense.S, at.local.shape[1]
+    scale = np.abs(step[:S]).max()
+    np.testing.assert_allclose(found.shared, step[:S], atol=1e-4 * scale, rtol=1e-3)
+    for trial in range(3):
+        np.testing.assert_allclose(found.local[trial], step[S + trial * L : S + (trial + 1) * L], atol=1e-6, rtol=1e-3)
+
+
 def test_information_is_what_the_likelihood_curves_by(problem: Problem, at: Linearization) -> None:
     """Everything but these effects integrated out: J' (noise + J P J')^-1 J, and its product with the best distance."""
     sizes = sizes_of(problem, terms=True, forces=True)

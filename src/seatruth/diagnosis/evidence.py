@@ -1,8 +1,9 @@
 """What an effect's evidence is worth when not even the order of its magnitude is known.
 
-A typical magnitude says how large an effect may be; most are smaller, and by how much nobody knows. So the prior of an
-effect's magnitude is normal with a deviation of the typical one (times `prior_width`), or of a half, a quarter, ... of
-it, each as probable as the other. A single wide prior would over-penalise weak effects.
+A typical magnitude says how large an effect may be; most are smaller, some larger, and by how much nobody knows. So the
+prior of an effect's magnitude is normal with a deviation of the typical one (times `prior_width`), or of four times, a
+quarter, ... of it, each as probable as the other. A single wide prior would over-penalise weak effects, a single narrow
+one strong ones.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 
 _MOST_COMBINED = 3
-"""Effects at once for which all combinations of scales are averaged; more would take 6^n evaluations."""
+"""Effects at once for which all combinations of scales are averaged; more would take 4^n evaluations."""
 
 
 def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indices], scales: Sequence[float]) -> float:
@@ -27,7 +28,7 @@ def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indi
         pull: (n,), the same times their most probable distance from the prior means.
         sd: (n,), prior deviations at scale 1.
         groups: entries of each effect's magnitudes.
-        scales: parts of the prior deviation, each as probable as the others.
+        scales: parts and multiples of the prior deviation, each as probable as the others.
 
     Example:
         >>> round(scale_gain(np.eye(1), np.array([0.1]), np.array([10.0]), [np.array([0])], (1.0, 0.1)), 2)

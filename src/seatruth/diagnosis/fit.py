@@ -1,9 +1,9 @@
 """The most probable values of all unknowns of a hypothesis, and its evidence there.
 
-Gauss-Newton steps with backtracking on the whitened errors and the priors, the sizes of noise and discrepancy set anew
-at each point by restricted maximum likelihood. While errors are many times the noise, the noise of each channel is
-inflated to their size: a long run that strays from its record is drawn near it before it is fitted closely. The
-evidence is Laplace's approximation at the optimum (MacKay 2003, Information Theory, Inference, and Learning
+Gauss-Newton steps, damped where runs bend, on the whitened errors and the priors, the sizes of noise and discrepancy
+set anew at each point by restricted maximum likelihood. While errors are many times the noise, the noise of each
+channel is inflated to their size: a long run that strays from its record is drawn near it before it is fitted closely.
+The evidence is Laplace's approximation at the optimum (MacKay 2003, Information Theory, Inference, and Learning
 Algorithms, chapter 27).
 """
 
@@ -32,6 +32,10 @@ from seatruth.trials.prepare.filters import MAD_TO_SD
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
+_LARGE_PART = 0.5
+"""Part of a step from which no other step is tried. [S]"""
+_DAMPINGS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
+"""Dampings (Marquardt 1963) that are tried else. [S] At 1e5 hardly anything moves."""
 _CLOSE = 3.0
 """Median error, in noise deviations, from which a channel's noise is no longer inflated."""
 _NO_NEARER = 0.03
@@ -46,6 +50,8 @@ _ROUNDS = 10
 """Most times that steps and sizes take turns; one or two are usual."""
 _SAME_SIZES = 1.0
 """Rise of the evidence (nats) by new sizes below which the point is not sought again under them. [S]"""
+_STILL = 4
+"""Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
 _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
@@ -119,7 +125,7 @@ def fit(
     point, sizes = _approached(problem, effects, point, sizes)
     reached = -math.inf
     for round_ in range(_ROUNDS):
-        last, settled = -math.inf, False
+        last, settled, highest, still = -math.inf, False, -math.inf, 0
         for number in range(settings.fit_steps):
             at = problem.linearize(point, effects, discrepancy=discrepancy)
             if not np.isfinite(at.errors).all():
@@ -133,6 +139,11 @@ def fit(
             if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
                 break
             last = value
+            still = 0 if value > highest + _SAME_SIZES else still + 1
+            highest = max(highest, value)
+            if still >= _STILL:
+                settled = True
+                break
             point, fall = _step(problem, effects, point, sizes, likelihood)
             if fall < settings.settled:
                 settled = True
@@ -173,18 +184,32 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
 def _step(
     problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes, likelihood: Likelihood
 ) -> tuple[Point, float]:
-    """One step with backtracking: the new point, and the fall of the objective (nats)."""
-    try:
-        step = likelihood.solve(sizes, effects)
-    except np.linalg.LinAlgError:
-        return point, 0.0
+    """One step: the new point, and the fall of the objective (nats).
+
+    A Gauss-Newton step with backtracking. A long run bends: where only a small part of the step is of use, steps of
+    Levenberg and Marquardt are tried as well. They hold back what the trials hardly determine, and not what they do.
+    """
     before = objective(problem, point, likelihood.errors, sizes, effects, likelihood)
-    for part in _PARTS:
+    best, reached = point, before
+
+    def better(step: Solution, part: float) -> bool:
+        nonlocal best, reached
         trial = problem.moved(point, step.shared, step.local, part)
         after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
-        if after < before:
-            return trial, before - after
-    return point, 0.0
+        if not after < reached:
+            return False
+        best, reached = trial, after
+        return True
+
+    try:
+        whole = likelihood.solve(sizes, effects)
+        part = next((part for part in _PARTS if better(whole, part)), 0.0)
+        if part < _LARGE_PART:
+            for damping in _DAMPINGS:
+                better(likelihood.damped(damping).solve(sizes, effects), 1.0)
+    except np.linalg.LinAlgError:
+        pass
+    return best, before - reached
 
 
 def _final_sizes(

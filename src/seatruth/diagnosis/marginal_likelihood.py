@@ -14,6 +14,7 @@ the density of a trial left out costs nothing more.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -92,6 +93,20 @@ class Likelihood:
         knot = np.arange(problem.settings.knots)
         memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
         self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
+        self._tightness = 1.0
+
+    def damped(self, damping: float) -> Likelihood:
+        """The same with every prior drawn towards the point: its steps are Levenberg and Marquardt's.
+
+        To each squared distance from the prior mean comes `damping` times the squared distance from the point, in the
+        same metric. What the trials determine is hardly held back, what only the priors hold is. For `solve` alone: it
+        is no likelihood of anything.
+        """
+        held = copy.copy(self)
+        held._offset, held._local_offset = self._offset / (1.0 + damping), self._local_offset / (1.0 + damping)
+        held._tightness = 1.0 / math.sqrt(1.0 + damping)
+        held._last_gram = held._last_reduced = None
+        return held
 
     def close(self, sizes: Sizes) -> None:
         """Frees the memory of everything but these sizes' noise: no other shape of noise can be asked for then."""
@@ -201,7 +216,7 @@ class Likelihood:
                 block = self.equation_root(sizes.terms, sizes.coupling, equations)
                 rows = len(first) + members
                 root[rows[:, :, None], rows[:, None, :]] = block
-        return at, root
+        return at, self._tightness * root
 
     def local_root(self, sizes: Sizes) -> Array:
         """A square root (L, L) of the prior covariance of a trial's own unknowns, or of its initial states alone."""
@@ -211,7 +226,7 @@ class Likelihood:
         root[range(count), range(count)] = self.problem.initial_sd
         if lacking:
             root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
-        return root
+        return self._tightness * root
 
     def equation_root(self, log_sizes: Array, coupling: Array, equations: Indices | None = None) -> Array:
         """A square root (E, E) of the covariance of missing accelerations between all equations, or these ones."""
