@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.special import logsumexp
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, truncnorm
 
 from seatruth.diagnosis.evidence import scale_gain
 
@@ -34,6 +35,40 @@ def test_it_is_the_mean_of_the_evidence_over_the_scales(groups: list[list[int]])
     expected = float(logsumexp(values)) - math.log(len(values)) - log_density(sd)
     got = scale_gain(J.T @ J, J.T @ y, sd, [np.array(group) for group in groups], SCALES)
     assert got == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, math.inf), (-math.inf, 0.0), (-0.5, 2.0), (0.0, 0.3)])
+@pytest.mark.parametrize("pull", [-30.0, -3.0, 0.0, 2.0, 30.0])
+def test_a_parameter_keeps_to_its_bounds(low: float, high: float, pull: float) -> None:
+    """Against the integral: the mean of the likelihood over the prior that is cut at the bounds."""
+    information = 9.0
+    values = []
+    for scale in SCALES:
+        prior = truncnorm(low / scale, high / scale, scale=scale)
+        ends = max(low, -12.0), min(high, 12.0)
+        q = np.linspace(*ends, 400_001)
+        density = np.exp(pull * q - 0.5 * information * q**2 - 0.5 * pull**2 / information) * prior.pdf(q)
+        values.append(float(trapezoid(density, q)))
+    whole = 0.5 * pull**2 / (information + 1.0) - 0.5 * math.log(1.0 + information)
+    expected = math.log(float(np.mean(values))) + 0.5 * pull**2 / information - whole
+    got = scale_gain(
+        np.array([[information]]),
+        np.array([pull]),
+        np.ones(1),
+        [np.array([0])],
+        SCALES,
+        np.array([low]),
+        np.array([high]),
+    )
+    assert got == pytest.approx(expected, abs=1e-3)
+
+
+def test_an_effect_that_would_have_to_be_negative_gains_nothing() -> None:
+    """A delay that the trials ask to be -12 standard errors: 72 nats about its bound, of values that it cannot have."""
+    information, pull = np.array([[1e4]]), np.array([-1200.0])
+    about = 0.5 * float(pull[0] ** 2) / (1e4 + 1.0) - 0.5 * math.log(1e4 + 1.0)
+    gain = scale_gain(information, pull, np.ones(1), [np.array([0])], (1.0,), np.zeros(1), np.array([math.inf]))
+    assert -10.0 < about + gain < -5.0
 
 
 def test_weak_effects_gain_and_none_loses_more_than_the_number_of_scales() -> None:

@@ -84,6 +84,15 @@ def test_the_step_at_the_optimum_is_small(problem: Problem) -> None:
     assert (np.abs(found.solution.shared[free]) < 0.3 * found.stderr(problem)[free]).all()
 
 
+def test_a_delay_that_would_have_to_be_negative_is_none(ship_folder: Path) -> None:
+    """The rudder acts a second ahead of its record: a delay is at its bound, and gains nothing over the model alone."""
+    runs = [replace(run, inputs={"delta": np.roll(run.inputs["delta"], 1)}) for run in small.trials(ship_folder)]
+    early = small.problem(ship_folder, runs, ("rudder_delay",))
+    alone, delayed = fitted(early, ()), fitted(early, ("rudder_delay",))
+    assert delayed.point.shared[early.columns["rudder_delay"]] == 0.0
+    assert alone.evidence - 10.0 < delayed.evidence < alone.evidence
+
+
 def test_what_is_not_free_stays(problem: Problem) -> None:
     found = fitted(problem, ("gyro_bias",))
     stderr = found.stderr(problem)

@@ -80,9 +80,11 @@ def _predictive(problem: Problem, at: Fit) -> Array:
     edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
     block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
     whole, here = at.likelihood.log_likelihood(at.sizes, at.effects), at.linearized(problem)
-    rest = [
-        Likelihood(problem, here, keep=block != left).log_likelihood(at.sizes, at.effects) for left in range(_BLOCKS)
-    ]
+    rest = []
+    for left in range(_BLOCKS):
+        others = Likelihood(problem, here, keep=block != left)
+        others.held = at.likelihood.held
+        rest.append(others.log_likelihood(at.sizes, at.effects))
     return whole - np.array(rest)
 
 

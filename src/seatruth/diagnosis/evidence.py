@@ -4,6 +4,10 @@ A typical magnitude says how large an effect may be; most are smaller, some larg
 prior of an effect's magnitude is normal with a deviation of the typical one (times `prior_width`), or of four times, a
 quarter, ... of it, each as probable as the other. A single wide prior would over-penalise weak effects, a single narrow
 one strong ones.
+
+Many parameters have their null at a bound: a delay, a play, a rate limit are not negative. Where the trials ask for a
+value beyond it, the normal approximation credits the effect with values that it cannot have. So each evidence is that
+of the prior within the bounds: the share of the posterior that lies between them, over the share of the prior.
 """
 
 from __future__ import annotations
@@ -13,15 +17,25 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import log_ndtr
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Array, Flags, Indices
 
 _MOST_COMBINED = 3
 """Effects at once for which all combinations of scales are averaged; more would take 4^n evaluations."""
 
 
-def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indices], scales: Sequence[float]) -> float:
-    """Rise of the log-evidence (nats) when the magnitudes of each effect have a scale of their own.
+def scale_gain(
+    information: Array,
+    pull: Array,
+    sd: Array,
+    groups: Sequence[Indices],
+    scales: Sequence[float],
+    low: Array | None = None,
+    high: Array | None = None,
+    held: Flags | None = None,
+) -> float:
+    """Rise of the log-evidence (nats) when each effect's magnitudes have a scale of their own and keep to their bounds.
 
     Args:
         information: (n, n), of the trials about the effects' parameters, everything else integrated out.
@@ -29,20 +43,28 @@ def scale_gain(information: Array, pull: Array, sd: Array, groups: Sequence[Indi
         sd: (n,), prior deviations at scale 1.
         groups: entries of each effect's magnitudes.
         scales: parts and multiples of the prior deviation, each as probable as the others.
+        low: (n,), lower bounds less the prior means; none where None.
+        high: (n,), upper bounds less the prior means.
+        held: (n,), which parameters the evidence that rises holds at their prior means; none where None.
 
     Example:
         >>> round(scale_gain(np.eye(1), np.array([0.1]), np.array([10.0]), [np.array([0])], (1.0, 0.1)), 2)
         1.4
     """
-    if not groups or len(groups) > _MOST_COMBINED:
+    if not groups:
         return 0.0
-    whole = _evidence(information, pull, sd)
+    low = np.full(len(sd), -math.inf) if low is None else low
+    high = np.full(len(sd), math.inf) if high is None else high
+    free = np.ones(len(sd), dtype=np.bool_) if held is None else ~held
+    whole = _evidence(information[np.ix_(free, free)], pull[free], sd[free])
+    if len(groups) > _MOST_COMBINED:
+        return _evidence(information, pull, sd) + _within(information, pull, sd, low, high) - whole
     found = []
     for combination in itertools.product(scales, repeat=len(groups)):
         own = sd.copy()
         for entries, scale in zip(groups, combination):
             own[entries] *= scale
-        found.append(_evidence(information, pull, own))
+        found.append(_evidence(information, pull, own) + _within(information, pull, own, low, high))
     top = max(found)
     return top + math.log(sum(math.exp(value - top) for value in found) / len(found)) - whole
 
@@ -53,3 +75,25 @@ def _evidence(information: Array, pull: Array, sd: Array) -> float:
     values = np.maximum(values, 1.0)
     along = vectors.T @ (pull * sd)
     return 0.5 * float((along**2 / values).sum()) - 0.5 * float(np.log(values).sum())
+
+
+def _within(information: Array, pull: Array, sd: Array, low: Array, high: Array) -> float:
+    """Log share of the posterior between the bounds less that of the prior, parameter by parameter."""
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    if not bounded.size:
+        return 0.0
+    scaled = np.linalg.inv(np.eye(len(sd)) + information * np.outer(sd, sd))
+    mean = (scaled @ (pull * sd))[bounded]
+    deviation = np.sqrt(np.maximum(np.diag(scaled)[bounded], 1e-300))
+    ends = low[bounded] / sd[bounded], high[bounded] / sd[bounded]
+    inside = _log_between((ends[0] - mean) / deviation, (ends[1] - mean) / deviation)
+    return float((inside - _log_between(*ends)).sum())
+
+
+def _log_between(low: Array, high: Array) -> Array:
+    """Logarithm of the normal probability between two values each, exact in both tails."""
+    flipped = low > 0.0
+    a, b = np.where(flipped, -high, low), np.where(flipped, -low, high)
+    upper, lower = log_ndtr(b), log_ndtr(a)
+    with np.errstate(divide="ignore"):
+        return np.asarray(upper + np.log1p(-np.exp(np.minimum(lower - upper, 0.0))))

@@ -95,6 +95,7 @@ class Fit:
         columns = [
             k for k, q in zip(problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
         ]
+        columns = [k for k in columns if k in free]
         place = [free.index(k) for k in columns]
         covariance = self.solution.covariance[np.ix_(place, place)]
         distance = (self.point.shared - problem.mean)[columns]
@@ -130,7 +131,7 @@ def fit(
             at = problem.linearize(point, effects, discrepancy=discrepancy)
             if not np.isfinite(at.errors).all():
                 break
-            likelihood = Likelihood(problem, at)
+            likelihood = likelihood_at(problem, at, sizes, effects)
             sizes, value = maximise(
                 of_sizes(likelihood, effects, known), sizes, settings, channels=channels,
                 noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
@@ -169,7 +170,7 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
             break
         inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
         at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
-        likelihood = Likelihood(problem, at)
+        likelihood = likelihood_at(problem, at, inflated, effects)
         moved, _ = _step(problem, effects, point, inflated, likelihood)
         nearer = _distances(problem, problem.errors(moved), sizes)
         progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
@@ -212,6 +213,13 @@ def _step(
     return best, before - reached
 
 
+def likelihood_at(problem: Problem, at: Linearization, sizes: Sizes, effects: Sequence[str]) -> Likelihood:
+    """The likelihood at a linearization, with what would leave its bounds held there."""
+    found = Likelihood(problem, at)
+    found.hold_at_bounds(sizes, effects, at.point)
+    return found
+
+
 def _final_sizes(
     problem: Problem,
     effects: tuple[str, ...],
@@ -229,7 +237,7 @@ def _final_sizes(
     at = problem.linearize(point, effects, discrepancy=discrepancy)
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
-    likelihood = Likelihood(problem, at)
+    likelihood = likelihood_at(problem, at, sizes, effects)
     evidence = of_sizes(likelihood, effects, known)
     before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
@@ -261,7 +269,7 @@ def fit_at(
     """The fit whose optimum is at this point, with these sizes."""
     effects = tuple(effects)
     at = problem.linearize(point, effects, discrepancy=discrepancy)
-    likelihood = Likelihood(problem, at)
+    likelihood = likelihood_at(problem, at, sizes, effects)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
     solution = likelihood.solve(sizes, effects)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, of_sizes, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, likelihood_at, of_sizes, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import from_equation_error, moved_to, with_effect, without_effects
 from seatruth.diagnosis.marginal_likelihood import Likelihood
@@ -32,6 +32,9 @@ _AGAIN = 3
 """Times that the model alone is fitted again from its own end. [S]"""
 _NESTED = 8.0
 """nats by which a set may be behind one that it contains: what a prior that is too wide costs."""
+_ASTRAY = 1000.0
+"""nats by which a fit without missing forces may be behind for one with them to begin there. [S] Further behind, it has
+left its record."""
 _LARGE = math.log(0.3)
 """Log size of discrepancy from which runs that stray are fitted."""
 _SMALL = math.log(0.003)
@@ -153,8 +156,9 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
         fit_once(found, key, True, got.point, _beside(found, got, near))
         return
     sizes = near.sizes.with_discrepancy()
-    loose = fit_once(found, key, True, _stepped(problem, likelihood, sizes, key, start), sizes)
-    if got is not None:
+    # Not a whole step away: the near fit is at its optimum, and a long run does not survive one.
+    loose = fit_once(found, key, True, start, sizes)
+    if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
         loose = fit_once(found, key, True, got.point, sizes, attempt="from its fit without discrepancy") or loose
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
@@ -184,7 +188,7 @@ def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
         return little
     as_near = [near.sizes.shrunk(part) for part in PARTS]
     options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
-    likelihood = Likelihood(found.problem, found.problem.linearize(got.point, got.effects))
+    likelihood = likelihood_at(found.problem, found.problem.linearize(got.point, got.effects), got.sizes, got.effects)
     return max(options, key=of_sizes(likelihood, got.effects, found.known))
 
 

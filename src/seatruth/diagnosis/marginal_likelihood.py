@@ -24,7 +24,7 @@ from scipy.linalg import cho_solve
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
-from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -94,6 +94,23 @@ class Likelihood:
         memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
         self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
         self._tightness = 1.0
+        self.held: tuple[int, ...] = ()
+        """Unknowns of effects that stay at their prior means, though their effect is in the hypothesis."""
+
+    def hold_at_bounds(self, sizes: Sizes, effects: Sequence[str], point: Point) -> None:
+        """Holds what stands at a null that is a bound, where the trials ask for a value beyond it.
+
+        A delay, a play, a slowness are not negative. Free, such a value would be credited with what it cannot explain,
+        and everything else, noise included, would be set as if it did.
+        """
+        problem, mean, self.held = self.problem, self.problem.mean, ()
+        own = np.array([int(k) for name in effects for k in problem.columns[name]], dtype=np.intp)
+        low, high = mean[own] == problem.low[own], mean[own] == problem.high[own]
+        if not ((point.shared[own] == mean[own]) & (low | high)).any():
+            return
+        step = self.solve(sizes, effects).shared[own]
+        beyond = (point.shared[own] == mean[own]) & ((low & (step < 0.0)) | (high & (step > 0.0)))
+        self.held = tuple(own[beyond].tolist())
 
     def damped(self, damping: float) -> Likelihood:
         """The same with every prior drawn towards the point: its steps are Levenberg and Marquardt's.
@@ -129,7 +146,7 @@ class Likelihood:
         return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half)
 
     def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
-        """The same, averaged over the unknown order of each effect's magnitude (`evidence.py`)."""
+        """The same, averaged over the unknown order of each effect's magnitude, within its bounds (`evidence.py`)."""
         value = self.log_likelihood(sizes, effects, trials)
         if not effects or not math.isfinite(value):
             return value
@@ -144,7 +161,10 @@ class Likelihood:
             magnitude = [j for j, q in enumerate(self.problem.effects[name].parameters) if q.name not in shapes]
             groups.append(np.array([k + j for j in magnitude], dtype=np.intp))
             k += count
-        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales)
+        own = np.concatenate([self.problem.columns[name] for name in effects])
+        low, high = (end[own] - self.problem.mean[own] for end in (self.problem.low, self.problem.high))
+        held = np.isin(own, self.held)
+        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales, low, high, held)
 
     def information(
         self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None
@@ -208,7 +228,7 @@ class Likelihood:
         on = bool(np.isfinite(sizes.terms).any())
         first = [self.place[int(c)] for c in problem.coefficients]
         middle = [self.place[int(c)] for c in problem.terms] if on else []
-        own = [self.place[int(c)] for name in effects for c in problem.columns[name]]
+        own = [self.place[int(c)] for name in effects for c in problem.columns[name] if int(c) not in self.held]
         at = np.array([*first, *middle, *own], dtype=np.intp)
         root = np.diag(problem.sd[self.columns[at]])
         if on and problem.discrepancy is not None:

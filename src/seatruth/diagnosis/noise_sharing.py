@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.fit import Fit, of_sizes
+from seatruth.diagnosis.fit import Fit, likelihood_at, of_sizes
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
-from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.sizes import Sizes
 
 _ROUNDS = 3
@@ -54,7 +53,8 @@ def _better_noise(found: Search, fit: Fit, offers: Sequence[Sizes]) -> Sizes | N
     others = [one for one in offers if (one.shape, one.white.tobytes()) != (fit.sizes.shape, fit.sizes.white.tobytes())]
     if not others:
         return None
-    value = of_sizes(Likelihood(found.problem, fit.linearized(found.problem)), fit.effects, found.known)
+    likelihood = likelihood_at(found.problem, fit.linearized(found.problem), fit.sizes, fit.effects)
+    value = of_sizes(likelihood, fit.effects, found.known)
     own = value(fit.sizes)
     whole = [replace(fit.sizes, white=one.white, shape=one.shape) for one in others]
     if fit.discrepancy:
