@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import math
 import random
 import sys
 import time
@@ -42,17 +43,22 @@ class Tally:
                 self.gave_way.append(f"{case}: {verdict.reason}")
 
 
-def run(target: Target, cases: int, seed: int, kept: Path) -> Tally:
-    """Gives a target so many mutated inputs. Those that it gives way to are written into the folder `kept`."""
+def run(target: Target, cases: int, seed: int, kept: Path, seconds: float = math.inf) -> Tally:
+    """Gives a target so many mutated inputs, for so long at most.
+
+    Those that it gives way to are written into the folder `kept`.
+    """
     target.take(target.examples[0])  # loads what is loaded once
     tally, begun = Tally(target.name), time.perf_counter()
     for data in mutants(target, cases, seed):
+        if time.perf_counter() - begun > seconds:
+            break
         judge(target, data, tally, kept)
     tally.seconds = time.perf_counter() - begun
     return tally
 
 
-def guided(target: Target, cases: int, seed: int, kept: Path) -> Tally:
+def guided(target: Target, cases: int, seed: int, kept: Path, seconds: float = math.inf) -> Tally:
     """The same, led by what is covered (atheris, that is libFuzzer). It instruments the whole process."""
     import atheris  # an extra: there are no wheels for every system
 
@@ -61,7 +67,7 @@ def guided(target: Target, cases: int, seed: int, kept: Path) -> Tally:
 
     def one(data: bytes) -> None:
         judge(target, data, tally, kept)
-        if tally.tried >= cases:
+        if tally.tried >= cases or time.perf_counter() - begun > seconds:
             tally.seconds = time.perf_counter() - begun
             raise _Done
 
