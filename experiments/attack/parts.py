@@ -14,6 +14,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from attack import boat, fuzz, guard, hostile, inputs, kills, models
 from attack.fuzz import Tally
@@ -61,10 +62,20 @@ def run(part: str, cases: int, seed: int, out: Path, guided: bool, seconds: floa
     """Runs a part here, for so long at most, and writes its tally."""
     os.environ.setdefault("SEATRUTH_THREADS", "1")
     place = Path(tempfile.mkdtemp(prefix="attack-"))
+
+    def ended(tally: Tally) -> NoReturn:
+        _answer(part, out).write_text(json.dumps(dataclasses.asdict(tally)))
+        shutil.rmtree(place, ignore_errors=True)
+        os._exit(0)
+
+    if guided:
+        warnings.simplefilter("ignore")
+        (target,) = inputs.targets(place, [part])
+        fuzz.guided(target, cases, seed, out / "gave way", seconds, ended)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            tally = _tally(part, cases, seed, place, out / "gave way", guided, seconds)
+            tally = _tally(part, cases, seed, place, out / "gave way", seconds)
     finally:
         shutil.rmtree(place, ignore_errors=True)
     _answer(part, out).write_text(json.dumps(dataclasses.asdict(tally)))
@@ -75,7 +86,7 @@ def _answer(part: str, out: Path) -> Path:
     return out / f"{part.replace(':', '').replace(',', '').replace(' ', '_')}.json"
 
 
-def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, guided: bool, seconds: float) -> Tally:
+def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, seconds: float) -> Tally:
     if part == MODELS:
         return _models(cases, seed, seconds)
     if part == HOSTILE:
@@ -83,7 +94,7 @@ def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, guided: bo
     if part in KILLED:
         return kills.run(part.removeprefix("kill -9: "), cases, seed, place, seconds)
     (target,) = (one for one in inputs.targets(place, [part]))
-    return (fuzz.guided if guided else fuzz.run)(target, cases, seed, kept, seconds)
+    return fuzz.run(target, cases, seed, kept, seconds)
 
 
 def _models(cases: int, seed: int, seconds: float) -> Tally:

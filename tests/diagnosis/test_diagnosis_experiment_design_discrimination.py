@@ -110,7 +110,7 @@ def on_one_course() -> Search:
     model = boat.Boat()
     runs = boat.trials(
         model,
-        [{"delta": np.zeros(50)}] * 3,
+        [{"delta": np.zeros(80)}] * 3,
         headings=(0.0, 0.02, -0.02),
         effects={"current_east": 0.05},
         specs=["current"],
