@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, Validatio
 
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem
-from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
+from seatruth.comparison.spec import BUDGETS, TARGETS, Comparison, solver_definition
 from seatruth.optimizers import Optimizer
 from seatruth.progress import Progress, silent
 from seatruth.study import Study, load_study, parsed, read_text
@@ -42,7 +42,17 @@ class ComparisonTable(Table):
         description="Realisations of each noise, at least 15; every solver sees the same ones.",
     )
     budgets: list[PositiveInt] = Field(
-        default=[2000], description="Evaluations that a run may spend, finite differences counted; one or several."
+        default=list(BUDGETS),
+        description="Evaluations that a run may spend, finite differences counted; one or several.",
+    )
+    anytime: bool = Field(
+        default=True,
+        description="One search with the largest budget serves the smaller ones: a run with a smaller budget is how it "
+        "stood then. `false` gives every budget a search of its own.",
+    )
+    stop: Literal["budget", "targets"] = Field(
+        default="budget",
+        description='"targets" ends a search once it is near enough to the reference fit for all targets.',
     )
     costs: list[Literal["trajectory", "regression"]] = Field(
         default=[], description="Kinds of cost; default: that of each study. A formula study keeps its cost."
@@ -148,6 +158,8 @@ def read_comparison(path: str | Path, *, progress: Progress = silent) -> tuple[C
             noise=noise,
             seeds=table.seeds,
             budgets=table.budgets,
+            anytime=table.anytime,
+            stop=table.stop,
             costs=table.costs,
             name=name,
             description=table.description,

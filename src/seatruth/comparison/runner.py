@@ -8,7 +8,7 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import joblib
 from joblib.externals.loky.process_executor import BrokenProcessPool
@@ -125,8 +125,8 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Generator[RunRe
         begun: list[str] = []
         try:
             for done in _parallel(list(left.values()), workers, backend, begun):
-                left.pop(done.run.key)
-                yield done
+                left.pop(done[-1].run.key)
+                yield from done
         except Exception as problem:
             if type(problem).__name__ == "KilledWorker":  # dask's own class, which may not be installed
                 raise SeatruthError(
@@ -137,10 +137,10 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Generator[RunRe
             if not isinstance(problem, BrokenProcessPool):
                 raise
             for key in [key for key in begun if key in left]:
-                yield _run_in_own_process(left.pop(key))
+                yield from _run_in_own_process(left.pop(key))
 
 
-def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[RunResult]:
+def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[list[RunResult]]:
     def handed_out() -> Iterator[Any]:
         for job in jobs:
             begun.append(job.run.key)
@@ -153,17 +153,17 @@ def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str])
         yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="3*n_jobs")(handed_out())
 
 
-def _run_in_own_process(job: Job) -> RunResult:
+def _run_in_own_process(job: Job) -> list[RunResult]:
     """One job in a new process: if that process ends, this job ended it."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     with safe_search_path(), ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)) as pool:
         try:
-            result: RunResult = pool.submit(run_job, job).result()
-            return result
+            results: list[RunResult] = pool.submit(run_job, job).result()
+            return results
         except BrokenProcessPool as problem:
             cause = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
-            return RunResult(job.run, f"it ended its process: {cause}")
+            return [RunResult(run, f"it ended its process: {cause}") for run in job.runs]
 
 
 def _in_groups(results: Generator[RunResult, None, None]) -> Iterator[list[RunResult]]:
@@ -206,7 +206,8 @@ class _Clock:
             self._left.pop(result.run.key, None)
             self._failed += bool(result.error)
             spent = result.numbers.get("search_s", 0.0) + result.numbers.get("scoring_s", 0.0)
-            self._times[_kind(result.run)].append(spent)
+            if result.run.of == result.run.budget:
+                self._times[_kind(result.run)].append(spent)
         self._show()
 
     def _show(self) -> None:
@@ -227,11 +228,22 @@ class _Clock:
             return None
         means = {kind: sum(times) / len(times) for kind, times in self._times.items()}
         usual = sum(means.values()) / len(means)
-        return sum(means.get(kind, usual) for kind in self._left.values()) / self._workers
+        # A search takes the time of its largest budget; its smaller ones are included.
+        return sum(means.get(kind, usual) for kind in self._left.values() if kind.whole) / self._workers
 
 
-def _kind(run: Run) -> tuple[str, str, str, int]:
-    return run.problem, run.cost, run.solver, run.budget
+class _Kind(NamedTuple):
+    """Runs that take about as long."""
+
+    problem: str
+    cost: str
+    solver: str
+    budget: int
+    whole: bool
+
+
+def _kind(run: Run) -> _Kind:
+    return _Kind(run.problem, run.cost, run.solver, run.budget, run.of == run.budget)
 
 
 def _check_dask() -> None:

@@ -166,6 +166,18 @@ class Store:
                 do="Free some space and run the same command again. All earlier runs are kept.",
             ) from None
 
+    @contextmanager
+    def _at_one_moment(self) -> Iterator[None]:
+        """Reads within it see the store as it was at the first of them, whatever another program writes meanwhile."""
+        if self._base.in_transaction:
+            yield
+            return
+        self._base.execute("BEGIN")
+        try:
+            yield
+        finally:
+            self._base.rollback()
+
     def _add(self, result: RunResult, study_hash: str) -> None:
         run, numbers = result.run, result.numbers
         status = "failed" if result.error else "done"
@@ -207,9 +219,10 @@ class Store:
         """Keys of runs and fits whose checksum does not fit. The warning comes once, when the store is first read."""
         damaged: set[str] = set()
         try:
-            for table in _PARAMETERS:
-                stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
-                damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
+            with self._at_one_moment():
+                for table in _PARAMETERS:
+                    stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
+                    damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
         except sqlite3.DatabaseError as problem:
             raise self._unreadable(problem) from None
         if damaged:

@@ -6,7 +6,7 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +26,7 @@ from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.black_box import BlackBox
-from seatruth.optimizers import Budget, Optimizer, minimise
+from seatruth.optimizers import Budget, Optimizer, Outcome, Snapshot, minimise
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.cross_validation import rms_errors
 
@@ -38,6 +38,12 @@ _POPULATION = 64
 """Candidates of a population that is simulated by the widest kernels."""
 _costs = CostCache()
 _unpacked: dict[str, NoisyProblem] = {}
+_reference_values: dict[str, float] = {}
+"""Cost of the reference fit by instance: the runs of an instance follow each other."""
+_NEAR = 0.1
+"""Part of the smallest target within which a search may end. Chosen here [S]."""
+_RESOLUTION = 0.01
+"""Relative resolution of the evaluations in a stored history: as fine as scores are compared. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +73,26 @@ class PackedProblem:
 
 @dataclass(frozen=True)
 class Job:
-    """One run with all that it needs. `solver` is None for the reference fit."""
+    """One search with all that it needs.
+
+    Attributes:
+        run: The run with the search's whole budget.
+        packed: Its problem.
+        solver: None for the reference fit.
+        earlier: Runs with smaller budgets, by rising budget: how the search stood then.
+        precision: The search ends within this excess of the reference fit; 0 lets it use its budget.
+    """
 
     run: Run
     packed: PackedProblem
     solver: Optimizer | None
+    earlier: tuple[Run, ...] = ()
+    precision: float = 0.0
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """All runs that the search gives."""
+        return (*self.earlier, self.run)
 
 
 @dataclass
@@ -93,57 +114,94 @@ class RunResult:
     history: list[list[float]] = field(default_factory=list)
 
 
-def run_job(job: Job) -> RunResult:
-    """Does one run. An exception becomes part of the result: one failed run must not cost the others."""
+def run_job(job: Job) -> list[RunResult]:
+    """Does one search. An exception becomes part of the results: one failed run must not cost the others."""
     try:
         with threadpool_limits(1, "blas"):
             problem = _unpack(job.packed)
             if job.solver is None:
-                return _fit_reference(problem, job.run)
-            return _search(problem, job.run, job.solver)
+                return [_fit_reference(problem, job.run)]
+            return _search(problem, job, job.solver)
     except SeatruthError as error:
-        return RunResult(job.run, error.message)
+        message = error.message
     except Exception as error:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(frame.filename).name}, line {frame.lineno}, in {frame.name}"
-        return RunResult(job.run, f"{type(error).__name__}: {error} ({place})")
+        message = f"{type(error).__name__}: {error} ({place})"
+    return [RunResult(run, message) for run in job.runs]
 
 
-def _search(problem: NoisyProblem, run: Run, solver: Optimizer) -> RunResult:
+def _search(problem: NoisyProblem, job: Job, solver: Optimizer) -> list[RunResult]:
+    """The search, and how it stood at each smaller budget."""
+    run = job.run
     cost = _costs.get(problem, run)
     cost.values(cost.start[None])  # compiled code is loaded and the cost's own tables are made before the clock starts
     names = ("solver", problem.settings.seed, run.problem, run.noise.describe(), run.seed)
     seed = int(random_stream(*names).generate_state(1)[0])
     if not cost.noise_known:
         cost.reweight(cost.start)  # weights must not depend on which solver had this cost before
-    outcome = minimise(cost, solver, budget=Budget(evaluations=run.budget), seed=seed)
+    target = _target(problem, run, job.precision)
+    budget = Budget(evaluations=run.budget, target=target if math.isfinite(target) else None)
+    outcome = minimise(cost, solver, budget=budget, seed=seed, snapshots=[part.budget for part in job.earlier])
+    whole = Snapshot(outcome.evaluations, outcome.x, outcome.value, outcome.wall_s)
+    results = []
+    for part, stand in zip(job.runs, (*outcome.snapshots, whole)):
+        ended = stand.evaluations == outcome.evaluations
+        numbers: dict[str, Any] = {
+            "code": outcome.code if ended else "budget",
+            "reason": outcome.reason if ended else f"its first {part.budget} evaluations",
+            "value": stand.value,
+            "evaluations": stand.evaluations,
+            "diverged": outcome.diverged if ended else None,
+            "search_s": stand.seconds,
+        }
+        error = outcome.reason if outcome.code == "failed" and ended else ""
+        if not (error or math.isfinite(stand.value)):
+            error = f"none of its first {part.budget} candidates could be evaluated"
+        results.append(_scored(problem, cost, part, stand, RunResult(part, error, numbers)))
+        results[-1].history = _history(outcome.history, stand)
+    return results
+
+
+def _scored(problem: NoisyProblem, cost: StudyCost, run: Run, stand: Snapshot, result: RunResult) -> RunResult:
+    """The result with estimates and errors of prediction."""
     begun = time.perf_counter()
-    numbers: dict[str, Any] = {
-        "code": outcome.code,
-        "reason": outcome.reason,
-        "value": outcome.value,
-        "evaluations": outcome.evaluations,
-        "diverged": outcome.diverged,
-        "search_s": outcome.wall_s,
-    }
-    error = outcome.reason if outcome.code == "failed" else ""
-    table = pd.DataFrame()
-    if math.isfinite(outcome.value):
-        numbers["open_loop"] = _open_loop_cost(problem, run, cost, outcome.x)
-        numbers["held_out"] = _prediction_error(problem, cost, outcome.x)
-        table = _intervals(cost, outcome.x)
-    numbers["scoring_s"] = time.perf_counter() - begun
-    return RunResult(run, error, numbers, table, _history(outcome.history))
+    if math.isfinite(stand.value):
+        result.numbers["open_loop"] = _open_loop_cost(problem, run, cost, stand.x)
+        result.numbers["held_out"] = _prediction_error(problem, cost, stand.x)
+        result.estimates = _intervals(cost, stand.x)
+    result.numbers["scoring_s"] = time.perf_counter() - begun
+    return result
+
+
+def _target(problem: NoisyProblem, run: Run, precision: float) -> float:
+    """The cost at which a search is near enough to the reference fit; -inf where it is to go on."""
+    if not precision:
+        return -math.inf
+    if run.instance not in _reference_values:
+        cost = _costs.get(problem, run)
+        _reference_values[run.instance] = min((fit.value for fit in _local_fits(problem, cost)), default=math.inf)
+    # An excess is twice the difference in cost. A tenth of it stays free for a best fit that is still a little lower.
+    value = _reference_values[run.instance] + 0.5 * _NEAR * precision
+    return value if math.isfinite(value) else -math.inf
+
+
+def _local_fits(problem: NoisyProblem, cost: StudyCost) -> Iterator[Outcome]:
+    """Local fits from the truth and from the study's own start."""
+    starts = {parameter.name: parameter.value for parameter in problem.study.free}
+    tried: list[Mapping[str, float]] = []
+    for values in filter(None, (problem.truth, starts)):
+        if values not in tried:
+            tried.append(values)
+            yield minimise(_with_start(cost, values), "least_squares", budget=_REFERENCE_BUDGET, seed=0)
 
 
 def _fit_reference(problem: NoisyProblem, run: Run) -> RunResult:
     """The best local fit from the truth and from the study's own start, and the bounds of this realisation."""
     cost = _costs.get(problem, run)
-    starts = {parameter.name: parameter.value for parameter in problem.study.free}
     best: Array | None = None
     value = math.inf
-    for values in filter(None, (problem.truth, starts)):
-        outcome = minimise(_with_start(cost, values), "least_squares", budget=_REFERENCE_BUDGET, seed=0)
+    for outcome in _local_fits(problem, cost):
         if outcome.value < value:
             best, value = outcome.x, outcome.value
     free = cost.space.free
@@ -237,19 +295,33 @@ def _intervals(cost: StudyCost, x: Array) -> pd.DataFrame:
         return table.assign(stderr=stderr, lower=x[:size] - half, upper=x[:size] + half)
 
 
-def _history(history: pd.DataFrame) -> list[list[float]]:
-    """The finite part of the history without rows in which nothing changed; the last one always."""
-    history = history[np.isfinite(history["best"])]
-    change = history["best"].diff().fillna(1.0).to_numpy() != 0
-    if len(change):
-        change[-1] = True
-    kept = history[change]
-    return [kept[name].tolist() for name in ("evaluations", "best", "seconds")]
+def _history(history: pd.DataFrame, stand: Snapshot) -> list[list[float]]:
+    """The finite part of the history up to where it stood, without rows in which little changed; that one always.
+
+    Of the rows whose evaluations differ by less than `_RESOLUTION` the last one stays, so that no target is recorded as
+    reached before it was.
+    """
+    before = history[np.isfinite(history["best"]) & (history["evaluations"] < stand.evaluations)]
+    rows: Array = before[["evaluations", "best", "seconds"]].to_numpy(dtype=float)
+    if math.isfinite(stand.value):
+        best = min(stand.value, rows[-1, 1] if len(rows) else math.inf)
+        rows = np.vstack([rows, [stand.evaluations, best, stand.seconds]])
+    if not len(rows):
+        return [[], [], []]
+    changed = np.append(True, np.diff(rows[:, 1]) != 0)
+    changed[-1] = True
+    rows = rows[changed]
+    place = np.floor(np.log(rows[:, 0]) / math.log1p(_RESOLUTION))
+    rows = rows[np.append(np.diff(place) != 0, True)]
+    return [rows[:, 0].astype(int).tolist(), rows[:, 1].tolist(), rows[:, 2].tolist()]
 
 
-def jobs_of(comparison: Comparison, runs: list[Run]) -> list[Job]:
-    """Jobs in an order in which the runs of an instance follow each other; each problem is packed once."""
+def jobs_of(comparison: Comparison, runs: Sequence[Run]) -> list[Job]:
+    """Searches in the order of the runs; those of an instance follow each other, and each problem is packed once."""
     settings = RealisationSettings(comparison.seed, comparison.base_level)
+    together: dict[tuple[str, str, int], list[Run]] = {}
+    for run in comparison.runs:
+        together.setdefault((run.instance, run.solver, run.of), []).append(run)
     by_problem: dict[str, list[Run]] = {}
     for run in runs:
         by_problem.setdefault(run.problem, []).append(run)
@@ -257,8 +329,17 @@ def jobs_of(comparison: Comparison, runs: list[Run]) -> list[Job]:
         name: PackedProblem.of(comparison.problem(name), settings, runs_of_problem)
         for name, runs_of_problem in by_problem.items()
     }
-    solvers = comparison.solver
-    return [Job(run, packed[run.problem], solvers[run.solver] if run.solver else None) for run in runs]
+    jobs: dict[str, Job] = {}
+    precision = min(comparison.targets) if comparison.stop == "targets" else 0.0
+    for run in runs:
+        if not run.solver:
+            jobs[run.key] = Job(run, packed[run.problem], None)
+            continue
+        *earlier, whole = together[run.instance, run.solver, run.of]
+        if whole.key not in jobs:
+            solver = comparison.solver[run.solver]
+            jobs[whole.key] = Job(whole, packed[run.problem], solver, tuple(earlier), precision)
+    return list(jobs.values())
 
 
 def _compile_kernels(problem: NoisyProblem, runs: Sequence[Run]) -> None:
