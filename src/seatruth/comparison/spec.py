@@ -32,6 +32,8 @@ TARGETS = (100.0, 10.0, 1.0, 0.1, 0.01)
 """Excesses in units of chi-square: ten standard errors of the best fit down to a tenth, by decades."""
 
 
+DENSE_TARGETS = tuple(10.0 ** (exponent / 5.0) for exponent in range(20, -11, -1))
+"""31 excesses from 10,000 to 0.01: five a decade, as COCO spaces its 51 targets (Hansen and others 2021)."""
 STOPS = ("budget", "targets")
 """What ends a search besides its own rule."""
 
@@ -121,6 +123,12 @@ class Comparison:
     def solver(self) -> dict[str, Optimizer]:
         """The solvers by label."""
         return _labelled_solvers(self.solvers, f"comparison {self.name!r}")
+
+    @property
+    def dense_targets(self) -> tuple[float, ...]:
+        """Targets of the distribution over evaluations: those given, or five a decade in place of the usual ones."""
+        usual = set(self.targets) <= {*TARGETS, self.success}
+        return DENSE_TARGETS if usual else tuple(self.targets)
 
     def problem(self, name: str) -> Problem:
         """The problem of this name."""

@@ -21,19 +21,16 @@ from threadpoolctl import threadpool_limits
 from seatruth.arrays import Array
 from seatruth.comparison.problem import Problem, Run, random_stream
 from seatruth.comparison.realisation import CostCache, NoisyProblem, RealisationSettings, with_values
+from seatruth.comparison.scoring import bounds, candidate, intervals, open_loop_cost, prediction_error
 from seatruth.comparison.spec import Comparison
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Budget, Optimizer, Outcome, Snapshot, minimise
-from seatruth.uncertainty.covariance import covariance
-from seatruth.uncertainty.cross_validation import rms_errors
 
 _REFERENCE_BUDGET = Budget(evaluations=20_000)
 """Far more than a local fit from the truth needs. Chosen here [S]."""
-_AT_BOUND = 1e-6
-"""Distance from a bound, over the range, below which a parameter is at the bound. Chosen here [S]."""
 _POPULATION = 64
 """Candidates of a population that is simulated by the widest kernels."""
 _costs = CostCache()
@@ -163,13 +160,23 @@ def _search(problem: NoisyProblem, job: Job, solver: Optimizer) -> list[RunResul
     return results
 
 
+def trial_search(job: Job, evaluations: int) -> tuple[int, float, bool]:
+    """A short search: the evaluations and the time in s that it took, and whether it ended before its budget."""
+    assert job.solver is not None  # a reference fit is no search
+    with threadpool_limits(1, "blas"):
+        cost = _costs.get(_unpack(job.packed), job.run)
+        cost.values(cost.start[None])
+        outcome = minimise(cost, job.solver, budget=Budget(evaluations=min(evaluations, job.run.budget)), seed=0)
+    return outcome.evaluations, outcome.wall_s, outcome.code not in ("budget", "deadline")
+
+
 def _scored(problem: NoisyProblem, cost: StudyCost, run: Run, stand: Snapshot, result: RunResult) -> RunResult:
     """The result with estimates and errors of prediction."""
     begun = time.perf_counter()
     if math.isfinite(stand.value):
-        result.numbers["open_loop"] = _open_loop_cost(problem, run, cost, stand.x)
-        result.numbers["held_out"] = _prediction_error(problem, cost, stand.x)
-        result.estimates = _intervals(cost, stand.x)
+        result.numbers["open_loop"] = open_loop_cost(_costs, problem, run, cost, stand.x)
+        result.numbers["held_out"] = prediction_error(problem, cost, stand.x)
+        result.estimates = intervals(cost, stand.x)
     result.numbers["scoring_s"] = time.perf_counter() - begun
     return result
 
@@ -208,91 +215,20 @@ def _fit_reference(problem: NoisyProblem, run: Run) -> RunResult:
     table = pd.DataFrame({"unit": [q.unit for q in free]}, index=pd.Index([q.name for q in free], name="parameter"))
     table["value"] = math.nan if best is None else best[: len(free)]
     table["truth"] = math.nan if problem.truth is None else [problem.truth[q.name] for q in free]
-    table["crlb"] = _bounds(problem, run)
+    table["crlb"] = bounds(_costs, problem, run)
     numbers: dict[str, Any] = {
         "value": value,
         "n_data": sum(len(g.rows) for g in cost.residual_blocks if g.kind == "data"),
     }
     numbers["dimension"] = len(cost.parameters)
     if problem.truth is not None:
-        numbers["value_at_truth"] = float(cost.values(_candidate(cost, problem.truth)[None])[0])
+        numbers["value_at_truth"] = float(cost.values(candidate(cost, problem.truth)[None])[0])
     return RunResult(run, "" if math.isfinite(value) else "no fit could be evaluated", numbers, table)
 
 
 def _with_start(cost: StudyCost, values: Mapping[str, float]) -> StudyCost:
     """The cost with another start."""
     return cost_of(cost.problem.replace(parameters=with_values(cost.problem, dict(values))), threads=1)
-
-
-def _bounds(problem: NoisyProblem, run: Run) -> Array:
-    """Cramer-Rao bounds of the free parameters for white noise of the added size; NaN without a truth or a noise.
-
-    They are those of the trajectory (or the formula) whatever cost is fitted: the information in the record, not the
-    part of it that a method uses.
-    """
-    free = problem.study.free
-    nothing = np.full(len(free), math.nan)
-    if problem.truth is None or run.noise.level == 0:
-        return nothing
-    cost = _costs.get(problem, run, "formula" if run.cost == "formula" else "trajectory")
-    x = _candidate(cost, problem.truth)
-    residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
-        return nothing
-    return np.asarray(covariance(residuals, jacobian, cost.residual_blocks, white=True).crlb[: len(free)])
-
-
-def _candidate(cost: StudyCost, values: Mapping[str, float]) -> Array:
-    """The candidate with these values, nuisances at their start."""
-    x = cost.start.copy()
-    for k, parameter in enumerate(cost.space.free):
-        x[k] = values[parameter.name]
-    return x
-
-
-def _open_loop_cost(problem: NoisyProblem, run: Run, cost: StudyCost, x: Array) -> float:
-    """Cost of the trajectory at a regression's answer; NaN for the other kinds of cost."""
-    if run.cost != "regression":
-        return math.nan
-    trajectory = _costs.get(problem, run, "trajectory")
-    candidate = _candidate(trajectory, {q.name: float(v) for q, v in zip(cost.space.free, x)})
-    return float(trajectory.values(candidate[None])[0])
-
-
-def _prediction_error(problem: NoisyProblem, cost: StudyCost, x: Array) -> float:
-    """Root mean square error over the trials held out, of each output over its range, all outputs together."""
-    trials = problem.holdout
-    if not len(trials):
-        return math.nan
-    squares, count = 0.0, 0
-    for trial, y in zip(trials, cost.predict(x, list(trials))):
-        for name, error in rms_errors(problem.study, trial.outputs, y).items():
-            squares += (error / problem.ranges[name]) ** 2 if name in problem.ranges else 0.0
-            count += 1
-    return math.sqrt(squares / count) if count and math.isfinite(squares) else math.inf if count else math.nan
-
-
-def _intervals(cost: StudyCost, x: Array) -> pd.DataFrame:
-    """The free parameters with standard errors and 95 % intervals, NaN where there are none."""
-    free = cost.space.free
-    size = len(free)
-    table = pd.DataFrame({"value": x[:size]}, index=pd.Index([q.name for q in free], name="parameter"))
-    if not cost.noise_known:
-        cost.reweight(x)
-    residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    stderr, half = np.full(size, math.nan), np.full(size, math.nan)
-    if np.isfinite(residuals).all() and np.isfinite(jacobian).all():
-        low, high = cost.bounds
-        with np.errstate(invalid="ignore"):
-            width = np.where(np.isfinite(high - low), high - low, np.inf)
-            gradient = jacobian.T @ residuals
-            below, above = x - low <= _AT_BOUND * width, high - x <= _AT_BOUND * width
-        has_width = np.isfinite(width)
-        fixed = has_width & ((below & (gradient > 0)) | (above & (gradient < 0)))
-        uncertainty = covariance(residuals, jacobian, cost.residual_blocks, fixed)
-        stderr, half = uncertainty.stderr[:size], uncertainty.half_width()[:size]
-    with np.errstate(invalid="ignore"):
-        return table.assign(stderr=stderr, lower=x[:size] - half, upper=x[:size] + half)
 
 
 def _history(history: pd.DataFrame, stand: Snapshot) -> list[list[float]]:

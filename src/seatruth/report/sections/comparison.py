@@ -31,7 +31,8 @@ def accuracy(results: Results, album: Album) -> Section | None:
             "mean square errors, in per cent of the truth (of the prediction of trials held out, in per cent of the "
             "range, where the truth is not known). The dotted line is the Cramer-Rao bound, which no unbiased method "
             "can beat: it is that of white noise of this size, on whatever was recorded. (Bounds of the search "
-            "and priors are knowledge too: with them an error may lie below.)"
+            "and priors are knowledge too: with them an error may lie below.) A hollow marker stands where fewer than "
+            "half of the searches converged: that error says nothing of the data."
         )
     ]
     levels = results.runs.groupby("noise", sort=False)["level"].nunique()
@@ -181,11 +182,12 @@ def reaching(results: Results, album: Album) -> Section | None:
     """Success, expected running time, distributions, profiles."""
     if not len(results.success):
         return None
+    dense = results.comparison.dense_targets
     text = (
         "Nearness is the excess over the best known fit of the same realisation, in units of chi-square (twice the "
         f"cost): {results.comparison.success:g} is one standard error. Left: share of the targets "
-        f"({', '.join(f'{t:g}' for t in results.targets)}) reached. Right: Dolan and More's profiles: share of "
-        "realisations solved within a factor of the fastest solver's evaluations."
+        f"({len(dense)} from an excess of {max(dense):g} to {min(dense):g}) reached. Right: Dolan and More's profiles: "
+        "share of realisations solved within a factor of the fastest solver's evaluations."
     )
     blocks: list[Block] = [Text(text)]
     for cost in dict.fromkeys(results.runs["cost"]):
