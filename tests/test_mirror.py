@@ -28,6 +28,7 @@ ELSEWHERE = {
         "comparison/realisation",
         "comparison/results",
         "comparison/runner",
+        "comparison/scoring",
         "comparison/store",
         "comparison/worker",
     ),

@@ -155,7 +155,7 @@ class Results:
         """
         key = (by, tuple(sorted(where.items())))
         if key not in self._rankings:
-            self._rankings[key] = ranks.rank_solvers(self.scores, by, where, self.solvers)
+            self._rankings[key] = ranks.rank_solvers(self.scores, by, where, self.solvers, self.comparison.rope)
         return self._rankings[key]
 
     @cached_property
@@ -165,7 +165,7 @@ class Results:
     def ranking_across_costs(self) -> ranks.Ranking | None:
         """Ranking by accuracy with each solver on each cost as a rival of all others: what estimates best."""
         frame = ranks.across_costs(self.scores)
-        return ranks.rank_solvers(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])))
+        return ranks.rank_solvers(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])), self.comparison.rope)
 
     @cached_property
     def conclusions(self) -> list[Conclusion]:

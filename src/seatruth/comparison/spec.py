@@ -59,6 +59,7 @@ class Comparison:
         seed: fixes all random draws.
         targets: excesses over the best known fit, in units of chi-square (twice the cost).
         success: the target at which a run counts as a success.
+        rope: scores whose ratio is within this factor are alike in practice (region of practical equivalence).
         made_of: what the store notes about the comparison.
 
     Raises:
@@ -87,6 +88,7 @@ class Comparison:
     seed: int = 0
     targets: Sequence[float] = TARGETS
     success: float = 1.0
+    rope: float = 1.1
     made_of: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -109,6 +111,8 @@ class Comparison:
         if not all(math.isfinite(target) and target > 0 for target in targets):
             raise BadInput("targets must be above 0", where=where, do="An excess of 1 is one standard error.")
         object.__setattr__(self, "targets", targets)
+        if not (math.isfinite(self.rope) and self.rope >= 1):
+            raise BadInput(f"rope is {self.rope!r}", where=where, do="Give a factor of 1 or more, as 1.1.")
         if self.stop not in STOPS:
             raise BadInput(f"a search cannot stop at {self.stop!r}", where=where, do=nearest(str(self.stop), STOPS))
         if not self.fitting:

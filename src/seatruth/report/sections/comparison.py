@@ -143,7 +143,9 @@ def ranks(results: Results, album: Album) -> Section | None:
         return None
     note = (
         "Mean ranks over the blocks named (1 is best). A bar joins solvers that Wilcoxon's signed-rank tests, with "
-        "Holm's correction, do not tell apart (5 %). Scores within about 1 % are ties; a failed run ranks last."
+        "Holm's correction, do not tell apart (5 %). Scores within about 1 % are ties; a failed run ranks last. The "
+        "tables add probabilities of the Bayesian signed-rank test (Benavoli and others 2017): that the first solver "
+        f"is better, alike or worse in practice, where a ratio within {results.comparison.rope:g} is alike."
     )
     return Section("ranks", "Ranks", [Text(note), *blocks])
 
@@ -158,6 +160,8 @@ def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
     columns += [Column("ratio", "number", "median ratio of the scores, first over second")]
     columns += [Column("effect", "number", "matched rank-biserial correlation; below 0 the first is better")]
     columns += [Column("p", "number", "Wilcoxon"), Column("p (Holm)", "number")]
+    columns += [Column("better", "number", "probability that the first is better in practice: Bayesian signed ranks")]
+    columns += [Column("alike", "number", "probability that they are alike in practice"), Column("worse", "number")]
     rows = [
         [
             f"{r['first']} – {r['second']}",
@@ -168,6 +172,7 @@ def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
             number(r["effect"], 2),
             number(r["p"], 2),
             number(r["p_holm"], 2),
+            *(f"{r[name]:.2f}" for name in ("p_better", "p_alike", "p_worse")),
         ]
         for r in made.pairs.to_dict("records")
     ]
