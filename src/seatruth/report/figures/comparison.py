@@ -31,9 +31,8 @@ from seatruth.report.numbers import tick
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
 
-COLOURS = (*CYCLE, "#56B4E9", "#8C6D1F", "#7F7F7F")
-"""Those of Okabe and Ito and a few more; markers keep apart what is still alike. The markers of an eleventh solver and
-of those after it are shifted, so that no two of a hundred look the same."""
+COLOURS = (*CYCLE, "#56B4E9", "#8C6D1F", "#7F7F7F", "#332288", "#882255", "#44AA99", "#DDCC77", "#AA4499")
+"""Those of Okabe and Ito, and of Tol's muted scheme; markers keep apart what is still alike."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
 _ASIDE = 0.035
 _COLUMNS = 3
@@ -46,7 +45,7 @@ _LEAST = 5.2
 def colours(results: Results) -> dict[str, tuple[str, str]]:
     """Colour and marker of each solver, the same in all figures."""
     return {
-        label: (COLOURS[k % len(COLOURS)], MARKERS[(k + k // len(COLOURS)) % len(MARKERS)])
+        label: (COLOURS[k % len(COLOURS)], MARKERS[(k + 3 * (k // len(COLOURS))) % len(MARKERS)])
         for k, label in enumerate(results.comparison.solver)
     }
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from seatruth.report.figures.comparison import (
     COLOURS,
@@ -107,6 +108,7 @@ def expected(results: Results, cost: str) -> Figure:
             axes.annotate(share, (at, -k), (-5 if near else 5, 0), textcoords="offset points",
                           ha="right" if near else "left", va="center", fontsize=6.0, color=INK)  # fmt: skip
         log_axis(axes, "x", low, high)
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=4))
         axes.set_yticks([])
         axes.set_ylim(-len(solvers) + 0.4, 0.6)
         axes.set_title(text(problem, 40), loc="left")
@@ -143,4 +145,5 @@ def steps(axes: Axes, results: Results, table: pd.DataFrame, column: str) -> Non
         dash = DASHES[place // len(COLOURS) % len(DASHES)]
         axes.step(x, y, where="post", color=colours(results)[solver][0], linestyle=dash, linewidth=1.3)
     log_axis(axes, "x", low, max(high, 1.5 * low))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=4))
     axes.set_ylim(0, 1.02)
