@@ -30,6 +30,7 @@ ELSEWHERE = {
         "comparison/runner",
         "comparison/scoring",
         "comparison/store",
+        "comparison/store_schema",
         "comparison/worker",
     ),
     # Sections are read on the page.

@@ -24,6 +24,13 @@ def compare(
     ranking: Annotated[
         bool, typer.Option("--ranking", help="Only show the ranking so far, also while the comparison runs elsewhere.")
     ] = False,
+    part: Annotated[
+        str, typer.Option("--part", metavar="K/N", help="Only part K of N of the realisations; see --merge.")
+    ] = "1/1",
+    merge: Annotated[
+        list[Path] | None,
+        typer.Option("--merge", metavar="DIR", help="First take the runs of another folder, as of another machine."),
+    ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Run on the workers of this dask scheduler.")
     ] = None,
@@ -36,6 +43,7 @@ def compare(
 ) -> Result:
     """Compare solvers on problems under noise. The same command continues an interrupted comparison."""
     from seatruth.comparison import compare as run
+    from seatruth.comparison import merge as merged
     from seatruth.comparison import standing
     from seatruth.comparison.file import read_comparison
     from seatruth.simulate import thread_count
@@ -43,6 +51,8 @@ def compare(
     with ProgressLine(quiet=quiet) as line:
         made, folder = read_comparison(comparison, progress=line)
     folder = result_folder(out, folder, comparison)
+    if merge:
+        say(f"{merged(folder, merge)} runs and fits taken from other folders")
     if ranking:
         results = standing(made, folder)
         show(results)
@@ -60,6 +70,7 @@ def compare(
             backend="dask" if scheduler else "loky",
             fresh=fresh,
             retry_failed=retry_failed,
+            part=_part(part),
             progress=line,
         )
         line.show("Writing the report", now=False)
@@ -73,6 +84,13 @@ def compare(
         write_ioh(results, folder / "ioh")
         say(f"IOHprofiler: {folder / 'ioh'}", whole=True)
     return Result({**summary(results, folder), "report": str(report)})
+
+
+def _part(text: str) -> tuple[int, int]:
+    first, _, every = text.partition("/")
+    if not (first.isdigit() and every.isdigit()):
+        raise BadInput(f"{text!r} is no part", where="--part", do="Write K/N, as 1/4.")
+    return int(first), int(every)
 
 
 def _forecast(made: Comparison, folder: Path, workers: int, quiet: bool) -> Result:

@@ -18,7 +18,7 @@ from seatruth.comparison.forecast import forecast
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem, Run
 from seatruth.comparison.results import Results
-from seatruth.comparison.runner import compare, standing
+from seatruth.comparison.runner import compare, merge, standing
 from seatruth.comparison.spec import Comparison
 
-__all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "compare", "forecast", "standing"]
+__all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "compare", "forecast", "merge", "standing"]

@@ -220,7 +220,7 @@ def _with_truth(store: Store, runs: pd.DataFrame, fits: pd.DataFrame) -> pd.Data
     estimates = estimates[estimates["key"].isin(set(runs["key"]))]
     known = known.merge(fits[["key", "instance"]], on="key").drop(columns=["key", "value"])
     condition = runs[["key", "instance", *CONDITION, "solver", "seed", "budget"]]
-    merged = estimates.merge(condition, on="key").merge(known, on=["instance", "parameter"], how="left")
+    merged = condition.merge(estimates, on="key").merge(known, on=["instance", "parameter"], how="left")
     for name in ("value", "stderr", "lower", "upper", "truth", "crlb"):
         merged[name] = pd.to_numeric(merged[name], errors="coerce").astype(float)
     return merged

@@ -36,6 +36,7 @@ def compare(
     backend: Backend = "loky",
     fresh: bool = False,
     retry_failed: bool = False,
+    part: tuple[int, int] = (1, 1),
     progress: Progress | None = None,
 ) -> Results:
     """Makes the runs of a comparison that are missing in its store, and returns all its results.
@@ -49,6 +50,7 @@ def compare(
         backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
         fresh: repeat all runs.
         retry_failed: repeat the runs that failed.
+        part: (k, n): only the k-th of n parts of the realisations, so that n machines share the work; see `merge`.
         progress: called with a `ProgressEvent` after every group of runs.
 
     Returns:
@@ -71,10 +73,15 @@ def compare(
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    if not 1 <= part[0] <= part[1]:
+        raise BadInput(f"there is no part {part[0]} of {part[1]}", do="Count the parts from 1.")
     where = Path(folder)
     if where.exists() and not where.is_dir():
         raise BadInput("the folder of the comparison is a file", where=str(where), do="Name a folder.")
-    wanted = [*comparison.references, *comparison.runs]
+    instances = {fit.instance: place for place, fit in enumerate(comparison.references)}
+    wanted = [
+        run for run in (*comparison.references, *comparison.runs) if instances[run.instance] % part[1] == part[0] - 1
+    ]
     hashes = {
         (problem.name, cost): problem.study.content_hash
         for problem in comparison.problems
@@ -96,6 +103,37 @@ def compare(
                 "interrupted; finished runs are kept", do="Run the same command again to go on."
             ) from None
         return Results.of(comparison, store)
+
+
+def merge(folder: str | Path, others: Sequence[str | Path]) -> int:
+    """Copies into the store of a folder what the stores of other folders have more; returns how many runs and fits.
+
+    So that several machines can each make a part of a comparison (`compare(..., part=(1, 2))`). Runs that are done stay
+    as they are, failed ones are replaced by done ones, damaged ones are not copied.
+
+    Raises:
+        BadInput: a store is missing, damaged, of another version, or the first is being written to.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison, compare
+        >>> from seatruth.comparison import Noise, Problem, merge
+        >>> study = seatruth.sample.load()
+        >>> problems = [Problem("sample", study.replace(trials=study.trials[:1]), start="study")]
+        >>> comparison = Comparison(problems, ["cma_es"], [Noise("white", 0.01)], seeds=2, budgets=[30])
+        >>> for number in (1, 2):
+        ...     _ = compare(comparison, f"machine-{number}", part=(number, 2))
+        >>> merge("machine-1", ["machine-2"])  # a run and its reference
+        2
+        >>> compare(comparison, "machine-1").left
+        0
+    """
+    with Store(Path(folder) / STORE) as store:
+        copied = 0
+        for other in others:
+            with Store(Path(other) / STORE, write=False) as source:
+                copied += store.take_from(source)
+        return copied
 
 
 def standing(comparison: Comparison, folder: str | Path) -> Results:
