@@ -212,7 +212,6 @@ ELSEWHERE = {
     "uncertainty/test_identifiability.py": (
         "uncertainty/covariance",
         "uncertainty/prior_identifiability",
-        "uncertainty/profile",
         "uncertainty/sensitivity",
     ),
 }
