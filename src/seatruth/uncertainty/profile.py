@@ -33,7 +33,8 @@ PROFILE_HALF_WIDTH = 3.0
 DROP_95 = 1.9207
 """Rise of the cost at the ends of a 95 % interval: half the 95 % quantile of chi-square with one degree of freedom."""
 _WALK = 10
-"""Rounds in which a profile is extended or refined: to 3 * 2^10 standard errors. Chosen here [S]: flat there is flat."""
+"""Rounds in which a profile is extended or refined: to 3 * 2^10 standard errors. What is flat there stays flat. Chosen
+here [S]."""
 _STEEP = 4.0
 """Rise over the threshold, right outside an end of the interval, up to which the end can be interpolated: the roots are
 then within a factor of two. Chosen here [S]."""
