@@ -45,6 +45,7 @@ SOLVERS: dict[str, Any] = {
     "differential_evolution": "differential_evolution",
     "cma_es": "cma_es",
     "cma_es, restarts": make("cma_es", restarts=20),
+    "multi_start": "multi_start",
     "swarm, then least squares": ["differential_swarm", "least_squares"],
 }
 """All with their defaults; the limits of generations and steps are moved beyond the budget."""

@@ -60,10 +60,11 @@ def prediction_error(problem: NoisyProblem, cost: StudyCost, x: Array) -> float:
     if not len(trials):
         return math.nan
     squares, count = 0.0, 0
-    for trial, y in zip(trials, cost.predict(x, list(trials))):
-        for name, error in rms_errors(problem.study, trial.outputs, y).items():
-            squares += (error / problem.ranges[name]) ** 2 if name in problem.ranges else 0.0
-            count += 1
+    with np.errstate(over="ignore", invalid="ignore"):  # a prediction may diverge
+        for trial, y in zip(trials, cost.predict(x, list(trials))):
+            for name, error in rms_errors(problem.study, trial.outputs, y).items():
+                squares += (error / problem.ranges[name]) ** 2 if name in problem.ranges else 0.0
+                count += 1
     return math.sqrt(squares / count) if count and math.isfinite(squares) else math.inf if count else math.nan
 
 

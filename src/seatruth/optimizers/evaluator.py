@@ -153,6 +153,20 @@ class Evaluator:
         self._record(inside, value, 1, self.seconds)
         return r
 
+    def residuals_of(self, Z: Array) -> Array:
+        """Weighted residuals of each candidate, Z (P, K) -> (P, M), all inf where one diverges. Counts P."""
+        self._raise_if_stopped()
+        self._check_budget(len(Z))
+        inside = self._clipped(Z)
+        R = np.asarray(self._call(self.cost.residuals_of, self.coordinates.x_of(inside)), dtype=float)
+        if R.ndim != 2 or len(R) != len(Z):
+            raise PluginError(f"residuals of {len(Z)} candidates have shape {R.shape}", where=_name_of(self.cost))
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf for r in R])
+        values[~np.isfinite(values)] = np.inf
+        self._record(inside, values, len(Z), self.seconds)
+        return np.where(np.isfinite(values)[:, None], R, np.inf)
+
     def jacobian(self, z: Array) -> Array:
         """Derivative of the residuals by the search coordinates at z (K,): (M, K). Counts K."""
         self._raise_if_stopped()
