@@ -62,7 +62,8 @@ def simulator(
         threads: Threads of the compiled backend; one for each processor where None.
         backend: "compiled", or "reference" (plain Python: thousands of times slower, derivatives by differences).
 
-    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers.
+    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers. One that runs
+    in processes of its own (an FMU) has as many at once as there are threads.
 
     Returns:
         The simulator.
@@ -82,7 +83,7 @@ def simulator(
     count = thread_count(threads)
     setup = set_up(model, trials, free, model.nominal() if values is None else dict(values))
     if isinstance(model, BlackBox):
-        return BlackBoxSimulator(setup, model)
+        return BlackBoxSimulator(setup, model, count)
     if backend == "reference":
         return ReferenceSimulator(setup, hold, max_step)
     return CompiledSimulator(setup, hold, max_step, count)
