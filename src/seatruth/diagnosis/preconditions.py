@@ -11,7 +11,6 @@ from seatruth.costs.options import FormulaOptions
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, effects_by_name
 from seatruth.errors import BadInput
-from seatruth.models.black_box import BlackBox
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
@@ -59,8 +58,6 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
         reason = "the model has it already" if effect.name in present else effect.missing(study.model)
         if not reason and not effect.dynamic:
             reason = "it is noise, which the noise model describes"
-        if not reason and isinstance(study.model, BlackBox) and not effect.suits_black_box:
-            reason = "it acts inside the model, and the model is a black box"
         if reason:
             reasons[effect.name] = reason
         else:
