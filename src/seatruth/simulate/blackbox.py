@@ -12,6 +12,7 @@ from seatruth.arrays import Array
 from seatruth.errors import PluginError
 from seatruth.models.black_box import BlackBox
 from seatruth.models.isolated import isolated_in
+from seatruth.simulate.meter import Meter
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import Setup
 from seatruth.trials.trial import Trial
@@ -33,9 +34,16 @@ class BlackBoxSimulator(SerialSimulator):
     derivatives are forward differences, and their step is chosen by the noise of its outputs.
     """
 
-    def __init__(self, setup: Setup, model: BlackBox, threads: int = 1, noise: float | None = None) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        model: BlackBox,
+        threads: int = 1,
+        meter: Meter | None = None,
+        noise: float | None = None,
+    ) -> None:
         super().__init__(setup, len(setup.measured) - len(setup.trials))
-        self._box, self._threads, self._noise = model, threads, noise
+        self._box, self._threads, self._meter, self._noise = model, threads, meter, noise
         outputs = [channel.name for channel in model.outputs]
         self._states = [channel.name for channel in model.states]
         self._state_outputs = [outputs.index(name) for name in self._states]
@@ -49,7 +57,12 @@ class BlackBoxSimulator(SerialSimulator):
         trials: Sequence[Trial] | None = None,
     ) -> BlackBoxSimulator:
         """See `Simulator.rebind`."""
-        return BlackBoxSimulator(self._setup.changed(free, values, trials), self._box, self._threads, self._noise)
+        setup = self._setup.changed(free, values, trials)
+        return BlackBoxSimulator(setup, self._box, self._threads, self._meter, self._noise)
+
+    def unmetered(self) -> BlackBoxSimulator:
+        """The same, for what costs no run: effects on outputs of a run that is kept."""
+        return BlackBoxSimulator(self._setup, self._box, self._threads, None, self._noise)
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """Not known of a black box: NaN for every output, (D,)."""
@@ -62,6 +75,8 @@ class BlackBoxSimulator(SerialSimulator):
         return y, y[:, self._state_outputs]
 
     def _all(self, run: Callable[[tuple[int, int]], None], jobs: Sequence[tuple[int, int]]) -> None:
+        if self._meter is not None:
+            self._meter.spend(len(jobs))
         isolated = self._isolated
         if isolated is None:
             super()._all(run, jobs)
@@ -95,10 +110,10 @@ class BlackBoxSimulator(SerialSimulator):
         if self._isolated is None:
             return step
         if self._noise is None:
-            self._noise = self._measured_noise(theta, x0)
+            self._noise = self.noise(theta, x0)
         return np.asarray(step * (math.sqrt(self._noise) / RELATIVE_STEP))
 
-    def _measured_noise(self, theta: Array, x0: Array) -> float:
+    def noise(self, theta: Array, x0: Array) -> float:
         """Noise of the outputs over their spread: what a change of the parameters by nearly nothing changes in them.
 
         Second differences along a line, as in J. J. Moré and S. M. Wild, Estimating computational noise, SIAM J. Sci.
