@@ -35,6 +35,8 @@ class Search:
     rival: float = -math.inf
     """Evidence that a fit has to come near; it changes between fits that run at once, never beside them."""
     interrupted: bool = False
+    spent: bool = False
+    """Whether it was the budget of evaluations that ended it."""
 
     @property
     def null(self) -> Fit:
