@@ -14,8 +14,9 @@ PINS := pyproject.toml constraints.txt
 PIP := $(PY) -m pip --disable-pip-version-check --no-input install --progress-bar off --constraint constraints.txt
 # At most so many processes run tests side by side. More do not pay: each loads the numerical libraries anew.
 WORKERS ?= 4
-# A file of tests stays in one process, so that what its tests share is made once.
-PYTEST = $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope
+# A file of tests stays in one process, so that what its tests share is made once. Compiled first, even where Python may
+# not write bytecode (PYTHONDONTWRITEBYTECODE): each of the hundred processes that tests start would compile it anew.
+PYTEST = $(PY) -m compileall -q src optimizers && $(PY) -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope
 
 # Tests hand about arrays and table cells whose exact types the stubs of NumPy and pandas cannot know.
 TESTS_MAY := arg-type assignment call-arg call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \

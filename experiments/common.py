@@ -44,6 +44,11 @@ class Options:
     data: Path
     workers: int
     fresh: bool
+    switches: frozenset[str] = frozenset()
+
+    def asked(self, switch: str) -> bool:
+        """Whether a switch of the experiment's own was given."""
+        return switch in self.switches
 
     def trials(self, *needed: str) -> Path:
         """The folder of the real trials; a clear message where it, or a file needed in it, is missing."""
@@ -57,14 +62,18 @@ class Options:
         return self.data
 
 
-def arguments(name: str, about: str, argv: Sequence[str] | None = None) -> Options:
-    """Reads the options that all experiments take."""
+def arguments(
+    name: str, about: str, argv: Sequence[str] | None = None, switches: Mapping[str, str] | None = None
+) -> Options:
+    """Reads the options that all experiments take, and the experiment's own switches with what they mean."""
     parser = argparse.ArgumentParser(prog=f"experiments/{name}.py", description=about)
     parser.add_argument("--quick", action="store_true", help="a small version that shows that everything works")
     parser.add_argument("--out", type=Path, help=f"where to write (default: results/{name} or results/{name}-quick)")
     parser.add_argument("--data", type=Path, help="folder of the real trials (default: ../shared/data)")
     parser.add_argument("--workers", type=int, default=cores(), help="threads or processes (default: all cores)")
     parser.add_argument("--fresh", action="store_true", help="do not reuse stages that an earlier run finished")
+    for switch, meaning in (switches or {}).items():
+        parser.add_argument(f"--{switch}", action="store_true", help=meaning)
     given = parser.parse_args(argv)
     if given.workers < 1:
         raise BadInput(f"{given.workers} workers cannot work", where="--workers", do="Give 1 or more.")
@@ -74,15 +83,21 @@ def arguments(name: str, about: str, argv: Sequence[str] | None = None) -> Optio
         data=given.data or ROOT.parent / "shared" / "data",
         workers=given.workers,
         fresh=given.fresh,
+        switches=frozenset(switch for switch in switches or {} if getattr(given, switch.replace("-", "_"))),
     )
 
 
 def main(
-    name: str, about: str, body: Callable[[Options, Results], None], *, seeds: Mapping[str, int] | None = None
+    name: str,
+    about: str,
+    body: Callable[[Options, Results], None],
+    *,
+    seeds: Mapping[str, int] | None = None,
+    switches: Mapping[str, str] | None = None,
 ) -> int:
     """Runs an experiment from the command line; returns the exit code (0; 1 failed; 2 bad input; 130 stopped)."""
     try:
-        options = arguments(name, about)
+        options = arguments(name, about, switches=switches)
         results = Results(name, options, seeds=seeds)
         body(options, results)
         results.finish()

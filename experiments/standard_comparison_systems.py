@@ -91,8 +91,7 @@ def longitudinal_plane() -> Problem:
     """Chen and others 2011: pitch steps with a switching elevator; smaller steps held out."""
     plan = chen2011_system.PitchSteps(pitch=math.radians(15.0))
     fit, held = chen2011_system.benchmark(), chen2011_system.benchmark(plan=plan)
-    costs = ("trajectory", "regression")
-    return made("chen2011 longitudinal", chen2011_system.PLANT, chen2011_system.FREE, [fit], [held], costs=costs)
+    return made("chen2011 longitudinal", chen2011_system.PLANT, chen2011_system.FREE, [fit], [held])
 
 
 def torpedo() -> Problem:
@@ -100,7 +99,7 @@ def torpedo() -> Problem:
     model = Torpedo()
     first = {"u": 1.5}
     runs = [
-        run_manoeuvre(model, plan, dt=0.1, first_state=first, rudder_rate=math.radians(30.0), limit=60.0)
+        run_manoeuvre(model, plan, dt=0.1, first_state=first, rudder_rate=math.radians(30.0), limit=40.0)
         for plan in (Weave(), Weave(period=17.0, other=9.0, rudder=math.radians(9.0)))
     ]
     return made("zhao2018 torpedo", model, TORPEDO_FREE, runs[:1], runs[1:])
@@ -111,11 +110,11 @@ def glider() -> Problem:
     model = Glider()
     first = {"u": 0.5, "theta": -0.6, "z": 10.0}
     plans = (
-        Sawtooth(Trim(0.5, 0.402), Trim(-0.5, 0.403), deep=40.0, shallow=10.0, halves=2),
-        Sawtooth(Trim(0.6, 0.404), Trim(-0.4, 0.401), deep=40.0, shallow=10.0, halves=2),
+        Sawtooth(Trim(0.5, 0.402), Trim(-0.5, 0.403), deep=30.0, shallow=10.0, halves=2),
+        Sawtooth(Trim(0.6, 0.404), Trim(-0.4, 0.401), deep=30.0, shallow=10.0, halves=2),
     )
     runs = [
-        run_manoeuvre(model, plan, dt=0.25, first_state=first, inputs={"m_b": plan.dive.m_b, "x_p": plan.dive.x_p},
+        run_manoeuvre(model, plan, dt=0.5, first_state=first, inputs={"m_b": plan.dive.m_b, "x_p": plan.dive.x_p},
                       limit=300.0, name=f"sawtooth {k}")
         for k, plan in enumerate(plans, 1)
     ]  # fmt: skip

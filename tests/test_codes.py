@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import ast
 import pickle
 import re
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from seatruth import BadInput, PluginError, cli, read_trial
 from seatruth.codes import codes
+from seatruth.errors import code_of_module
 from seatruth.storage.atomic import CannotWrite, DiskFull, write_file
 from seatruth.trials.finding import Finding
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "src" / "seatruth"
+sys.path.insert(0, str(ROOT / "tools" / "documentation"))
+import codes_pages  # noqa: E402  (the folder of tools is no package)
 
 
 def test_an_error_has_the_code_of_the_part_that_raises_it(tmp_path: Path) -> None:
@@ -39,6 +48,76 @@ def test_each_code_has_causes_in_words() -> None:
         assert re.fullmatch(r"[a-z0-9-]+", code.name)
         assert code.causes, code.name
         assert all(cause.message for cause in code.causes), code.name
+
+
+def made_in_the_sources() -> Iterator[tuple[str, ast.Call]]:
+    """Each place that makes an error or a finding, and each place that is given a code's name."""
+    for path in sorted(SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                yield path.relative_to(SOURCES).as_posix(), node
+
+
+def test_each_place_that_makes_a_finding_names_codes_that_have_a_page() -> None:
+    """`Finding(...)` and `make_finding(...)`; a code with an angle and its rate in it stands for three."""
+    found, seen = codes(), 0
+    for path, call in made_in_the_sources():
+        name = ast.unparse(call.func).rpartition(".")[2]
+        if name not in ("Finding", "make_finding"):
+            continue
+        given = [*call.args, *(keyword.value for keyword in call.keywords if keyword.arg == "code")]
+        at = 1 if name == "Finding" else 2
+        if len(given) <= at or isinstance(given[at], ast.Name):  # passes on, or loads, what another place made
+            assert path in ("trials/check/helpers.py", "diagnosis/results.py"), f"{path}, line {call.lineno}"
+            continue
+        text = ast.literal_eval(given[at]) if isinstance(given[at], ast.Constant) else ast.unparse(given[at])[2:-1]
+        for angle, rate in (("psi", "r"), ("theta", "q"), ("phi", "p")):
+            code = text.format(angle=angle, rate=rate)
+            assert found[code].kind == "finding", f"{path}, line {call.lineno}"
+            seen += 1
+    assert seen > 150
+
+
+def test_each_place_that_raises_an_error_has_its_cause_on_a_page() -> None:
+    kinds = kinds_of_errors()
+    assert {"BadInput", "DiskFull"} < kinds
+    found, places = codes(), 0
+    for path, call in made_in_the_sources():
+        if isinstance(call.func, ast.Name) and call.func.id in kinds and call.args:
+            code = code_of_module("seatruth." + path.removesuffix(".py").removesuffix("/__init__").replace("/", "."))
+            assert found[code].kind == "error", f"{path}, line {call.lineno}"
+            places += 1
+    raised = [cause for code in found.values() if code.kind == "error" for cause in code.causes]
+    assert len(raised) >= places > 400
+
+
+def kinds_of_errors() -> set[str]:
+    """Names of the classes of errors of seatruth, as the sources define them."""
+    classes = [
+        (node.name, {ast.unparse(base) for base in node.bases})
+        for path in SOURCES.rglob("*.py")
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef)
+    ]
+    kinds = {"SeatruthError"}
+    while more := {name for name, bases in classes if bases & kinds} - kinds:
+        kinds |= more
+    return kinds
+
+
+def test_each_code_has_a_page_with_every_cause_and_remedy(tmp_path: Path) -> None:
+    codes_pages.write(tmp_path)
+    index = (tmp_path / "index.md").read_text(encoding="utf-8")
+    for code in codes().values():
+        assert f"({code.name}.md)" in index
+        lines = (tmp_path / f"{code.name}.md").read_text(encoding="utf-8").splitlines()
+        assert lines[0] == f"# {code.name}"
+        rows = [line for line in lines if line.startswith("| ")][1:]
+        assert len(rows) == len(code.causes), code.name
+        for row, cause in zip(rows, code.causes):
+            message, remedy = re.split(r"(?<!\\) \| ", row.strip("| "))[-2:]
+            assert message == codes_pages.cell(cause.message)
+            assert remedy == (codes_pages.cell(cause.remedy) or "the message says it")
 
 
 def test_remedies_stand_with_their_causes() -> None:

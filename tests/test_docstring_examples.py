@@ -11,7 +11,7 @@ import pytest
 
 import seatruth
 
-LONG = ("seatruth.diagnosis.results", "seatruth.report.page")
+LONG = ("seatruth.diagnosis.pipeline", "seatruth.diagnosis.results", "seatruth.report.page")
 """Modules whose examples take seconds."""
 MODULES = sorted(
     module.name

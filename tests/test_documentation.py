@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -14,7 +15,9 @@ import codes_pages  # noqa: E402
 import effects_pages  # noqa: E402
 import reference_pages  # noqa: E402
 
+from seatruth import load_model, models, optimizers  # noqa: E402
 from seatruth.codes import Cause, Code  # noqa: E402
+from seatruth.commands.list_installed import Kind  # noqa: E402
 from seatruth.effects import available  # noqa: E402
 
 
@@ -52,12 +55,34 @@ def test_a_page_of_a_code_shows_causes_and_remedies_as_they_are() -> None:
     assert "About \\*it\\*." in text
 
 
-@pytest.mark.parametrize("name", ["rudder_lag", "thruster_gain", "trial_current"])
-def test_an_effect_has_a_picture_of_what_it_changes(name: str, tmp_path: Path) -> None:
+def test_the_gallery_shows_every_effect_and_what_it_is_confused_with(tmp_path: Path) -> None:
+    known = available()
+    thrusters = {"thruster_direction", "thruster_lag", "voltage_sag", "battery_discharge", "tether"}
+    parameters = {parameter.name for name in models.available() for parameter in load_model(name).parameters}
+    parameters.add("N_delta")  # of models of one's own
+    for name, effect in known.items():
+        runs = [made[0].name for made in effects_pages.shown_on(effect)]
+        assert runs or not effect.dynamic, f"no run shows {name}"
+        if name in thrusters:
+            assert runs == ["twin_thruster", "bluerov2"]
+        assert {*effect.confused_with, *effect.equivalent} <= {*known, *parameters}, name
+
+
+@pytest.mark.parametrize("name", ["rudder_lag", "trial_current", "thruster_gain"])
+def test_an_effect_has_a_picture_of_what_it_changes_on_each_vehicle(name: str, tmp_path: Path) -> None:
     known = available()
     text = effects_pages.page(known[name], known, tmp_path)
-    assert f"![What {name} changes]({name}.svg)" in text
-    assert (tmp_path / f"{name}.svg").stat().st_size > 1000
+    pictures = re.findall(r"!\[[^\]]*\]\((\S+)\)", text)
+    assert len(pictures) == len(effects_pages.shown_on(known[name]))
+    assert all((tmp_path / picture).stat().st_size > 1000 for picture in pictures)
+    assert all(f"[{other}]({other}.md)" in text for other in known[name].confused_with if other in known)
+
+
+def test_every_model_and_solver_has_its_entry_in_the_reference() -> None:
+    for kind, names in ((Kind.models, models.available()), (Kind.optimizers, optimizers.available())):
+        text = reference_pages._entries(kind, "Title", "About.")
+        assert len(names) >= 10
+        assert [name for name in names if f"\n## {name}\n" not in text] == []
 
 
 def test_a_docstring_becomes_markdown() -> None:

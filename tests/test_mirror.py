@@ -28,7 +28,9 @@ ELSEWHERE = {
         "comparison/realisation",
         "comparison/results",
         "comparison/runner",
+        "comparison/scoring",
         "comparison/store",
+        "comparison/store_schema",
         "comparison/worker",
     ),
     # Sections are read on the page.
@@ -210,7 +212,6 @@ ELSEWHERE = {
     "uncertainty/test_identifiability.py": (
         "uncertainty/covariance",
         "uncertainty/prior_identifiability",
-        "uncertainty/profile",
         "uncertainty/sensitivity",
     ),
 }

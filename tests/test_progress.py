@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from known_glide import TRUE, study
@@ -55,11 +56,33 @@ def test_loading_a_study_reports_each_log() -> None:
 def test_a_command_shows_how_far_its_logs_are_read(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(progress.ProgressLine, "_keep_alive", lambda *given: None)
+    monkeypatch.setattr(progress, "_LOG_FIRST_S", 0.0)
     monkeypatch.setattr(progress, "_LOG_EVERY_S", 0.0)
     progress.load_study(sample.FOLDER / "study.toml")
     assert "Reading zigzag_20_20.csv: 100 of 100 percent" in capsys.readouterr().err
     progress.load_study(sample.FOLDER / "study.toml", quiet=True)
     assert capsys.readouterr().err == ""
+
+
+def test_a_log_has_a_line_a_minute_and_one_too_where_a_step_takes_long(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    line = progress.ProgressLine()
+    for second in range(200):
+        clock[0] = float(second)
+        line(ProgressEvent("Search", second, None, "evaluations"))
+    said = capsys.readouterr().err.splitlines()
+    assert [int(text.split()[1]) for text in said] == [5, 65, 125, 185]
+
+    clock[0] = 300.0
+    waits = iter([False, False, True])
+    line._ended = SimpleNamespace(wait=lambda seconds: next(waits))
+    line._keep_alive(progress.error_console())  # the second time nothing is due yet
+    (still,) = capsys.readouterr().err.splitlines()
+    assert still.startswith("Still at: Search: 199 evaluations")
 
 
 def test_identify_reports_every_stage() -> None:

@@ -107,6 +107,8 @@ def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixt
 def test_the_progress_of_the_reading_is_shown(
     study: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(progress.ProgressLine, "_keep_alive", lambda *given: None)
+    monkeypatch.setattr(progress, "_LOG_FIRST_S", 0.0)
     monkeypatch.setattr(progress, "_LOG_EVERY_S", 0.0)
     for split in ([], ["--by", "column", "--column", "run"]):
         code, _, said = run(capsys, "day.csv", *split)

@@ -1,14 +1,16 @@
 """Attacks seatruth: random models against Python, mutated inputs, hostile files, kills. One table says what gave way.
 
-    python experiments/attack [--quick] [--cases N] [--only PART ...] [--seed S] [--guided] [--out FOLDER]
+    python experiments/attack [--quick] [--cases N] [--minutes M] [--only PART ...] [--seed S] [--guided] [--out FOLDER]
 
-`--guided` lets coverage lead the mutations (needs `pip install 'seatruth[attack]'`). The exit code is 1 where anything
-gave way; those inputs are then kept in the folder "gave way" of the results. All data are SYNTHETIC.
+`--minutes` ends each part after that time; the table counts what was tried by then. `--guided` lets coverage lead the
+mutations (needs `pip install 'seatruth[attack]'`). The exit code is 1 where anything gave way; those inputs are then
+kept in the folder "gave way" of the results. All data are SYNTHETIC.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
@@ -23,6 +25,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="experiments/attack", description="Attacks seatruth; says what gave way.")
     parser.add_argument("--quick", action="store_true", help="a small version")
     parser.add_argument("--cases", type=int, help="cases of each part (default: as many as its kind needs)")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="longest time of each part (default: none)")
     parser.add_argument("--only", nargs="+", metavar="PART", default=[], help=f"of: {', '.join(parts.NAMES)}")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--guided", action="store_true", help="let coverage lead the mutations")
@@ -37,13 +40,13 @@ def main() -> int:
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     if given.part:
-        parts.run(given.part, given.cases, given.seed, out, given.guided)
+        parts.run(given.part, given.cases, given.seed, out, given.guided, 60.0 * given.minutes)
         return 0
     chosen = [name for name in parts.NAMES if not given.only or any(name.startswith(word) for word in given.only)]
     tallies = []
     for name in chosen:
         cases = parts.cases_of(name, given.quick, given.cases)
-        tally = parts.in_own_process(name, cases, given.seed, out, given.guided and name in parts.FUZZED)
+        tally = parts.in_own_process(name, cases, given.seed, out, given.guided and name in parts.FUZZED, given.minutes)
         tallies.append(tally)
         print(f"{name}: {tally.tried} tried, {tally.failed or 'nothing'} gave way, {tally.seconds:.0f} s", flush=True)
         for reason in tally.gave_way:

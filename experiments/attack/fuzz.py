@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
+import inspect
+import math
 import random
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, NoReturn
 
 from attack import guard
 from attack.inputs import REFUSALS, Target
@@ -42,42 +44,65 @@ class Tally:
                 self.gave_way.append(f"{case}: {verdict.reason}")
 
 
-def run(target: Target, cases: int, seed: int, kept: Path) -> Tally:
-    """Gives a target so many mutated inputs. Those that it gives way to are written into the folder `kept`."""
+def run(target: Target, cases: int, seed: int, kept: Path, seconds: float = math.inf) -> Tally:
+    """Gives a target so many mutated inputs, for so long at most.
+
+    Those that it gives way to are written into the folder `kept`.
+    """
     target.take(target.examples[0])  # loads what is loaded once
     tally, begun = Tally(target.name), time.perf_counter()
     for data in mutants(target, cases, seed):
+        if time.perf_counter() - begun > seconds:
+            break
         judge(target, data, tally, kept)
     tally.seconds = time.perf_counter() - begun
     return tally
 
 
-def guided(target: Target, cases: int, seed: int, kept: Path) -> Tally:
-    """The same, led by what is covered (atheris, that is libFuzzer). It instruments the whole process."""
+def guided(
+    target: Target, cases: int, seed: int, kept: Path, seconds: float, ended: Callable[[Tally], NoReturn]
+) -> NoReturn:
+    """The same, led by what of seatruth is covered (atheris, that is libFuzzer).
+
+    libFuzzer does not give the process back: `ended` gets the tally after the last case, and leaves the process.
+    """
     import atheris  # an extra: there are no wheels for every system
 
-    target.take(target.examples[0])
+    target.take(target.examples[0])  # loads what is to be led by
+    _instrument(atheris.instrument_func)
     tally, begun = Tally(target.name), time.perf_counter()
 
     def one(data: bytes) -> None:
         judge(target, data, tally, kept)
-        if tally.tried >= cases:
+        if tally.tried >= cases or time.perf_counter() - begun > seconds:
             tally.seconds = time.perf_counter() - begun
-            raise _Done
+            ended(tally)
 
     corpus = kept / f"corpus {target.name}"
     corpus.mkdir(parents=True, exist_ok=True)
     for k, example in enumerate(target.examples):
         (corpus / str(k)).write_bytes(example)
-    atheris.instrument_all()
     atheris.Setup([sys.argv[0], f"-seed={seed or 1}", "-verbosity=0", str(corpus)], one)
-    with contextlib.suppress(_Done):
-        atheris.Fuzz()
-    return tally
+    atheris.Fuzz()
+    raise AssertionError("libFuzzer ended before its last case")
 
 
-class _Done(Exception):
-    """So many cases were asked for."""
+def _instrument(instrument: Callable[[Any], Any]) -> int:
+    """Lets atheris see which lines of seatruth run, and returns of how many functions.
+
+    Of seatruth alone: to instrument NumPy, pandas and all else that is loaded takes minutes, and leads nowhere.
+    """
+    seen: set[int] = set()
+    for name, module in list(sys.modules.items()):
+        if name.partition(".")[0] != "seatruth":
+            continue
+        for owner in (module, *(one for one in vars(module).values() if inspect.isclass(one))):
+            for value in list(vars(owner).values()):
+                function = getattr(value, "__func__", value)
+                if inspect.isfunction(function) and function.__module__ == name and id(function) not in seen:
+                    seen.add(id(function))
+                    instrument(function)
+    return len(seen)
 
 
 def judge(target: Target, data: bytes, tally: Tally, kept: Path) -> None:

@@ -180,6 +180,8 @@ def _logs(place: Path) -> Target:
 
 def _by_hand(data: bytes) -> dict[str, np.ndarray] | None:
     """The columns of a plain log, read with Python's csv; None where it is not plain enough to be sure."""
+    if any(mark in data for mark in (b"#", b"%", b"//")):
+        return None  # a comment where it begins a line
     try:
         rows = [row for row in csv.reader(data.decode("ascii").splitlines(), strict=True) if row]
         head = [cell.strip() for cell in rows[0]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 import shutil
 import sqlite3
@@ -29,8 +30,8 @@ COMMANDS: dict[str, Sequence[str]] = {
 _TIMES = {"wall_s", "cpu_s", "time_utc", "seconds", "checksum", "traces_checksum", "sha256", "resumed"}
 
 
-def run(command: str, cases: int, seed: int, place: Path) -> Tally:
-    """Kills a command at so many moments, each time in a folder of its own."""
+def run(command: str, cases: int, seed: int, place: Path, seconds: float = math.inf) -> Tally:
+    """Kills a command at so many moments, for so long at most, each time in a folder of its own."""
     tally, begun, draw = Tally(f"kill -9: {command}"), time.perf_counter(), random.Random(f"{command} {seed}")
     boat.build(place / "whole")
     started = time.perf_counter()
@@ -38,6 +39,8 @@ def run(command: str, cases: int, seed: int, place: Path) -> Tally:
     lasts = time.perf_counter() - started
     truth, left = _numbers(place / "whole"), _files(place / "whole")
     for k in range(cases):
+        if time.perf_counter() - begun > seconds:
+            break
         folder = place / str(k)
         boat.build(folder)
         moment = draw.uniform(0.0, 1.0) * lasts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from attack import boat, fuzz, guard, hostile, inputs, kills, models
 from attack.fuzz import Tally
@@ -37,14 +39,14 @@ def cases_of(part: str, quick: bool, asked: int | None) -> int:
     return 60 if quick else 20_000
 
 
-def in_own_process(part: str, cases: int, seed: int, out: Path, guided: bool) -> Tally:
+def in_own_process(part: str, cases: int, seed: int, out: Path, guided: bool, minutes: float = math.inf) -> Tally:
     """Runs a part; a process that ends without an answer is itself what gave way."""
     answer = _answer(part, out)
     answer.unlink(missing_ok=True)
     line = [sys.executable, "-P", "-W", "ignore", str(Path(__file__).parent), "--part", part, "--cases", str(cases)]
     begun = time.perf_counter()
     done = subprocess.run(
-        [*line, "--seed", str(seed), "--out", str(out), *(["--guided"] if guided else [])],
+        [*line, "--seed", str(seed), "--out", str(out), "--minutes", str(minutes), *(["--guided"] if guided else [])],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -56,14 +58,24 @@ def in_own_process(part: str, cases: int, seed: int, out: Path, guided: bool) ->
     return Tally(**json.loads(answer.read_text()))
 
 
-def run(part: str, cases: int, seed: int, out: Path, guided: bool) -> None:
-    """Runs a part here and writes its tally."""
+def run(part: str, cases: int, seed: int, out: Path, guided: bool, seconds: float = math.inf) -> None:
+    """Runs a part here, for so long at most, and writes its tally."""
     os.environ.setdefault("SEATRUTH_THREADS", "1")
     place = Path(tempfile.mkdtemp(prefix="attack-"))
+
+    def ended(tally: Tally) -> NoReturn:
+        _answer(part, out).write_text(json.dumps(dataclasses.asdict(tally)))
+        shutil.rmtree(place, ignore_errors=True)
+        os._exit(0)
+
+    if guided:
+        warnings.simplefilter("ignore")
+        (target,) = inputs.targets(place, [part])
+        fuzz.guided(target, cases, seed, out / "gave way", seconds, ended)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            tally = _tally(part, cases, seed, place, out / "gave way", guided)
+            tally = _tally(part, cases, seed, place, out / "gave way", seconds)
     finally:
         shutil.rmtree(place, ignore_errors=True)
     _answer(part, out).write_text(json.dumps(dataclasses.asdict(tally)))
@@ -74,21 +86,23 @@ def _answer(part: str, out: Path) -> Path:
     return out / f"{part.replace(':', '').replace(',', '').replace(' ', '_')}.json"
 
 
-def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, guided: bool) -> Tally:
+def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, seconds: float) -> Tally:
     if part == MODELS:
-        return _models(cases, seed)
+        return _models(cases, seed, seconds)
     if part == HOSTILE:
         return _hostile(place)
     if part in KILLED:
-        return kills.run(part.removeprefix("kill -9: "), cases, seed, place)
+        return kills.run(part.removeprefix("kill -9: "), cases, seed, place, seconds)
     (target,) = (one for one in inputs.targets(place, [part]))
-    return (fuzz.guided if guided else fuzz.run)(target, cases, seed, kept)
+    return fuzz.run(target, cases, seed, kept, seconds)
 
 
-def _models(cases: int, seed: int) -> Tally:
+def _models(cases: int, seed: int, seconds: float) -> Tally:
     os.environ["SEATRUTH_CACHE"] = "off"
     tally, begun = Tally(MODELS), time.perf_counter()
     for number in range(seed * 1_000_000, seed * 1_000_000 + cases):
+        if time.perf_counter() - begun > seconds:
+            break
         at = time.perf_counter()
         reason, how = "", "answered"
         try:

@@ -15,6 +15,7 @@ from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
+from seatruth.models.isolated import failures_of
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
@@ -93,6 +94,8 @@ class Analysis:
         self.findings = list(check_study(self.study))
         self.findings += _replaced(self.settings)
         self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
+        failed = failures_of(self.study.model)
+        self.findings += [failed_runs(failed)] if failed else []
         if not math.isfinite(self.outcome.value):
             return
         if self.study.cost.kind == "regression":
@@ -320,6 +323,12 @@ def check_study(study: Study) -> list[Finding]:
     """All findings about a study's trials, gravest first."""
     trials = [*study.trials, *study.holdout]
     return check_tables(trials, study.model) if study.cost.kind == "formula" else check_trials(trials, study.model)
+
+
+def failed_runs(text: str) -> Finding:
+    """A finding that runs of a simulator failed, and why."""
+    do = "A few are no harm: each counts as diverged. If they are many, narrow the bounds or raise the time limit."
+    return Finding("note", "runs-failed", text, "simulation", do)
 
 
 def _replaced(settings: Mapping[str, Mapping[str, Any]]) -> list[Finding]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import functools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -55,6 +55,7 @@ def codes() -> dict[str, Code]:
     for path in sorted(_SOURCES.rglob("*.py")):
         module = "seatruth." + ".".join(path.relative_to(_SOURCES).with_suffix("").parts).removesuffix(".__init__")
         tree = ast.parse(path.read_text(encoding="utf-8"))
+        pairs = _pairs(tree)
         about = (ast.get_docstring(tree) or "").split("\n\n")[0].replace("\n", " ")
         for call in _calls(tree):
             name = _name(call)
@@ -66,8 +67,9 @@ def codes() -> dict[str, Code]:
                 # A study's problems are collected, and raised together by one module.
                 code = code_of_module("seatruth.study.validation")
                 errors.setdefault(code, Code(code, "error", "")).causes.append(_problem(call, known))
-            elif name in _FINDINGS and (made := _finding(call, known, _FINDINGS[name])) is not None:
-                findings.setdefault(made[0], Code(made[0], "finding", about)).causes.append(made[1])
+            elif name in _FINDINGS:
+                for made, cause in _finding(call, known, _FINDINGS[name], pairs):
+                    findings.setdefault(made, Code(made, "finding", about)).causes.append(cause)
     errors["plug-in"] = Code("plug-in", "error", about_plugins, [Cause("what the plug-in says", "Ask its author.")])
     return {**dict(sorted(errors.items())), **dict(sorted(findings.items()))}
 
@@ -111,14 +113,33 @@ def _value(node: ast.expr | None, known: Mapping[str, ast.expr]) -> ast.expr | N
     return known.get(node.id, node) if isinstance(node, ast.Name) else node
 
 
-def _finding(call: ast.Call, known: Mapping[str, ast.expr], first: int) -> tuple[str, Cause] | None:
+def _finding(
+    call: ast.Call, known: Mapping[str, ast.expr], first: int, pairs: Sequence[Mapping[str, str]]
+) -> Iterator[tuple[str, Cause]]:
+    """The code of a finding with its cause; one for each pair of channels where the code names two."""
     names = ("severity", "code", "message", "where", "do") if first == 0 else ("severity", "code", "message", "do")
     given = dict(zip(names, call.args[first:])) | {k.arg: k.value for k in call.keywords if k.arg in names}
-    code = given.get("code")
-    if not (isinstance(code, ast.Constant) and isinstance(code.value, str)):
-        return None
     message, do, severity = (_text(_value(given.get(part), known)) for part in ("message", "do", "severity"))
-    return code.value, Cause(message, do, severity)
+    code = given.get("code")
+    if isinstance(code, ast.Constant):
+        yield str(code.value), Cause(message, do, severity)
+    elif isinstance(code, ast.JoinedStr):
+        for pair in pairs:
+            yield _filled(_text(code), pair), Cause(_filled(message, pair), _filled(do, pair), severity)
+
+
+def _pairs(tree: ast.Module) -> list[dict[str, str]]:
+    """The pairs of an angle and its rate that a module checks: what its constant `_PAIRS` holds."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_PAIRS":
+            return [dict(zip(("angle", "rate"), pair)) for pair in ast.literal_eval(node.value)]
+    return []
+
+
+def _filled(text: str, words: Mapping[str, str]) -> str:
+    for name, word in words.items():
+        text = text.replace(f"{{{name}}}", word)
+    return text
 
 
 def _text(node: ast.expr | None) -> str:

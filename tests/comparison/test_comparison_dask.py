@@ -1,4 +1,4 @@
-"""A real scheduler and workers as processes of their own; one of them is killed and nothing is lost."""
+"""A real scheduler and workers, each in a folder of its own; one of them is killed and nothing is lost."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
-from small_comparison import numbers, slow, small
-
-pytest.importorskip("distributed")
-
 from distributed import Client
+from small_comparison import numbers, slow, small
 
 from seatruth import BadInput
 from seatruth.comparison import compare
@@ -29,17 +27,26 @@ WORKER = [sys.executable, "-m", "distributed.cli.dask_worker"]
 
 
 @pytest.fixture
-def cluster() -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """Address of a scheduler with two workers, and their processes."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
+    before = os.environ.get("PYTHONPATH")
+    paths = [str(HERE), str(HERE.parent), *([before] if before else [])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment}
     port = address.rpartition(":")[2]
     scheduler = subprocess.Popen([*DASK, "--host", "127.0.0.1", "--port", port, "--no-dashboard"], **quiet)  # type: ignore[call-overload]
     options = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
-    workers = [subprocess.Popen([*WORKER, address, *options], **quiet) for _ in range(2)]  # type: ignore[call-overload]
+    workers = []
+    for name in ("one", "other"):
+        # Nothing is shared: each has a working folder, kept kernels and temporary files of its own.
+        own = tmp_path / name
+        own.mkdir()
+        apart = environment | {"XDG_CACHE_HOME": str(own / "cache"), "TMPDIR": str(own), "HOME": str(own)}
+        place: dict[str, Any] = quiet | {"env": apart, "cwd": own}
+        workers.append(subprocess.Popen([*WORKER, address, *options, "--local-directory", str(own)], **place))
     try:
         yield address, workers
     finally:

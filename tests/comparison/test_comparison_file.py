@@ -201,7 +201,7 @@ def test_the_document_is_the_schema_and_its_examples_run(tmp_path: Path, monkeyp
     example = re.search(r"```toml\n(.*?)```", text, re.DOTALL)
     assert example is not None
     (tmp_path / "comparison.toml").write_text(example[1])
-    assert len(read_comparison("comparison.toml")[0].runs) == 20 * 2 * 2 * 2 * 5
+    assert len(read_comparison("comparison.toml")[0].runs) == 20 * 3 * 2 * 2 * 5
     block = re.search(r"```python\n(.*?)```", text, re.DOTALL)
     assert block is not None
     code = block[1].replace("workers=2", "workers=1")

@@ -22,10 +22,21 @@ from seatruth.diagnosis.sizes import Sizes, noise_prior
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 
+Said = list[tuple[str, int, int]]
+
 
 @pytest.fixture(scope="module")
-def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
-    return search(small.problem(ship_folder, offset_runs), small.silent)
+def searched(ship_folder: Path, offset_runs: list[Trial]) -> tuple[Search, Said, Checkpoint]:
+    """One search, what it said of its progress, and what it stored."""
+    said: Said = []
+    store = Checkpoint(None, "test")
+    problem = small.problem(ship_folder, offset_runs)
+    return search(problem, lambda text, done, total: said.append((text, done, total)), store), said, store
+
+
+@pytest.fixture(scope="module")
+def found(searched: tuple[Search, Said, Checkpoint]) -> Search:
+    return searched[0]
 
 
 ACTING: Mapping[str, tuple[str, float]] = {
@@ -43,7 +54,7 @@ def test_the_effect_that_acts_has_the_highest_evidence(found: Search) -> None:
     assert not found.interrupted
 
 
-@pytest.mark.parametrize("name", ["rudder_gain", "gyro_bias"])
+@pytest.mark.parametrize("name", [pytest.param("rudder_gain", marks=pytest.mark.slow), "gyro_bias"])
 def test_other_effects_too(ship_folder: Path, name: str) -> None:
     parameter, value = ACTING[name]
     runs = small.trials(ship_folder, {parameter: value}, specs=[name])
@@ -97,26 +108,33 @@ def test_the_setting_bounds_the_size_of_a_set(ship_folder: Path) -> None:
     assert len({key for key, _ in single.fits if key}) == 2
 
 
-def test_progress_counts_up_to_what_is_expected(ship_folder: Path, offset_runs: list[Trial]) -> None:
-    said: list[tuple[str, int, int]] = []
-    search(small.problem(ship_folder, offset_runs), lambda text, done, total: said.append((text, done, total)))
+def test_progress_counts_up_to_what_is_expected(searched: tuple[Search, Said, Checkpoint]) -> None:
+    said = searched[1]
     assert said[0][0] == "the model alone"
     assert [done for _, done, _ in said] == sorted(done for _, done, _ in said)
     assert all(done <= total for _, done, total in said)
 
 
-def test_a_stored_search_is_the_same(ship_folder: Path, offset_runs: list[Trial], found: Search) -> None:
-    store = Checkpoint(None, "test")
-    first = search(small.problem(ship_folder, offset_runs), small.silent, store)
+def test_a_stored_search_is_the_same(
+    ship_folder: Path, offset_runs: list[Trial], searched: tuple[Search, Said, Checkpoint]
+) -> None:
+    found, _, store = searched
     count = len(store)
     again = search(small.problem(ship_folder, offset_runs), small.silent, store)
     assert count == len(store)
-    for other in (first, again):
-        assert other.fits.keys() == found.fits.keys()
-        assert other.screened == found.screened
-        for place, one in found.fits.items():
-            assert other.fits[place].evidence == one.evidence
-            np.testing.assert_array_equal(other.fits[place].point.shared, one.point.shared)
+    assert again.fits.keys() == found.fits.keys()
+    assert again.screened == found.screened
+    for place, one in found.fits.items():
+        assert again.fits[place].evidence == one.evidence
+        np.testing.assert_array_equal(again.fits[place].point.shared, one.point.shared)
+
+
+@pytest.mark.slow
+def test_a_search_without_a_store_is_the_same(ship_folder: Path, offset_runs: list[Trial], found: Search) -> None:
+    other = search(small.problem(ship_folder, offset_runs), small.silent)
+    assert {place: fit.evidence for place, fit in other.fits.items()} == {
+        place: fit.evidence for place, fit in found.fits.items()
+    }
 
 
 def test_an_interrupt_leaves_what_was_reached(ship_folder: Path, offset_runs: list[Trial]) -> None:

@@ -61,7 +61,13 @@ def joint(name: str) -> Joint:
     return Joint(name)
 
 
-@pytest.fixture(params=[*sorted(models()), *OWN])
+OTHER_VALUES = ("torpedo_324", "bluerov2_heavy", "twin")
+"""Models with the equations of another one of the list, which the fast tests take."""
+
+
+@pytest.fixture(
+    params=[pytest.param(name, marks=[pytest.mark.slow] * (name in OTHER_VALUES)) for name in (*sorted(models()), *OWN)]
+)
 def one(request: pytest.FixtureRequest) -> Joint:
     found = joint(request.param)
     if not found.effects:

@@ -31,6 +31,24 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+TABLES = {"attack", "diagnosis_speed", "long_logs", "reader_fuzz", "withheld"}
+"""Experiments whose result is a table."""
+
+
+def test_each_experiment_has_its_section_in_the_gallery_with_its_figure_and_command() -> None:
+    text = (EXPERIMENTS / "README.md").read_text(encoding="utf-8")
+    sections = {part.partition(":")[0]: part for part in text.split("\n## ")[1:]}
+    names = {one.name for one in driver.find()}
+    assert names <= set(sections)
+    for name in names - TABLES:
+        assert f"![{name}](figures/{name}.png)" in sections[name], name
+        assert (EXPERIMENTS / "figures" / f"{name}.png").stat().st_size > 10_000
+    for name in TABLES:
+        assert "table" in sections[name] or "| " in sections[name], name
+        assert "make " in sections[name] or f"experiments/{name}.py" in sections[name], name
+    assert "python experiments/xu2012.py" in text, "how one is run"
+
+
 def test_experiments_are_found_and_those_without_their_trials_left_out(folder: Path) -> None:
     found = driver.find(folder)
     assert [(one.name, one.needs_trials) for one in found] == [("broken", False), ("ended", False), ("ships", True)]

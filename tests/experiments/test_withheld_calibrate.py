@@ -84,7 +84,7 @@ def test_nothing_is_right_too_where_only_another_form_acts() -> None:
 
 
 def test_a_temperature_is_found_again_and_holds_on_cases_left_out() -> None:
-    cases = [table(truth, own) for truth, own in _drawn(160, 3.0, 1)]
+    cases = [table(truth, own) for truth, own in _drawn(80, 3.0, 1)]
     constants = fit(cases)
     assert constants.temperature == pytest.approx(3.0, rel=0.35)
     left_out = cross_validated(cases, 0)

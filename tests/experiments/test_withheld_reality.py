@@ -15,7 +15,7 @@ from withheld.cases import growth
 from withheld.names import NAMES
 from withheld.reality.families import Family, families
 from withheld.reality.gear import Gear
-from withheld.reality.manoeuvres import Fixed, Trial, ship_trial
+from withheld.reality.manoeuvres import Fixed, Trial
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
 
@@ -66,7 +66,7 @@ def test_turning_circle_is_the_published_one(
     The container ship's are no measurements: its published equations in their own form, no roll, rudder over at once.
     """
     family = FAMILIES[name]
-    turn = Trial("turn", lambda: Fixed([(0.0, math.radians(order), 1.0)]), 0.0, 60 * family.time)
+    turn = Trial("turn", lambda: Fixed([(0.0, math.radians(order), 1.0)]), 0.0, 35 * family.time)
     y, side = _made(name, turn).clean, math.copysign(1.0, order)
     L = family.sizes["L"]
     at90, at180 = (int(np.argmax(side * y["psi"] >= angle)) for angle in (math.pi / 2, math.pi))
@@ -102,7 +102,7 @@ def test_a_coasting_ship_only_loses_energy() -> None:
 
 def test_a_current_carries_and_leaves_the_water_path() -> None:
     family = FAMILIES["ship"]
-    turn = ship_trial("turn_20_starboard", 0.3, family.time)
+    turn = Trial("turn", lambda: Fixed([(0.0, math.radians(20), 1.0)]), 0.3, 15 * family.time)
     still = _made("ship", turn).clean
     flow = (Present(family.mechanism("current"), {"north": 0.06, "east": -0.04}),)
     carried = _made("ship", turn, flow).clean
@@ -140,8 +140,8 @@ LONG_RUNS = ("tanker", "ship", "container", "mariner")
 )
 def test_another_form_changes_the_motion_and_vanishes_with_its_size(name: str) -> None:
     family = FAMILIES[name]
-    plan = [(2 * family.time, math.radians(10), 1.0), (9 * family.time, math.radians(-12), 0.7)]
-    trial = Trial("s", lambda: Fixed(plan), 0.0, 22 * family.time)
+    plan = [(0.5 * family.time, math.radians(10), 1.0), (4 * family.time, math.radians(-12), 0.7)]
+    trial = Trial("s", lambda: Fixed(plan), 0.0, 8 * family.time)
     plain = _made(name, trial).clean
     assert len(family.forms) >= 3
     for form in family.forms:

@@ -62,6 +62,8 @@ class TestGenetic(OptimizerConformance):
 
 
 class TestSimulatedAnnealing(OptimizerConformance):
+    evaluations = 6_000
+
     @pytest.fixture
     def optimizer(self) -> Optimizer:
         return make("simulated_annealing")

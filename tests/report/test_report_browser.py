@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +12,28 @@ from browser import ask, needs_chromium, printed
 from fake_diagnosis import diagnosis
 from fake_estimate import estimate
 
-from seatruth import write_report
+sys.path.insert(0, str(Path(__file__).parents[1] / "comparison"))
+from small_comparison import line, small
+
+from seatruth import Budget, compare, identify, write_report
+from seatruth.report.comparison import write_comparison_report
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 
-NAMES = ("estimate", "diagnosis")
+NAMES = ("estimate", "formula", "diagnosis", "comparison")
+"""Every kind of page that seatruth writes."""
 
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pages")
     found = {}
-    for name, result in (("estimate", estimate()), ("diagnosis", diagnosis())):
+    formula = identify(line(), budget=Budget(evaluations=60), threads=1)
+    for name, result in (("estimate", estimate()), ("formula", formula), ("diagnosis", diagnosis())):
         found[name] = folder / f"{name}.html"
         write_report(result, found[name])
+    found["comparison"] = folder / "comparison.html"
+    write_comparison_report(compare(small(), folder / "store"), found["comparison"])
     return found
 
 
@@ -113,6 +122,45 @@ def test_a_click_on_a_head_sorts_by_its_numbers(pages: dict[str, Path]) -> None:
     assert sorted(found["first"]) == sorted(found["up"])
 
 
+EVERY = """
+  const wrong = [];
+  let zoomed = 0, sorted = 0;
+  for (const plot of new Set([...page.querySelectorAll("figure [data-box]")].map(box => box.closest("figure")))) {
+    const size = () => [...plot.querySelectorAll("[data-box] path")].map(path => path.getBoundingClientRect().width);
+    const before = size();
+    plot.querySelector("[aria-label='Zoom in']").click();
+    if (!size().some((width, k) => width > 1.5 * before[k])) wrong.push("no zoom: " + plot.textContent.slice(0, 60));
+    plot.querySelector("[aria-label='Show the whole plot']").click();
+    if (size().some((width, k) => Math.abs(width - before[k]) > 0.5)) wrong.push("not whole again");
+    zoomed += 1;
+  }
+  for (const table of page.querySelectorAll("table")) {
+    const rows = () => [...table.tBodies].flatMap(body => [...body.rows]).map(row => row.textContent);
+    const before = rows();
+    for (const button of table.querySelectorAll("thead button")) {
+      for (let k = 0; k < 3; k++) {
+        button.click();
+        if ([...rows()].sort().join() !== [...before].sort().join()) wrong.push("rows change: " + button.textContent);
+      }
+      if (rows().join() !== before.join()) wrong.push("the third click does not go back: " + button.textContent);
+      sorted += 1;
+    }
+  }
+  const outside = [...page.querySelectorAll("[src], link[href]")].map(node => node.src || node.href)
+    .filter(address => !address.startsWith("data:"));
+  return { wrong, zoomed, sorted, outside, requests: inner.performance.getEntriesByType("resource").length };
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_plot_zooms_each_column_sorts_and_nothing_is_asked_for(pages: dict[str, Path], name: str) -> None:
+    found, logged = ask(pages[name], EVERY)
+    assert logged == []
+    assert (found["wrong"], found["outside"], found["requests"]) == ([], [], 0)
+    assert found["sorted"] > 3
+    assert found["zoomed"] > 0 or name in ("formula", "comparison")
+
+
 NARROW = """
   const scrolled = node => node.parentElement && (getComputedStyle(node.parentElement).overflowX === "auto"
     || scrolled(node.parentElement));
@@ -136,5 +184,5 @@ def test_nothing_leaves_the_screen_of_a_phone(pages: dict[str, Path], name: str)
 @pytest.mark.parametrize("name", NAMES)
 def test_paper_has_every_figure(pages: dict[str, Path], name: str) -> None:
     figures = pages[name].read_text(encoding="utf-8").count('<svg class="plot"')
-    assert figures > 3
+    assert figures > (1 if name in ("formula", "comparison") else 3)
     assert len(re.findall(rb"/S\s*/Figure", printed(pages[name]))) >= figures

@@ -15,12 +15,14 @@ import numpy as np
 import one_story
 import pandas as pd
 import pytest
+from drawing import outline
 from fake_diagnosis import KINDS, diagnosis
 from test_report_page import Page
 
 from seatruth.diagnosis.parts import Discrepancy
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.page import render
+from seatruth.report.sections import pictures
 from seatruth.report.text import diagnosis as text
 from seatruth.report.text import gap
 from seatruth.study.augment import augmented
@@ -33,10 +35,18 @@ SECTIONS = (
 STUDY = '[study]\nname = "fake study"\n\n[model]\nuse = "mmg"\nvary = ["Y_v"]\n\n[[trials]]\nfile = "a.csv"\n'
 
 
+DRAWN = ("effects", "inseparable", "unknown", "one_trial")
+"""Kinds of verdict whose figures the fast tests draw."""
+
+
 @functools.cache
 def rendered(kind: str) -> str:
-    """The page of a diagnosis as it comes."""
-    return render(diagnosis(kind))
+    """The page of a diagnosis as it comes; of most kinds with figures that are made, but not drawn."""
+    if kind in DRAWN:
+        return render(diagnosis(kind))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "svg", outline)
+        return render(diagnosis(kind))
 
 
 def page(found: Diagnosis | str) -> str:
@@ -61,6 +71,15 @@ def test_every_kind_has_its_sections_in_order(kind: str) -> None:
     assert ids == [name for name in SECTIONS if name not in absent]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in DRAWN])
+def test_the_figures_of_every_kind_can_be_drawn(kind: str) -> None:
+    html = render(diagnosis(kind))
+    drawn = re.findall(r'<svg class="plot".*?</svg>', html, re.DOTALL)
+    assert len(drawn) == rendered(kind).count('<svg class="plot"') > 0
+    assert all("<path" in svg for svg in drawn)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_parts_tell_one_story(kind: str, tmp_path: Path) -> None:
     found = diagnosis(kind)
@@ -70,6 +89,7 @@ def test_all_parts_tell_one_story(kind: str, tmp_path: Path) -> None:
     one_story.check(rendered(kind), found, written)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_that_tells_two_stories_is_noticed(tmp_path: Path) -> None:
     found = diagnosis()
     (tmp_path / "study.toml").write_text(STUDY)
@@ -154,6 +174,7 @@ def test_a_next_trial_that_does_not_help_is_not_suggested() -> None:
     assert "Turn by +delta (rudder hard over to starboard)" in page("effects")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_errors_of_the_data_stand_above_the_verdict() -> None:
     found = diagnosis()
     found.findings = [
@@ -222,6 +243,7 @@ def test_what_is_missing_is_left_out() -> None:
     assert "Measurement noise" not in shown
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_nothing_at_all_is_survived() -> None:
     found = diagnosis("underpowered")
     found.effects = found.hypotheses = ()
@@ -237,15 +259,22 @@ def test_numbers_that_are_not_finite_are_shown_as_words() -> None:
     found.gap.loc[0, ["rmse_refit", "multiple_refit"]] = math.inf
     found.time.loc[0, "misfit"] = math.inf
     assert "∞" in page(found)
-    diverging = found.validation
+    found.gap[[f"multiple_{fit}" for fit in gap.FITS]] = np.nan
+    found.gap["noise"] = 0.0
+    page(found)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_prediction_that_is_not_finite_is_said_in_words() -> None:
+    found = diagnosis()
+    assert found.validation is not None
+    folds = (replace(found.validation.folds[0], error_effects=math.inf, error_discrepancy=math.nan),)
+    diverging = found.validation = replace(found.validation, folds=folds, control=math.nan)
     found.validation = replace(diverging, gap_explained=math.nan)
     assert "could not be predicted: the motion diverges" in page(found)
     known = (replace(diverging.folds[0], error_effects=1.0),)
     found.validation = replace(diverging, folds=known, gap_explained=math.nan)
     assert "no gap to explain" in page(found)
-    found.gap[[f"multiple_{fit}" for fit in gap.FITS]] = np.nan
-    found.gap["noise"] = 0.0
-    page(found)
 
 
 def test_long_names_and_many_trials_stay_readable() -> None:

@@ -127,6 +127,7 @@ def test_readable_without_seeing_it(page: Page) -> None:
     assert len(page.all("caption")) == len(page.all("table"))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_synthetic_data_are_said_to_be_synthetic(page: Page) -> None:
     assert "SYNTHETIC" in page.text
     assert "SYNTHETIC" not in Page(render(brief(synthetic=False))).text
@@ -146,6 +147,7 @@ def test_verdict_names_what_is_known_and_what_is_not(page: Page) -> None:
     assert "follows u, v and r to within the noise" in page.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_value_has_the_digits_of_its_error(page: Page) -> None:
     made = brief()
     made.parameters.loc["R_0", ["value", "stderr", "lower", "upper"]] = [0.123456789, 0.0023, 0.1189, 0.128]
@@ -240,6 +242,7 @@ def test_one_parameter_and_one_short_trial() -> None:
     assert "The parameter is identified." in page.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_is_missing_is_left_out() -> None:
     made = estimate(parameters=2, trials=1, samples=60)
     made.cross_validation = made.profile = None
@@ -268,6 +271,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path: Path) -> N
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_noise_estimated_from_the_residuals_is_said_to_test_nothing() -> None:
     made = brief()
     made.cost["noise"]["u"]["estimated"] = True
@@ -277,6 +281,7 @@ def test_a_noise_estimated_from_the_residuals_is_said_to_test_nothing() -> None:
     assert "noise estimated from the residuals of u" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page: Page) -> None:
     made = brief()
     made.findings = [Finding("warning", "not-at-minimum", "The search ended short.", "search", "Give it more.")]
@@ -285,6 +290,7 @@ def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page:
     assert "/home/me" not in page.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_optima_of_the_starts_are_shown_and_doubts_stand_first(page: Page) -> None:
     assert "12 starts ended at 3 optima; 5 at the best." in page.text
     assert "1 start found no finite cost." in page.text
@@ -300,6 +306,7 @@ def test_the_optima_of_the_starts_are_shown_and_doubts_stand_first(page: Page) -
     assert "Important: The study's own start" not in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_misfit_is_not_laid_on_the_model_before_the_search_has_ended() -> None:
     made = brief()
     made.fit["ratio"] = 50.0
@@ -311,6 +318,7 @@ def test_a_misfit_is_not_laid_on_the_model_before_the_search_has_ended() -> None
     assert "Important: Give it more evaluations" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_regression_has_no_noise_of_the_channels_and_says_so() -> None:
     made = brief()
     made.fit[["noise", "ratio"]] = np.nan

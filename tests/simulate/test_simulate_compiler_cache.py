@@ -18,6 +18,7 @@ from seatruth.simulate import simulator
 from seatruth.simulate.compiler import cache, machine_code
 from seatruth.simulate.compiler.kernels import simulation_kernel
 from seatruth.simulate.compiler.trace import trace
+from seatruth.storage import cache_folder
 
 SCRIPT = """
 import sys, numpy as np
@@ -104,7 +105,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path, monkeypat
     place.chmod(0o755)
     assert cache.folder() == place
     monkeypatch.setattr(os, "geteuid", lambda: place.stat().st_uid + 1)
-    monkeypatch.setattr(cache, "_refused", set())
+    monkeypatch.setattr(cache_folder, "_refused", set())
     with pytest.warns(SeatruthWarning, match="belongs to another user"):
         assert cache.folder() is None
 

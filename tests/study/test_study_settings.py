@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,15 @@ import pytest
 from known_glide import same
 from known_glide import study as glide
 
+sys.path.append(str(Path(__file__).parents[1] / "diagnosis"))
+import small_case as small  # (another folder of tests)
+
 from seatruth import Budget, diagnose, identify, load_study
 from seatruth.cli import run
 from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Optimizer
 from seatruth.study import OutputSettings
-from seatruth.trials.trial import Trials
 
 LOG = "t,x\n" + "\n".join(f"{0.5 * k},{10.0 * (1.0 - np.exp(-0.1 * k)):.6f}" for k in range(60))
 MODEL = """
@@ -165,16 +168,13 @@ def test_profiles_by_pattern_from_the_command_line(folder: Path) -> None:
     assert run(["identify", str(folder / "study.toml"), "--profile", "h*", "--quiet"]) == 2
 
 
-def test_a_diagnosis_takes_the_seed_of_the_study(folder: Path) -> None:
-    from seatruth.sample import load
-
-    study = load("diagnose.toml")
-    runs = Trials([trial.section(0, 40, trial.name) for trial in study.trials[:2]])
-    short = study.replace(trials=runs)
+def test_a_diagnosis_takes_the_seed_of_the_study(tmp_path: Path) -> None:
+    place = small.folder_with_model(tmp_path)
+    study = small.study(place, small.shortened(small.trials(place), 30)[:2]).replace(seed=11)
     found = [
-        diagnose(short, ["current"], seed=seed, validate=False, suggest=False, threads=1).seed for seed in (None, 4)
+        diagnose(study, ["gyro_bias"], seed=seed, validate=False, suggest=False, threads=1).seed for seed in (None, 4)
     ]
-    assert found == [1, 4]
+    assert found == [11, 4]
 
 
 def test_unknown_settings_are_refused() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,12 +20,19 @@ from seatruth.report.figures.style import BLUE, GREY, VERMILLION, placed, styled
 _HEAD = """# Effects and their signatures
 
 Each picture shows what an effect of its typical size changes in a standard run of a built-in model: the difference of
-the outputs with and without the effect, nothing refitted. All runs are **synthetic**. Two effects with signatures of
+the outputs with and without the effect, nothing refitted; effects of thrusters are shown on a boat with two and on an
+underwater vehicle with six. All runs are **synthetic**. Two effects with signatures of
 one shape look alike in such a run; *confused with* names those that only some trials can tell apart, *never told from*
 those that none can.
 
 """
 _DEG = math.radians(1.0)
+_WITH_THRUSTERS = ("twin_thruster", "bluerov2")
+"""Vehicles on which effects of thrusters and of a tether are shown."""
+
+
+Setting = tuple[Model, Trial, dict[str, float], str]
+"""Model, run, first outputs and a description."""
 
 
 def write(folder: Path) -> None:
@@ -49,13 +57,17 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
     text = f"# {effect.name}\n\n{literal(effect.title)}. Cause: {effect.cause}.\n\n"
     if effect.equation:
         text += f"```text\n{effect.equation}\n```\n\n"
-    setting = next((made for made in _settings() if not effect.missing(made[0])), None)
-    if setting is not None:
+    for setting in shown_on(effect):
         figure = signature(effect, *setting)
         if figure is not None:
-            figure.savefig(folder / f"{effect.name}.svg")
-            text += f"![What {effect.name} changes]({effect.name}.svg)\n\n"
+            file = f"{effect.name}_{setting[0].name}.svg"
+            figure.savefig(folder / file)
+            text += f"![What {effect.name} changes]({file})\n\n"
             text += f"Synthetic run of `{setting[0].name}`: {setting[3]}.\n\n"
+    if "![" not in text:
+        if effect.dynamic:  # each effect of the gallery has its picture: the build stops here where one has none
+            raise ValueError(f"no run of the gallery shows {effect.name!r}: add one to _settings()")
+        text += "It is noise: it changes no equation, and so has no signature of its own in a run.\n\n"
     for label, names in (("Never told from", effect.equivalent), ("Confused with", effect.confused_with)):
         if names:
             linked = [f"[{name}]({name}.md)" if name in known else f"`{name}`" for name in names]
@@ -70,8 +82,17 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
     return text + "| parameter | unit | null | typical | means |\n|---|---|---|---|---|\n" + "\n".join(rows) + "\n"
 
 
-def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
-    """Model, run, first outputs and a description, most usual first."""
+def shown_on(effect: Effect) -> list[Setting]:
+    """The runs that show an effect: of the most usual vehicle that it acts on, or of those that have thrusters."""
+    fitting = [made for made in _settings() if not effect.missing(made[0])]
+    if effect.actuator == "thruster" or effect.name == "tether":
+        return [made for made in fitting if made[0].name in _WITH_THRUSTERS]
+    return fitting[:1]
+
+
+@functools.cache
+def _settings() -> list[Setting]:
+    """The runs, of the most usual vehicle first."""
     t = np.arange(0.0, 90.0, 0.5)
     zigzag = np.where((t // 12).astype(int) % 2 == 0, 15 * _DEG, -15 * _DEG)
     ship = {"delta": zigzag, "n": np.where(t < 60, 11.85, 8.0)}
@@ -82,6 +103,10 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
         "n_port": np.where((t // 20).astype(int) % 2 == 0, 10.0, 5.0),
         "n_starboard": np.where((t // 12).astype(int) % 3 == 2, -4.0, 9.0),
     }
+    dwell = (t // 10).astype(int)  # each thruster has a pattern of its own
+    vehicle = {f"c_{k}": 0.4 * np.sin(1.0 + (2 * k + 1) * dwell) for k in (1, 2, 3, 4)}
+    vehicle |= {f"c_{k}": np.where((t // 25).astype(int) % 2 == 0, 0.2, -0.2) for k in (5, 6)}
+    vehicle["voltage"] = 16.0 - t / 60.0
     made = []
     for name, inputs, first, about in (
         ("mmg", ship, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, fewer revolutions after 60 s"),
@@ -94,6 +119,7 @@ def _settings() -> list[tuple[Model, Trial, dict[str, float], str]]:
             "plane angles of 6 deg up and down, thrust ahead and astern",
         ),
         ("twin_thruster", boat, {"u": 0.8, "psi": 0.5}, "each thruster in steps, ahead and astern"),
+        ("bluerov2", vehicle, {"z": 5.0}, "each thruster in steps, the battery's voltage falling"),
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
     return made

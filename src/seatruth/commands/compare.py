@@ -24,14 +24,26 @@ def compare(
     ranking: Annotated[
         bool, typer.Option("--ranking", help="Only show the ranking so far, also while the comparison runs elsewhere.")
     ] = False,
+    part: Annotated[
+        str, typer.Option("--part", metavar="K/N", help="Only part K of N of the realisations; see --merge.")
+    ] = "1/1",
+    merge: Annotated[
+        list[Path] | None,
+        typer.Option("--merge", metavar="DIR", help="First take the runs of another folder, as of another machine."),
+    ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Run on the workers of this dask scheduler.")
     ] = None,
+    forecast: Annotated[
+        bool, typer.Option("--forecast", help="Only say how long the missing runs will take at most.")
+    ] = False,
+    ioh: Annotated[bool, typer.Option("--ioh", help="Also write the searches for IOHprofiler.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
     """Compare solvers on problems under noise. The same command continues an interrupted comparison."""
     from seatruth.comparison import compare as run
+    from seatruth.comparison import merge as merged
     from seatruth.comparison import standing
     from seatruth.comparison.file import read_comparison
     from seatruth.simulate import thread_count
@@ -39,20 +51,26 @@ def compare(
     with ProgressLine(quiet=quiet) as line:
         made, folder = read_comparison(comparison, progress=line)
     folder = result_folder(out, folder, comparison)
+    if merge:
+        say(f"{merged(folder, merge)} runs and fits taken from other folders")
     if ranking:
         results = standing(made, folder)
         show(results)
         return Result(summary(results, folder))
+    workers = workers or thread_count(None)
+    if forecast:
+        return _forecast(made, folder, workers, quiet)
     if not quiet:
         note(f"{len(made.runs)} runs: {_size(made)}")
     with _cluster(scheduler), ProgressLine(quiet=quiet) as line:
         results = run(
             made,
             folder,
-            workers=workers or thread_count(None),
+            workers=workers,
             backend="dask" if scheduler else "loky",
             fresh=fresh,
             retry_failed=retry_failed,
+            part=_part(part),
             progress=line,
         )
         line.show("Writing the report", now=False)
@@ -60,7 +78,34 @@ def compare(
     show(results)
     say(f"Store: {folder / 'comparison.sqlite'}", whole=True)
     say(f"Report: {report}", whole=True)
+    if ioh:
+        from seatruth.comparison.export import write_ioh
+
+        write_ioh(results, folder / "ioh")
+        say(f"IOHprofiler: {folder / 'ioh'}", whole=True)
     return Result({**summary(results, folder), "report": str(report)})
+
+
+def _part(text: str) -> tuple[int, int]:
+    first, _, every = text.partition("/")
+    if not (first.isdigit() and every.isdigit()):
+        raise BadInput(f"{text!r} is no part", where="--part", do="Write K/N, as 1/4.")
+    return int(first), int(every)
+
+
+def _forecast(made: Comparison, folder: Path, workers: int, quiet: bool) -> Result:
+    """How long it will take, by solver."""
+    from seatruth.comparison import forecast
+    from seatruth.report.numbers import seconds
+
+    with ProgressLine(quiet=quiet) as line:
+        found = forecast(made, folder, progress=line)
+    by_solver = found.groupby("solver", sort=False)[["searches", "seconds"]].sum()
+    rows = [[str(name), f"{row['searches']:.0f}", seconds(row["seconds"])] for name, row in by_solver.iterrows()]
+    console().print(table(["solver", "searches", "at most"], rows, numbers=["searches", "at most"]))
+    total = float(found["seconds"].sum())
+    say(f"At most {seconds(total / workers)} with {workers} worker{'' if workers == 1 else 's'}.")
+    return Result({"seconds": total, "workers": workers, "by_solver": found})
 
 
 def write(results: Results, folder: Path) -> Path:

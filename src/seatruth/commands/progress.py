@@ -1,13 +1,15 @@
-"""Progress of a run on standard error: one line that changes on a terminal, a line now and then in a log."""
+"""Progress of a run on standard error: one line that changes on a terminal, a line a minute in a log."""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
@@ -18,8 +20,10 @@ from seatruth.text import visible
 if TYPE_CHECKING:
     from seatruth.study import Study
 
-_LOG_EVERY_S = 5.0
-"""Shortest time between two lines of a log, s (chosen here [S])."""
+_LOG_EVERY_S = 60.0
+"""Time between two lines of a log, s (chosen here [S]): a night's run leaves some hundred lines."""
+_LOG_FIRST_S = 5.0
+"""Time to the first line, s (chosen here [S]): what ends sooner needs none."""
 
 
 def load_study(path: Path, *, quiet: bool = False) -> Study:
@@ -31,7 +35,7 @@ def load_study(path: Path, *, quiet: bool = False) -> Study:
 
 
 class ProgressLine:
-    """Shows the progress events of a run, on one line of a terminal or now and then as a line of a log.
+    """Shows the progress events of a run, on one line of a terminal or as a line a minute of a log.
 
     Args:
         quiet: show nothing.
@@ -40,17 +44,32 @@ class ProgressLine:
     def __init__(self, *, quiet: bool = False) -> None:
         self._quiet = quiet
         self._live: Live | None = None
-        self._logged = time.monotonic()
+        self._due = time.monotonic() + _LOG_FIRST_S
+        self._last = ""
+        self._ended = threading.Event()
 
     def __enter__(self) -> ProgressLine:
-        if not self._quiet and sys.stderr.isatty():
+        if self._quiet:
+            return self
+        if sys.stderr.isatty():
             self._live = Live(console=error_console(), refresh_per_second=8, transient=True)
             self._live.start()
+        else:
+            self._ended.clear()
+            threading.Thread(target=self._keep_alive, args=(error_console(),), daemon=True).start()
         return self
+
+    def _keep_alive(self, console: Console) -> None:
+        """Writes a line where a step takes long and nothing is reported: a log that stands still looks like a hang."""
+        while not self._ended.wait(_LOG_EVERY_S):
+            if time.monotonic() >= self._due and self._last:
+                self._due = time.monotonic() + _LOG_EVERY_S
+                console.print(Text(visible(f"Still at: {self._last}")))
 
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, where: TracebackType | None
     ) -> None:
+        self._ended.set()
         if self._live is not None:
             self._live.stop()
             self._live = None
@@ -59,12 +78,13 @@ class ProgressLine:
         self.show(str(event), now=False)
 
     def show(self, text: str, *, now: bool = True) -> None:
-        """Shows a line. In a log it is written if it is `now` or if the last line is some seconds old."""
+        """Shows a line. In a log it is written if it is `now` or if the last line is a minute old."""
         if self._quiet:
             return
         if self._live is not None:
             self._live.update(Text(visible(text)))
             return
-        if now or time.monotonic() - self._logged >= _LOG_EVERY_S:
-            self._logged = time.monotonic()
+        self._last = text
+        if now or time.monotonic() >= self._due:
+            self._due = time.monotonic() + _LOG_EVERY_S
             note(text)

@@ -60,12 +60,29 @@ def by_parameter(runs: pd.DataFrame, estimates: pd.DataFrame) -> pd.DataFrame:
     return summary[[*_BY, "parameter", *_COLUMNS]]
 
 
-def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
+def left_by_data(best_fits: pd.DataFrame) -> pd.DataFrame:
+    """By condition, the error that the data leave: that of the best known fits, over the realisations.
+
+    `left_percent`: median over the parameters of their rms errors in per cent of the truth.
+    """
+    known = best_fits[best_fits["truth"].abs() > 0]
+    if not len(known):
+        return pd.DataFrame(columns=[*_BY[:2], *_BY[3:5], "left_percent"])
+    square = ((known["value"] - known["truth"]) / known["truth"]) ** 2
+    by = [*_BY[:2], *_BY[3:5]]
+    means = known.assign(square=square).groupby([*by, "parameter"], sort=False)["square"].mean()
+    medians: pd.Series = (100.0 * np.sqrt(means)).groupby(level=by, sort=False).median()
+    return medians.rename("left_percent").reset_index()
+
+
+def overall(runs: pd.DataFrame, table: pd.DataFrame, best_fits: pd.DataFrame, success: float = 1.0) -> pd.DataFrame:
     """By condition, solver and budget, over seeds and parameters; `table` is that of `by_parameter`.
 
     `error_percent`: median over the parameters of their rms errors in per cent of the truth; `efficiency`: median of
     their rms errors over the bounds; `coverage` of all intervals; `held_out`: median error of prediction, a part of
-    the outputs' range.
+    the outputs' range; `converged`: share of the runs within `success` of the best known fit; `left_percent`: the
+    error that the best known fits have. Where a solver converged, its error is that which the data leave; where it did
+    not, the error is the search's.
     """
     parts = dict(list(table.groupby(_BY, sort=False))) if len(table) else {}
     rows = []
@@ -75,6 +92,7 @@ def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
         row: dict[str, Any] = dict(zip(_BY, key))
         row |= {"runs": len(group), "failed": int((~done).sum())}
         row["excess"] = float(group["excess"].median())
+        row["converged"] = float((done & (group["excess"] <= success)).mean())
         for name, source in (("error_percent", "rmse_percent"), ("efficiency", "efficiency")):
             values = parameters[source].dropna() if len(parameters) else pd.Series(dtype=float)
             row[name] = float(values.median()) if len(values) else math.nan
@@ -87,4 +105,6 @@ def overall(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
         row["evaluations"] = float(group["evaluations"].median())
         row["search_s"] = float(group["search_s"].median())
         rows.append(row)
-    return pd.DataFrame(rows)
+    if not rows:
+        return pd.DataFrame()
+    return pd.DataFrame(rows).merge(left_by_data(best_fits), on=[*_BY[:2], *_BY[3:5]], how="left")

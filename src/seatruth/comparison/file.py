@@ -6,14 +6,17 @@ Every table and key is a field here with its description; docs/compare.md is mad
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveInt, ValidationError
 
+from seatruth.comparison.export import read_targets
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem
-from seatruth.comparison.spec import TARGETS, Comparison, solver_definition
+from seatruth.comparison.spec import BUDGETS, TARGETS, Comparison, solver_definition
+from seatruth.comparison.sweep import swept
 from seatruth.optimizers import Optimizer
 from seatruth.progress import Progress, silent
 from seatruth.study import Study, load_study, parsed, read_text
@@ -42,17 +45,31 @@ class ComparisonTable(Table):
         description="Realisations of each noise, at least 15; every solver sees the same ones.",
     )
     budgets: list[PositiveInt] = Field(
-        default=[2000], description="Evaluations that a run may spend, finite differences counted; one or several."
+        default=list(BUDGETS),
+        description="Evaluations that a run may spend, finite differences counted; one or several.",
+    )
+    anytime: bool = Field(
+        default=True,
+        description="One search with the largest budget serves the smaller ones: a run with a smaller budget is how it "
+        "stood then. `false` gives every budget a search of its own.",
+    )
+    stop: Literal["budget", "targets"] = Field(
+        default="budget",
+        description='"targets" ends a search once it is near enough to the reference fit for all targets.',
     )
     costs: list[Literal["trajectory", "regression"]] = Field(
         default=[], description="Kinds of cost; default: that of each study. A formula study keeps its cost."
     )
-    targets: list[FiniteFloat] = Field(
+    targets: list[FiniteFloat] | str = Field(
         default=list(TARGETS),
-        description="Excesses over the best known fit, in units of chi-square; the report says when each is reached.",
+        description="Excesses over the best known fit, in units of chi-square; the report says when each is reached. "
+        "Or a text file with a list of them, as COCO has them.",
     )
     success: Annotated[FiniteFloat, Field(gt=0)] = Field(
         default=1.0, description="The excess below which a run counts as a success: 1 is one standard error."
+    )
+    rope: Annotated[FiniteFloat, Field(ge=1)] = Field(
+        default=1.1, description="Scores whose ratio is within this factor are alike in practice."
     )
 
 
@@ -83,6 +100,9 @@ class SolverTable(OpenTable):
 
     use: str | None = Field(default=None, description="A solver of `seatruth list optimizers`.")
     name: str | None = Field(default=None, description="Name in results; default: the solver's.")
+    sweep: dict[str, list[Any]] = Field(
+        default={}, description="By option a list of values: every combination is a solver of its own."
+    )
     stages: list[OptimizerTable] = Field(
         default=[], description="Instead of `use`: a hybrid. Each stage is a table like `[optimizer]` of a study file."
     )
@@ -138,6 +158,10 @@ def read_comparison(path: str | Path, *, progress: Progress = silent) -> tuple[C
     table = file.comparison
     if not table.budgets:
         problems.add(("comparison", "budgets"), "the list of budgets is empty", "Give one or more.")
+    targets: Sequence[float] = ()
+    with problems.at("comparison", "targets"):
+        named = isinstance(table.targets, str)
+        targets = read_targets(source.parent / str(table.targets)) if named else table.targets  # type: ignore[assignment]  # not a text
     problems.stop()
     name = table.name or source.stem
     comparison: Comparison | None = None
@@ -148,12 +172,15 @@ def read_comparison(path: str | Path, *, progress: Progress = silent) -> tuple[C
             noise=noise,
             seeds=table.seeds,
             budgets=table.budgets,
+            anytime=table.anytime,
+            stop=table.stop,
             costs=table.costs,
             name=name,
             description=table.description,
             seed=table.seed,
-            targets=table.targets,
+            targets=targets,
             success=table.success,
+            rope=table.rope,
             made_of={**file.model_dump(mode="json"), "studies": {p.name: p.study.content_hash for p in problem_list}},
         )
         _check_used(comparison, problems)
@@ -210,20 +237,38 @@ def _solvers(file: ComparisonFile, problems: Problems) -> dict[str, Optimizer]:
         if entry.stages and entry.options:
             problems.add(("solvers", k), f"unknown key {next(iter(entry.options))!r}", "Options belong to the stages.")
             continue
-        tables = entry.stages or [OptimizerTable(use=str(entry.use), **entry.options)]
-        below = Problems(problems.source)
-        made = solvers.optimizer(tables, below)
-        with problems.at("solvers", k):
-            below.stop()
-        if made is None:
+        if entry.stages and entry.sweep:
+            problems.add(("solvers", k, "sweep"), "a hybrid has no options to sweep", "Sweep a single solver.")
             continue
-        label = entry.name or " + ".join(table.use for table in tables)
-        if label in solvers_by_label:
-            problems.add(("solvers", k), f"a second solver is called {label!r}", "Give it a `name` of its own.")
-        elif any(solver_definition(made) == solver_definition(other) for other in solvers_by_label.values()):
-            problems.add(("solvers", k), f"{label!r} is the same as a solver above", "Remove it or change an option.")
-        solvers_by_label[label] = made
+        choices: list[tuple[str, list[OptimizerTable]]] = []
+        with problems.at("solvers", k):
+            choices = list(_choices(entry))
+        for label, tables in choices:
+            below = Problems(problems.source)
+            made = solvers.optimizer(tables, below)
+            with problems.at("solvers", k):
+                below.stop()
+            if made is None:
+                break  # the other values of a sweep would say the same
+            if label in solvers_by_label:
+                problems.add(("solvers", k), f"a second solver is called {label!r}", "Give it a `name` of its own.")
+            elif any(solver_definition(made) == solver_definition(other) for other in solvers_by_label.values()):
+                problems.add(
+                    ("solvers", k), f"{label!r} is the same as a solver above", "Remove it or change an option."
+                )
+            solvers_by_label[label] = made
     return solvers_by_label
+
+
+def _choices(entry: SolverTable) -> Iterator[tuple[str, list[OptimizerTable]]]:
+    """Labels and tables of an entry's solver, or of all in its sweep."""
+    tables = entry.stages or [OptimizerTable(use=str(entry.use), **entry.options)]
+    name = entry.name or " + ".join(table.use for table in tables)
+    if not entry.sweep:
+        yield name, tables
+        return
+    for label, options in swept(entry.sweep):
+        yield f"{name}, {label}", [OptimizerTable(use=str(entry.use), **{**entry.options, **options})]
 
 
 def _noise(file: ComparisonFile, problems: Problems) -> list[Noise]:

@@ -45,9 +45,12 @@ def _first_at(run: Any, histories: Histories, target: float, column: int) -> flo
     return float(history[column][reached[0]]) if reached.size else math.inf
 
 
-def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) -> pd.DataFrame:
-    """By condition, solver, budget and target: runs, success_rate, and expected running time in evaluations (ert) and
-    seconds (ert_s).
+def success(
+    runs: pd.DataFrame, histories: Histories, targets: Sequence[float], by: Sequence[str] = tuple(CONDITION)
+) -> pd.DataFrame:
+    """By condition (or the columns of `by`), solver, budget and target: runs, success_rate, and expected running time.
+
+    That in evaluations is ert, that in seconds ert_s.
 
     The expected running time is the evaluations of all runs (of the successful ones up to the target) over the number
     of successes (Hansen and others 2010): the mean cost if the solver is started again until it succeeds. A failed run
@@ -66,8 +69,8 @@ def success(runs: pd.DataFrame, histories: Histories, targets: Sequence[float]) 
         reached = np.isfinite(when)
         columns = {"reached": reached, "spent": np.where(reached, when, used)}
         columns["seconds"] = np.where(reached, clock, whole)
-        parts.append(runs[[*CONDITION, "solver", "budget"]].assign(target=target, **columns))
-    groups = pd.concat(parts).groupby([*CONDITION, "solver", "budget", "target"], sort=False)
+        parts.append(runs[[*by, "solver", "budget"]].assign(target=target, **columns))
+    groups = pd.concat(parts).groupby([*by, "solver", "budget", "target"], sort=False)
     table = groups.agg(
         runs=("reached", "size"), reached=("reached", "sum"), spent=("spent", "sum"), seconds=("seconds", "sum")
     ).reset_index()

@@ -92,6 +92,8 @@ class Run:
         key: Hash of everything that decides the run.
         instance: Hash of what all solvers share.
         solver: Label of the solver; "" for the reference fit that all are measured against.
+        of: Evaluations of the search that it belongs to: more than `budget` where it is how a search with a larger
+            budget stood after `budget` evaluations.
     """
 
     key: str
@@ -102,6 +104,7 @@ class Run:
     noise: Noise
     seed: int
     budget: int
+    of: int
 
 
 def random_stream(*parts: Any) -> np.random.SeedSequence:

@@ -4,7 +4,8 @@ Solvers are compared on the same realisations (blocks). A condition is a problem
 there are enough conditions for the tests to find anything, a block is a condition with the median over its seeds,
 because the runs of one condition say little about others. Otherwise a block is a realisation, and the result holds for
 these conditions only (Demsar 2006). Pairs are tested by Wilcoxon's signed ranks on the ratios of scores, with Holm's
-correction; the critical-difference diagram joins solvers that no test distinguishes (Benavoli and others 2016).
+correction; the critical-difference diagram joins solvers that no test distinguishes (Benavoli and others 2016). The
+Bayesian signed-rank test stands beside it: it can also say that two solvers are alike in practice.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.comparison.optimisation import CONDITION, NEGLIGIBLE_EXCESS, evaluations_to, records
+from seatruth.statistics.bayesian import signed_rank_posterior
 from seatruth.statistics.ranks import (
     friedman_p,
     holm_adjusted,
@@ -37,6 +39,8 @@ SCORES: dict[str, str] = {
 }
 ALPHA = 0.05
 """Significance level of all tests: the usual 5 %."""
+ROPE = 1.1
+"""Scores within this factor of each other are alike in practice. Chosen here [S]: nobody changes a solver for 10 %."""
 _DIGITS = 2
 """Decimals of log10 of a score: scores that differ by about 1 % are a tie. Chosen here [S]."""
 _NEVER = 99.0
@@ -57,7 +61,8 @@ class Ranking:
         table: By solver its mean rank (mean_rank), the blocks in which it is best or shares that (best_in), and those
             in which it failed or did not reach the target (never).
         pairs: For each two solvers wins, losses, ties, ratio (median of first over second), p (Wilcoxon), p_holm (with
-            Holm's correction) and effect (matched rank-biserial correlation; below 0 the first is better).
+            Holm's correction) and effect (matched rank-biserial correlation; below 0 the first is better); p_better,
+            p_alike, p_worse: probabilities that the first is better in practice, alike, or worse (Bayesian).
         groups: Sets of neighbours in rank that no test distinguishes.
         incomplete: Solvers left out because they ran on some of the problems only.
     """
@@ -83,6 +88,7 @@ class Ranking:
                 return {str(k): v for k, v in row.items()}
             if (row["first"], row["second"]) == (second, first):
                 turned = {"first": first, "second": second, "wins": row["losses"], "losses": row["wins"]}
+                turned |= {"p_better": row["p_worse"], "p_worse": row["p_better"]}
                 turned |= {"ratio": 1.0 / row["ratio"] if row["ratio"] else math.inf, "effect": -row["effect"]}
                 return {str(k): v for k, v in row.items()} | turned
         raise KeyError((first, second))
@@ -117,7 +123,9 @@ def across_costs(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(solver=frame["solver"] + " on " + frame["cost"], cost="any")
 
 
-def rank_solvers(frame: pd.DataFrame, by: str, where: Mapping[str, Any], solvers: Sequence[str]) -> Ranking | None:
+def rank_solvers(
+    frame: pd.DataFrame, by: str, where: Mapping[str, Any], solvers: Sequence[str], rope: float = ROPE
+) -> Ranking | None:
     """Ranks solvers on the runs that `where` selects.
 
     Args:
@@ -125,6 +133,7 @@ def rank_solvers(frame: pd.DataFrame, by: str, where: Mapping[str, Any], solvers
         by: "fit", "effort" or "accuracy".
         where: Column values that a run must have.
         solvers: Labels in the comparison's order.
+        rope: Scores whose ratio is within this factor are alike in practice.
 
     Returns:
         None where fewer than two solvers ran on the same realisations.
@@ -149,10 +158,12 @@ def rank_solvers(frame: pd.DataFrame, by: str, where: Mapping[str, Any], solvers
     # With n blocks the smallest possible p-value is 2^(1-n); it must pass Holm's correction for all pairs.
     if conditions.ngroups > 1 and 2.0 ** (1 - conditions.ngroups) * math.comb(len(chosen), 2) < ALPHA / 2.0:
         table, block_kind = conditions.median(), "condition"
-    return _rank(table.to_numpy(dtype=float), chosen, by, block_kind, incomplete)
+    return _rank(table.to_numpy(dtype=float), chosen, by, block_kind, incomplete, rope)
 
 
-def _rank(values: Array, solvers: Sequence[str], by: str, block_kind: str, incomplete: tuple[str, ...]) -> Ranking:
+def _rank(
+    values: Array, solvers: Sequence[str], by: str, block_kind: str, incomplete: tuple[str, ...], rope: float
+) -> Ranking:
     """The ranking of scores (blocks, solvers)."""
     best = values == values.min(axis=1, keepdims=True)
     table = pd.DataFrame(
@@ -166,7 +177,7 @@ def _rank(values: Array, solvers: Sequence[str], by: str, block_kind: str, incom
     rows = []
     order = [solvers.index(name) for name in table["solver"]]
     for a, b in combinations(order, 2):
-        rows.append({"first": solvers[a], "second": solvers[b], **_pair(values[:, a], values[:, b])})
+        rows.append({"first": solvers[a], "second": solvers[b], **_pair(values[:, a], values[:, b], rope)})
     pairs = pd.DataFrame(rows)
     pairs["p_holm"] = holm_adjusted(pairs["p"].to_numpy(dtype=float))
     p = float(pairs["p"].iloc[0]) if len(solvers) == 2 else friedman_p(values)
@@ -175,12 +186,14 @@ def _rank(values: Array, solvers: Sequence[str], by: str, block_kind: str, incom
     return Ranking(by, len(values), block_kind, p, table, pairs, groups, incomplete)
 
 
-def _pair(first: Array, second: Array) -> dict[str, Any]:
+def _pair(first: Array, second: Array, rope: float) -> dict[str, Any]:
     """Comparison of the log10 scores (blocks,) of two solvers."""
     difference = first - second
     nonzero = difference[difference != 0]
     row: dict[str, Any] = {"wins": int((difference < 0).sum()), "losses": int((difference > 0).sum())}
     row |= {"ties": int((difference == 0).sum()), "ratio": 10.0 ** float(np.clip(np.median(difference), -99, 99))}
+    posterior = signed_rank_posterior(difference, math.log10(rope))
+    row |= {"p_better": posterior.lower, "p_alike": posterior.alike, "p_worse": posterior.higher}
     if not nonzero.size:
         return row | {"p": 1.0, "effect": 0.0}
     row["effect"] = rank_biserial(nonzero)

@@ -31,6 +31,8 @@ class Results:
             `excess`, twice the cost above the best known fit of its realisation.
         estimates: One row a run and parameter, with truth and Cramer-Rao bound.
         fits: One row an instance: the fit that its runs are measured against.
+        best_fits: The parameters of the best known fit of each instance, by any run or the reference, with truth and
+            bound: their error is what the data leave to a search that has converged.
         histories: By run three arrays: evaluations, best values, seconds.
         sources: Versions, commit and machine of each program that made runs.
         left: Runs that are not done yet.
@@ -40,6 +42,7 @@ class Results:
     runs: pd.DataFrame
     estimates: pd.DataFrame
     fits: pd.DataFrame
+    best_fits: pd.DataFrame
     histories: Mapping[str, tuple[Any, Any, Any]]
     sources: tuple[Mapping[str, Any], ...]
     left: int
@@ -69,7 +72,9 @@ class Results:
         sources = store.frame("sources")
         used_sources = [parsed(stored) for stored in sources.loc[sources["id"].isin(used), "provenance"]]
         left = len(comparison.runs) - len(runs)
-        return cls(comparison, runs, estimates, fits.reset_index(drop=True), histories, tuple(used_sources), left)
+        best_fits = _best_fits(store, runs, estimates, fits)
+        fits = fits.reset_index(drop=True)
+        return cls(comparison, runs, estimates, fits, best_fits, histories, tuple(used_sources), left)
 
     @cached_property
     def final(self) -> pd.DataFrame:
@@ -103,7 +108,19 @@ class Results:
     @cached_property
     def ecdf(self) -> pd.DataFrame:
         """Share of (realisation, target) pairs reached, by solver, against evaluations per dimension."""
-        return optimisation.ecdf(self.final, self.histories, self.targets)
+        return optimisation.ecdf(self.final, self.histories, self.comparison.dense_targets)
+
+    @cached_property
+    def ecdf_by_problem(self) -> dict[str, pd.DataFrame]:
+        """The same for each problem."""
+        parts = self.final.groupby("problem", sort=False)
+        targets = self.comparison.dense_targets
+        return {str(name): optimisation.ecdf(part, self.histories, targets) for name, part in parts}
+
+    @cached_property
+    def expected(self) -> pd.DataFrame:
+        """Success rate and running time by problem, cost and solver over all noise, with the largest budget."""
+        return optimisation.success(self.final, self.histories, (self.comparison.success,), ["problem", "cost"])
 
     @cached_property
     def profiles(self) -> pd.DataFrame:
@@ -123,7 +140,7 @@ class Results:
     @cached_property
     def overall(self) -> pd.DataFrame:
         """The same over all parameters, with the error of prediction of the trials held out."""
-        return estimation.overall(self.runs, self.accuracy)
+        return estimation.overall(self.runs, self.accuracy, self.best_fits, self.comparison.success)
 
     @cached_property
     def scores(self) -> pd.DataFrame:
@@ -138,7 +155,7 @@ class Results:
         """
         key = (by, tuple(sorted(where.items())))
         if key not in self._rankings:
-            self._rankings[key] = ranks.rank_solvers(self.scores, by, where, self.solvers)
+            self._rankings[key] = ranks.rank_solvers(self.scores, by, where, self.solvers, self.comparison.rope)
         return self._rankings[key]
 
     @cached_property
@@ -148,7 +165,7 @@ class Results:
     def ranking_across_costs(self) -> ranks.Ranking | None:
         """Ranking by accuracy with each solver on each cost as a rival of all others: what estimates best."""
         frame = ranks.across_costs(self.scores)
-        return ranks.rank_solvers(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])))
+        return ranks.rank_solvers(frame, "accuracy", {}, list(dict.fromkeys(frame["solver"])), self.comparison.rope)
 
     @cached_property
     def conclusions(self) -> list[Conclusion]:
@@ -162,6 +179,7 @@ class Results:
             "success": self.success,
             "accuracy": self.accuracy,
             "overall": self.overall,
+            "expected": self.expected,
             "ecdf": self.ecdf,
             "profiles": self.profiles,
             "failures": self.failures,
@@ -202,7 +220,23 @@ def _with_truth(store: Store, runs: pd.DataFrame, fits: pd.DataFrame) -> pd.Data
     estimates = estimates[estimates["key"].isin(set(runs["key"]))]
     known = known.merge(fits[["key", "instance"]], on="key").drop(columns=["key", "value"])
     condition = runs[["key", "instance", *CONDITION, "solver", "seed", "budget"]]
-    merged = estimates.merge(condition, on="key").merge(known, on=["instance", "parameter"], how="left")
+    merged = condition.merge(estimates, on="key").merge(known, on=["instance", "parameter"], how="left")
     for name in ("value", "stderr", "lower", "upper", "truth", "crlb"):
         merged[name] = pd.to_numeric(merged[name], errors="coerce").astype(float)
     return merged
+
+
+def _best_fits(store: Store, runs: pd.DataFrame, estimates: pd.DataFrame, fits: pd.DataFrame) -> pd.DataFrame:
+    """By instance the parameters of the lowest cost that is known, the reference fit's or a run's."""
+    names = ["instance", *CONDITION, "parameter", "value", "truth", "crlb"]
+    if not len(fits):
+        return pd.DataFrame(columns=names)
+    reference = store.frame("fit_parameters").merge(fits[["key", "instance", *CONDITION]], on="key")
+    for name in ("value", "truth", "crlb"):
+        reference[name] = pd.to_numeric(reference[name], errors="coerce").astype(float)
+    of_fits = dict(zip(fits["instance"], pd.to_numeric(fits["value"], errors="coerce").fillna(math.inf)))
+    done = runs[(runs["status"] == "done") & np.isfinite(runs["value"])]
+    lowest = done.loc[done.groupby("instance")["value"].idxmin()] if len(done) else done
+    lower = lowest[lowest["value"] < lowest["instance"].map(of_fits)]
+    kept = reference[~reference["instance"].isin(set(lower["instance"]))]
+    return pd.concat([kept[names], estimates[estimates["key"].isin(set(lower["key"]))][names]], ignore_index=True)

@@ -8,7 +8,7 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import joblib
 from joblib.externals.loky.process_executor import BrokenProcessPool
@@ -36,6 +36,7 @@ def compare(
     backend: Backend = "loky",
     fresh: bool = False,
     retry_failed: bool = False,
+    part: tuple[int, int] = (1, 1),
     progress: Progress | None = None,
 ) -> Results:
     """Makes the runs of a comparison that are missing in its store, and returns all its results.
@@ -49,6 +50,7 @@ def compare(
         backend: "loky" (processes of this machine), or "dask" (the workers of this process's dask client).
         fresh: repeat all runs.
         retry_failed: repeat the runs that failed.
+        part: (k, n): only the k-th of n parts of the realisations, so that n machines share the work; see `merge`.
         progress: called with a `ProgressEvent` after every group of runs.
 
     Returns:
@@ -71,10 +73,15 @@ def compare(
     """
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    if not 1 <= part[0] <= part[1]:
+        raise BadInput(f"there is no part {part[0]} of {part[1]}", do="Count the parts from 1.")
     where = Path(folder)
     if where.exists() and not where.is_dir():
         raise BadInput("the folder of the comparison is a file", where=str(where), do="Name a folder.")
-    wanted = [*comparison.references, *comparison.runs]
+    instances = {fit.instance: place for place, fit in enumerate(comparison.references)}
+    wanted = [
+        run for run in (*comparison.references, *comparison.runs) if instances[run.instance] % part[1] == part[0] - 1
+    ]
     hashes = {
         (problem.name, cost): problem.study.content_hash
         for problem in comparison.problems
@@ -96,6 +103,37 @@ def compare(
                 "interrupted; finished runs are kept", do="Run the same command again to go on."
             ) from None
         return Results.of(comparison, store)
+
+
+def merge(folder: str | Path, others: Sequence[str | Path]) -> int:
+    """Copies into the store of a folder what the stores of other folders have more; returns how many runs and fits.
+
+    So that several machines can each make a part of a comparison (`compare(..., part=(1, 2))`). Runs that are done stay
+    as they are, failed ones are replaced by done ones, damaged ones are not copied.
+
+    Raises:
+        BadInput: a store is missing, damaged, of another version, or the first is being written to.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Comparison, compare
+        >>> from seatruth.comparison import Noise, Problem, merge
+        >>> study = seatruth.sample.load()
+        >>> problems = [Problem("sample", study.replace(trials=study.trials[:1]), start="study")]
+        >>> comparison = Comparison(problems, ["cma_es"], [Noise("white", 0.01)], seeds=2, budgets=[30])
+        >>> for number in (1, 2):
+        ...     _ = compare(comparison, f"machine-{number}", part=(number, 2))
+        >>> merge("machine-1", ["machine-2"])  # a run and its reference
+        2
+        >>> compare(comparison, "machine-1").left
+        0
+    """
+    with Store(Path(folder) / STORE) as store:
+        copied = 0
+        for other in others:
+            with Store(Path(other) / STORE, write=False) as source:
+                copied += store.take_from(source)
+        return copied
 
 
 def standing(comparison: Comparison, folder: str | Path) -> Results:
@@ -125,8 +163,8 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Generator[RunRe
         begun: list[str] = []
         try:
             for done in _parallel(list(left.values()), workers, backend, begun):
-                left.pop(done.run.key)
-                yield done
+                left.pop(done[-1].run.key)
+                yield from done
         except Exception as problem:
             if type(problem).__name__ == "KilledWorker":  # dask's own class, which may not be installed
                 raise SeatruthError(
@@ -137,10 +175,10 @@ def _results(jobs: list[Job], workers: int, backend: Backend) -> Generator[RunRe
             if not isinstance(problem, BrokenProcessPool):
                 raise
             for key in [key for key in begun if key in left]:
-                yield _run_in_own_process(left.pop(key))
+                yield from _run_in_own_process(left.pop(key))
 
 
-def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[RunResult]:
+def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str]) -> Iterator[list[RunResult]]:
     def handed_out() -> Iterator[Any]:
         for job in jobs:
             begun.append(job.run.key)
@@ -153,17 +191,17 @@ def _parallel(jobs: list[Job], workers: int, backend: Backend, begun: list[str])
         yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="3*n_jobs")(handed_out())
 
 
-def _run_in_own_process(job: Job) -> RunResult:
+def _run_in_own_process(job: Job) -> list[RunResult]:
     """One job in a new process: if that process ends, this job ended it."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     with safe_search_path(), ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)) as pool:
         try:
-            result: RunResult = pool.submit(run_job, job).result()
-            return result
+            results: list[RunResult] = pool.submit(run_job, job).result()
+            return results
         except BrokenProcessPool as problem:
             cause = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
-            return RunResult(job.run, f"it ended its process: {cause}")
+            return [RunResult(run, f"it ended its process: {cause}") for run in job.runs]
 
 
 def _in_groups(results: Generator[RunResult, None, None]) -> Iterator[list[RunResult]]:
@@ -206,7 +244,8 @@ class _Clock:
             self._left.pop(result.run.key, None)
             self._failed += bool(result.error)
             spent = result.numbers.get("search_s", 0.0) + result.numbers.get("scoring_s", 0.0)
-            self._times[_kind(result.run)].append(spent)
+            if result.run.of == result.run.budget:
+                self._times[_kind(result.run)].append(spent)
         self._show()
 
     def _show(self) -> None:
@@ -227,11 +266,22 @@ class _Clock:
             return None
         means = {kind: sum(times) / len(times) for kind, times in self._times.items()}
         usual = sum(means.values()) / len(means)
-        return sum(means.get(kind, usual) for kind in self._left.values()) / self._workers
+        # A search takes the time of its largest budget; its smaller ones are included.
+        return sum(means.get(kind, usual) for kind in self._left.values() if kind.whole) / self._workers
 
 
-def _kind(run: Run) -> tuple[str, str, str, int]:
-    return run.problem, run.cost, run.solver, run.budget
+class _Kind(NamedTuple):
+    """Runs that take about as long."""
+
+    problem: str
+    cost: str
+    solver: str
+    budget: int
+    whole: bool
+
+
+def _kind(run: Run) -> _Kind:
+    return _Kind(run.problem, run.cost, run.solver, run.budget, run.of == run.budget)
 
 
 def _check_dask() -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import joblib
 
@@ -26,8 +26,16 @@ from seatruth.optimizers.chain import Chain
 
 FORMAT = 1
 """Changes when the way a run is made changes, so that runs made the old way are made again."""
+BUDGETS = (100, 1000, 10_000, 100_000)
+"""Evaluations, by decades, up to a number at which population methods have done their work. Chosen here [S]."""
 TARGETS = (100.0, 10.0, 1.0, 0.1, 0.01)
 """Excesses in units of chi-square: ten standard errors of the best fit down to a tenth, by decades."""
+
+
+DENSE_TARGETS = tuple(10.0 ** (exponent / 5.0) for exponent in range(20, -11, -1))
+"""31 excesses from 10,000 to 0.01: five a decade, as COCO spaces its 51 targets (Hansen and others 2021)."""
+STOPS = ("budget", "targets")
+"""What ends a search besides its own rule."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +49,17 @@ class Comparison:
         noise: kinds of noise with their levels.
         seeds: realisations of each noise.
         budgets: evaluations that a run may spend, finite differences counted.
+        anytime: whether one search with the largest budget serves the smaller ones too: a run with a smaller budget is
+            how that search stood then. Otherwise every budget has a search of its own, which matters only for solvers
+            that look at their budget, such as hybrids.
+        stop: "budget" lets every search use its budget; "targets" ends it once it is near enough to the reference fit
+            for all targets.
         costs: kinds of cost; each problem's own where empty.
         name, description: for results and reports.
         seed: fixes all random draws.
         targets: excesses over the best known fit, in units of chi-square (twice the cost).
         success: the target at which a run counts as a success.
+        rope: scores whose ratio is within this factor are alike in practice (region of practical equivalence).
         made_of: what the store notes about the comparison.
 
     Raises:
@@ -65,13 +79,16 @@ class Comparison:
     solvers: Mapping[str, Any] | Sequence[Any]
     noise: Sequence[Noise] = (Noise(),)
     seeds: int = 20
-    budgets: Sequence[int] = (2000,)
+    budgets: Sequence[int] = BUDGETS
+    anytime: bool = True
+    stop: Literal["budget", "targets"] = "budget"
     costs: Sequence[str] = ()
     name: str = "comparison"
     description: str = ""
     seed: int = 0
     targets: Sequence[float] = TARGETS
     success: float = 1.0
+    rope: float = 1.1
     made_of: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -94,6 +111,10 @@ class Comparison:
         if not all(math.isfinite(target) and target > 0 for target in targets):
             raise BadInput("targets must be above 0", where=where, do="An excess of 1 is one standard error.")
         object.__setattr__(self, "targets", targets)
+        if not (math.isfinite(self.rope) and self.rope >= 1):
+            raise BadInput(f"rope is {self.rope!r}", where=where, do="Give a factor of 1 or more, as 1.1.")
+        if self.stop not in STOPS:
+            raise BadInput(f"a search cannot stop at {self.stop!r}", where=where, do=nearest(str(self.stop), STOPS))
         if not self.fitting:
             raise BadInput("no solver fits any of its costs", where=where, do="See `seatruth list optimizers --long`.")
 
@@ -106,6 +127,12 @@ class Comparison:
     def solver(self) -> dict[str, Optimizer]:
         """The solvers by label."""
         return _labelled_solvers(self.solvers, f"comparison {self.name!r}")
+
+    @property
+    def dense_targets(self) -> tuple[float, ...]:
+        """Targets of the distribution over evaluations: those given, or five a decade in place of the usual ones."""
+        usual = set(self.targets) <= {*TARGETS, self.success}
+        return DENSE_TARGETS if usual else tuple(self.targets)
 
     def problem(self, name: str) -> Problem:
         """The problem of this name."""
@@ -147,11 +174,15 @@ class Comparison:
         solvers = {label: digest(solver_definition(solver)) for label, solver in self.solver.items()}
         runs = []
         for reference in self.references:
-            for budget in self.budgets_of(self.problem(reference.problem)):
+            budgets = self.budgets_of(self.problem(reference.problem))
+            for budget in budgets:
+                of = budgets[-1] if self.anytime else budget
                 for label in self.fitting[reference.problem, reference.cost]:
-                    key = digest({"instance": reference.instance, "solver": solvers[label], "budget": budget})
-                    place = (reference.problem, reference.cost, label, reference.noise, reference.seed, budget)
-                    runs.append(Run(key, reference.instance, *place))
+                    content = {"instance": reference.instance, "solver": solvers[label], "budget": budget}
+                    content |= {"of": of} if of > budget else {}
+                    content |= {"stop": min(self.targets)} if self.stop == "targets" else {}
+                    place = (reference.problem, reference.cost, label, reference.noise, reference.seed, budget, of)
+                    runs.append(Run(digest(content), reference.instance, *place))
         return tuple(runs)
 
     def _references(self) -> Iterator[Run]:
@@ -177,7 +208,7 @@ class Comparison:
                             "seed": [self.seed, seed],
                         }
                         key = digest(content)
-                        yield Run(digest([key, "reference"]), key, problem.name, cost, "", noise, seed, 0)
+                        yield Run(digest([key, "reference"]), key, problem.name, cost, "", noise, seed, 0, 0)
 
 
 def abilities(problem: Problem, cost: str, wanted: Iterable[str] = ()) -> frozenset[str]:

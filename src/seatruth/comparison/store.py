@@ -14,9 +14,9 @@ import math
 import sqlite3
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,6 +24,7 @@ from urllib.parse import quote
 
 import pandas as pd
 
+from seatruth.comparison.store_schema import SCHEMA, columns, own_columns
 from seatruth.comparison.worker import RunResult
 from seatruth.errors import BadInput, SeatruthError, SeatruthWarning
 from seatruth.provenance import provenance
@@ -37,23 +38,6 @@ _APPLICATION = 0x5EA7C0DE & 0x7FFFFFFF
 _PARAMETERS = {"runs": "estimates", "fits": "fit_parameters"}
 """Of each table with one row a search, the table with its parameters."""
 _NUMBERS = ("code", "reason", "value", "evaluations", "diverged", "search_s", "scoring_s", "open_loop", "held_out")
-_SCHEMA = """
-CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT);
-CREATE TABLE sources (id INTEGER PRIMARY KEY, provenance TEXT UNIQUE);
-CREATE TABLE runs (
-  key TEXT PRIMARY KEY, instance TEXT, problem TEXT, cost TEXT, solver TEXT, noise TEXT, noise_options TEXT, level REAL,
-  seed INTEGER, budget INTEGER, status TEXT, error TEXT, code TEXT, reason TEXT, value REAL, evaluations INTEGER,
-  diverged INTEGER, search_s REAL, scoring_s REAL, open_loop REAL, held_out REAL, history TEXT, study_hash TEXT,
-  source INTEGER REFERENCES sources(id), finished_utc TEXT, checksum TEXT);
-CREATE TABLE estimates (
-  key TEXT, parameter TEXT, value REAL, stderr REAL, lower REAL, upper REAL, PRIMARY KEY (key, parameter));
-CREATE TABLE fits (
-  key TEXT PRIMARY KEY, instance TEXT, problem TEXT, cost TEXT, noise TEXT, noise_options TEXT, level REAL,
-  seed INTEGER, status TEXT, error TEXT, value REAL, value_at_truth REAL, n_data INTEGER, dimension INTEGER,
-  study_hash TEXT, source INTEGER REFERENCES sources(id), finished_utc TEXT, checksum TEXT);
-CREATE TABLE fit_parameters (
-  key TEXT, parameter TEXT, unit TEXT, value REAL, truth REAL, crlb REAL, PRIMARY KEY (key, parameter));
-"""
 
 
 class Store:
@@ -136,6 +120,36 @@ class Store:
                 for table, parameters in _PARAMETERS.items():
                     self._delete(table, parameters, key)
 
+    def take_from(self, other: Store) -> int:
+        """Copies the runs and fits of another store that are missing here or failed here, all or none; their number.
+
+        Runs that are done here stay, damaged ones there are left out. Raises as `add`.
+        """
+        copied = 0
+        with self._writing(), other._at_one_moment():
+            sources: dict[int, int] = {}
+            for number, text in other._base.execute("SELECT id, provenance FROM sources"):
+                sources[number] = self._source_id(text)
+            for table, parameters in _PARAMETERS.items():
+                rows = other._base.execute(f"SELECT * FROM {table}")
+                names = [column[0] for column in rows.description]
+                theirs = [dict(zip(names, row)) for row in rows]
+                keys = [row["key"] for row in theirs]
+                done, held = self.known(keys, failed=False), self.known(keys)
+                for row in theirs:
+                    key = row["key"]
+                    worse = key in done or (key in held and row["status"] != "done")
+                    if worse or key in other._damaged:
+                        continue
+                    self._delete(table, parameters, key)
+                    self._insert(table, row | {"source": sources[row["source"]]})
+                    found = other._base.execute(f"SELECT * FROM {parameters} WHERE key = ?", (key,))
+                    for parameter in found:
+                        self._insert(parameters, dict(zip([column[0] for column in found.description], parameter)))
+                    self._seal(table, key)
+                    copied += 1
+        return copied
+
     def frame(self, table: str) -> pd.DataFrame:
         """A whole table without its damaged rows."""
         damaged = self._damaged
@@ -166,6 +180,18 @@ class Store:
                 do="Free some space and run the same command again. All earlier runs are kept.",
             ) from None
 
+    @contextmanager
+    def _at_one_moment(self) -> Iterator[None]:
+        """Reads within it see the store as it was at the first of them, whatever another program writes meanwhile."""
+        if self._base.in_transaction:
+            yield
+            return
+        self._base.execute("BEGIN")
+        try:
+            yield
+        finally:
+            self._base.rollback()
+
     def _add(self, result: RunResult, study_hash: str) -> None:
         run, numbers = result.run, result.numbers
         status = "failed" if result.error else "done"
@@ -184,10 +210,13 @@ class Store:
             names = ("value", "value_at_truth", "n_data", "dimension")
             self._insert("fits", common | {name: _cell(numbers.get(name)) for name in names})
             self._parameters("fit_parameters", run.key, result.estimates, ("unit", "value", "truth", "crlb"))
-        # Of the row as SQLite gives it back, which is what is compared later.
-        (digits,) = self._checksums(table, run.key).values()
-        self._base.execute(f"UPDATE {table} SET checksum = ? WHERE key = ?", (digits, run.key))
-        self._damaged.discard(run.key)
+        self._seal(table, run.key)
+
+    def _seal(self, table: str, key: str) -> None:
+        """Gives a row its checksum: of the row as SQLite gives it back, which is what is compared later."""
+        (digits,) = self._checksums(table, key).values()
+        self._base.execute(f"UPDATE {table} SET checksum = ? WHERE key = ?", (digits, key))
+        self._damaged.discard(key)
 
     def _parameters(self, table: str, key: str, frame: pd.DataFrame, names: Sequence[str]) -> None:
         for parameter, row in frame.iterrows():
@@ -207,9 +236,10 @@ class Store:
         """Keys of runs and fits whose checksum does not fit. The warning comes once, when the store is first read."""
         damaged: set[str] = set()
         try:
-            for table in _PARAMETERS:
-                stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
-                damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
+            with self._at_one_moment():
+                for table in _PARAMETERS:
+                    stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
+                    damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
         except sqlite3.DatabaseError as problem:
             raise self._unreadable(problem) from None
         if damaged:
@@ -243,11 +273,12 @@ class Store:
         if self._source is None:
             content = provenance()
             content.pop("time_utc")
-            text = json.dumps(content, sort_keys=True)
-            self._base.execute("INSERT OR IGNORE INTO sources (provenance) VALUES (?)", (text,))
-            row = self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()
-            self._source = int(row[0])
+            self._source = self._source_id(json.dumps(content, sort_keys=True))
         return self._source
+
+    def _source_id(self, text: str) -> int:
+        self._base.execute("INSERT OR IGNORE INTO sources (provenance) VALUES (?)", (text,))
+        return int(self._base.execute("SELECT id FROM sources WHERE provenance = ?", (text,)).fetchone()[0])
 
     def _take(self) -> None:
         """Locks the store for this program. The lock ends with the process, however it ends."""
@@ -284,7 +315,7 @@ class Store:
                 where=str(self.path),
                 do="Use that version, or start a new store with --out.",
             )
-        if tables and _columns(self._base) != _own_columns():
+        if tables and columns(self._base) != own_columns():
             raise self._unreadable(ValueError("its tables have other columns"))
         if not write:
             return
@@ -293,7 +324,7 @@ class Store:
             self._base.execute("PRAGMA synchronous = NORMAL")
             if not tables:
                 self._base.executescript(
-                    f"BEGIN; {_SCHEMA} PRAGMA application_id = {_APPLICATION}; PRAGMA user_version = {VERSION}; COMMIT;"
+                    f"BEGIN; {SCHEMA} PRAGMA application_id = {_APPLICATION}; PRAGMA user_version = {VERSION}; COMMIT;"
                 )
         except sqlite3.Error as problem:
             raise SeatruthError(
@@ -307,23 +338,6 @@ def _checksum(row: list[Any], table: str) -> str:
         return checksum(to_text(row), table)
     except TypeError:
         return "it has none"
-
-
-def _columns(base: sqlite3.Connection) -> set[tuple[str, str]]:
-    """Every column of a database, with its table."""
-    return set(
-        base.execute(
-            "SELECT m.name, c.name FROM sqlite_master m, pragma_table_info(m.name) c "
-            "WHERE m.type = 'table' AND m.name NOT LIKE 'sqlite_%'"
-        )
-    )
-
-
-@cache
-def _own_columns() -> set[tuple[str, str]]:
-    with closing(sqlite3.connect(":memory:")) as base:
-        base.executescript(_SCHEMA)
-        return _columns(base)
 
 
 def _cell(value: Any) -> Any:

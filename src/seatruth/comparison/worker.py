@@ -6,7 +6,7 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,23 +21,26 @@ from threadpoolctl import threadpool_limits
 from seatruth.arrays import Array
 from seatruth.comparison.problem import Problem, Run, random_stream
 from seatruth.comparison.realisation import CostCache, NoisyProblem, RealisationSettings, with_values
+from seatruth.comparison.scoring import bounds, candidate, intervals, open_loop_cost, prediction_error
 from seatruth.comparison.spec import Comparison
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.black_box import BlackBox
-from seatruth.optimizers import Budget, Optimizer, minimise
-from seatruth.uncertainty.covariance import covariance
-from seatruth.uncertainty.cross_validation import rms_errors
+from seatruth.optimizers import Budget, Optimizer, Outcome, Snapshot, minimise
 
 _REFERENCE_BUDGET = Budget(evaluations=20_000)
 """Far more than a local fit from the truth needs. Chosen here [S]."""
-_AT_BOUND = 1e-6
-"""Distance from a bound, over the range, below which a parameter is at the bound. Chosen here [S]."""
 _POPULATION = 64
 """Candidates of a population that is simulated by the widest kernels."""
 _costs = CostCache()
 _unpacked: dict[str, NoisyProblem] = {}
+_reference_values: dict[str, float] = {}
+"""Cost of the reference fit by instance: the runs of an instance follow each other."""
+_NEAR = 0.1
+"""Part of the smallest target within which a search may end. Chosen here [S]."""
+_RESOLUTION = 0.01
+"""Relative resolution of the evaluations in a stored history: as fine as scores are compared. Chosen here [S]."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +70,26 @@ class PackedProblem:
 
 @dataclass(frozen=True)
 class Job:
-    """One run with all that it needs. `solver` is None for the reference fit."""
+    """One search with all that it needs.
+
+    Attributes:
+        run: The run with the search's whole budget.
+        packed: Its problem.
+        solver: None for the reference fit.
+        earlier: Runs with smaller budgets, by rising budget: how the search stood then.
+        precision: The search ends within this excess of the reference fit; 0 lets it use its budget.
+    """
 
     run: Run
     packed: PackedProblem
     solver: Optimizer | None
+    earlier: tuple[Run, ...] = ()
+    precision: float = 0.0
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """All runs that the search gives."""
+        return (*self.earlier, self.run)
 
 
 @dataclass
@@ -93,71 +111,118 @@ class RunResult:
     history: list[list[float]] = field(default_factory=list)
 
 
-def run_job(job: Job) -> RunResult:
-    """Does one run. An exception becomes part of the result: one failed run must not cost the others."""
+def run_job(job: Job) -> list[RunResult]:
+    """Does one search. An exception becomes part of the results: one failed run must not cost the others."""
     try:
         with threadpool_limits(1, "blas"):
             problem = _unpack(job.packed)
             if job.solver is None:
-                return _fit_reference(problem, job.run)
-            return _search(problem, job.run, job.solver)
+                return [_fit_reference(problem, job.run)]
+            return _search(problem, job, job.solver)
     except SeatruthError as error:
-        return RunResult(job.run, error.message)
+        message = error.message
     except Exception as error:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(frame.filename).name}, line {frame.lineno}, in {frame.name}"
-        return RunResult(job.run, f"{type(error).__name__}: {error} ({place})")
+        message = f"{type(error).__name__}: {error} ({place})"
+    return [RunResult(run, message) for run in job.runs]
 
 
-def _search(problem: NoisyProblem, run: Run, solver: Optimizer) -> RunResult:
+def _search(problem: NoisyProblem, job: Job, solver: Optimizer) -> list[RunResult]:
+    """The search, and how it stood at each smaller budget."""
+    run = job.run
     cost = _costs.get(problem, run)
     cost.values(cost.start[None])  # compiled code is loaded and the cost's own tables are made before the clock starts
     names = ("solver", problem.settings.seed, run.problem, run.noise.describe(), run.seed)
     seed = int(random_stream(*names).generate_state(1)[0])
     if not cost.noise_known:
         cost.reweight(cost.start)  # weights must not depend on which solver had this cost before
-    outcome = minimise(cost, solver, budget=Budget(evaluations=run.budget), seed=seed)
+    target = _target(problem, run, job.precision)
+    budget = Budget(evaluations=run.budget, target=target if math.isfinite(target) else None)
+    outcome = minimise(cost, solver, budget=budget, seed=seed, snapshots=[part.budget for part in job.earlier])
+    whole = Snapshot(outcome.evaluations, outcome.x, outcome.value, outcome.wall_s)
+    results = []
+    for part, stand in zip(job.runs, (*outcome.snapshots, whole)):
+        ended = stand.evaluations == outcome.evaluations
+        numbers: dict[str, Any] = {
+            "code": outcome.code if ended else "budget",
+            "reason": outcome.reason if ended else f"its first {part.budget} evaluations",
+            "value": stand.value,
+            "evaluations": stand.evaluations,
+            "diverged": outcome.diverged if ended else None,
+            "search_s": stand.seconds,
+        }
+        error = outcome.reason if outcome.code == "failed" and ended else ""
+        if not (error or math.isfinite(stand.value)):
+            error = f"none of its first {part.budget} candidates could be evaluated"
+        results.append(_scored(problem, cost, part, stand, RunResult(part, error, numbers)))
+        results[-1].history = _history(outcome.history, stand)
+    return results
+
+
+def trial_search(job: Job, evaluations: int) -> tuple[int, float, bool]:
+    """A short search: the evaluations and the time in s that it took, and whether it ended before its budget."""
+    assert job.solver is not None  # a reference fit is no search
+    with threadpool_limits(1, "blas"):
+        cost = _costs.get(_unpack(job.packed), job.run)
+        cost.values(cost.start[None])
+        outcome = minimise(cost, job.solver, budget=Budget(evaluations=min(evaluations, job.run.budget)), seed=0)
+    return outcome.evaluations, outcome.wall_s, outcome.code not in ("budget", "deadline")
+
+
+def _scored(problem: NoisyProblem, cost: StudyCost, run: Run, stand: Snapshot, result: RunResult) -> RunResult:
+    """The result with estimates and errors of prediction."""
     begun = time.perf_counter()
-    numbers: dict[str, Any] = {
-        "code": outcome.code,
-        "reason": outcome.reason,
-        "value": outcome.value,
-        "evaluations": outcome.evaluations,
-        "diverged": outcome.diverged,
-        "search_s": outcome.wall_s,
-    }
-    error = outcome.reason if outcome.code == "failed" else ""
-    table = pd.DataFrame()
-    if math.isfinite(outcome.value):
-        numbers["open_loop"] = _open_loop_cost(problem, run, cost, outcome.x)
-        numbers["held_out"] = _prediction_error(problem, cost, outcome.x)
-        table = _intervals(cost, outcome.x)
-    numbers["scoring_s"] = time.perf_counter() - begun
-    return RunResult(run, error, numbers, table, _history(outcome.history))
+    if math.isfinite(stand.value):
+        result.numbers["open_loop"] = open_loop_cost(_costs, problem, run, cost, stand.x)
+        result.numbers["held_out"] = prediction_error(problem, cost, stand.x)
+        result.estimates = intervals(cost, stand.x)
+    result.numbers["scoring_s"] = time.perf_counter() - begun
+    return result
+
+
+def _target(problem: NoisyProblem, run: Run, precision: float) -> float:
+    """The cost at which a search is near enough to the reference fit; -inf where it is to go on."""
+    if not precision:
+        return -math.inf
+    if run.instance not in _reference_values:
+        cost = _costs.get(problem, run)
+        _reference_values[run.instance] = min((fit.value for fit in _local_fits(problem, cost)), default=math.inf)
+    # An excess is twice the difference in cost. A tenth of it stays free for a best fit that is still a little lower.
+    value = _reference_values[run.instance] + 0.5 * _NEAR * precision
+    return value if math.isfinite(value) else -math.inf
+
+
+def _local_fits(problem: NoisyProblem, cost: StudyCost) -> Iterator[Outcome]:
+    """Local fits from the truth and from the study's own start."""
+    starts = {parameter.name: parameter.value for parameter in problem.study.free}
+    tried: list[Mapping[str, float]] = []
+    for values in filter(None, (problem.truth, starts)):
+        if values not in tried:
+            tried.append(values)
+            yield minimise(_with_start(cost, values), "least_squares", budget=_REFERENCE_BUDGET, seed=0)
 
 
 def _fit_reference(problem: NoisyProblem, run: Run) -> RunResult:
     """The best local fit from the truth and from the study's own start, and the bounds of this realisation."""
     cost = _costs.get(problem, run)
-    starts = {parameter.name: parameter.value for parameter in problem.study.free}
     best: Array | None = None
     value = math.inf
-    for values in filter(None, (problem.truth, starts)):
-        outcome = minimise(_with_start(cost, values), "least_squares", budget=_REFERENCE_BUDGET, seed=0)
+    for outcome in _local_fits(problem, cost):
         if outcome.value < value:
             best, value = outcome.x, outcome.value
     free = cost.space.free
     table = pd.DataFrame({"unit": [q.unit for q in free]}, index=pd.Index([q.name for q in free], name="parameter"))
     table["value"] = math.nan if best is None else best[: len(free)]
     table["truth"] = math.nan if problem.truth is None else [problem.truth[q.name] for q in free]
-    table["crlb"] = _bounds(problem, run)
+    table["crlb"] = bounds(_costs, problem, run)
     numbers: dict[str, Any] = {
         "value": value,
         "n_data": sum(len(g.rows) for g in cost.residual_blocks if g.kind == "data"),
     }
     numbers["dimension"] = len(cost.parameters)
     if problem.truth is not None:
-        numbers["value_at_truth"] = float(cost.values(_candidate(cost, problem.truth)[None])[0])
+        numbers["value_at_truth"] = float(cost.values(candidate(cost, problem.truth)[None])[0])
     return RunResult(run, "" if math.isfinite(value) else "no fit could be evaluated", numbers, table)
 
 
@@ -166,90 +231,33 @@ def _with_start(cost: StudyCost, values: Mapping[str, float]) -> StudyCost:
     return cost_of(cost.problem.replace(parameters=with_values(cost.problem, dict(values))), threads=1)
 
 
-def _bounds(problem: NoisyProblem, run: Run) -> Array:
-    """Cramer-Rao bounds of the free parameters for white noise of the added size; NaN without a truth or a noise.
+def _history(history: pd.DataFrame, stand: Snapshot) -> list[list[float]]:
+    """The finite part of the history up to where it stood, without rows in which little changed; that one always.
 
-    They are those of the trajectory (or the formula) whatever cost is fitted: the information in the record, not the
-    part of it that a method uses.
+    Of the rows whose evaluations differ by less than `_RESOLUTION` the last one stays, so that no target is recorded as
+    reached before it was.
     """
-    free = problem.study.free
-    nothing = np.full(len(free), math.nan)
-    if problem.truth is None or run.noise.level == 0:
-        return nothing
-    cost = _costs.get(problem, run, "formula" if run.cost == "formula" else "trajectory")
-    x = _candidate(cost, problem.truth)
-    residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
-        return nothing
-    return np.asarray(covariance(residuals, jacobian, cost.residual_blocks, white=True).crlb[: len(free)])
+    before = history[np.isfinite(history["best"]) & (history["evaluations"] < stand.evaluations)]
+    rows: Array = before[["evaluations", "best", "seconds"]].to_numpy(dtype=float)
+    if math.isfinite(stand.value):
+        best = min(stand.value, rows[-1, 1] if len(rows) else math.inf)
+        rows = np.vstack([rows, [stand.evaluations, best, stand.seconds]])
+    if not len(rows):
+        return [[], [], []]
+    changed = np.append(True, np.diff(rows[:, 1]) != 0)
+    changed[-1] = True
+    rows = rows[changed]
+    place = np.floor(np.log(rows[:, 0]) / math.log1p(_RESOLUTION))
+    rows = rows[np.append(np.diff(place) != 0, True)]
+    return [rows[:, 0].astype(int).tolist(), rows[:, 1].tolist(), rows[:, 2].tolist()]
 
 
-def _candidate(cost: StudyCost, values: Mapping[str, float]) -> Array:
-    """The candidate with these values, nuisances at their start."""
-    x = cost.start.copy()
-    for k, parameter in enumerate(cost.space.free):
-        x[k] = values[parameter.name]
-    return x
-
-
-def _open_loop_cost(problem: NoisyProblem, run: Run, cost: StudyCost, x: Array) -> float:
-    """Cost of the trajectory at a regression's answer; NaN for the other kinds of cost."""
-    if run.cost != "regression":
-        return math.nan
-    trajectory = _costs.get(problem, run, "trajectory")
-    candidate = _candidate(trajectory, {q.name: float(v) for q, v in zip(cost.space.free, x)})
-    return float(trajectory.values(candidate[None])[0])
-
-
-def _prediction_error(problem: NoisyProblem, cost: StudyCost, x: Array) -> float:
-    """Root mean square error over the trials held out, of each output over its range, all outputs together."""
-    trials = problem.holdout
-    if not len(trials):
-        return math.nan
-    squares, count = 0.0, 0
-    for trial, y in zip(trials, cost.predict(x, list(trials))):
-        for name, error in rms_errors(problem.study, trial.outputs, y).items():
-            squares += (error / problem.ranges[name]) ** 2 if name in problem.ranges else 0.0
-            count += 1
-    return math.sqrt(squares / count) if count and math.isfinite(squares) else math.inf if count else math.nan
-
-
-def _intervals(cost: StudyCost, x: Array) -> pd.DataFrame:
-    """The free parameters with standard errors and 95 % intervals, NaN where there are none."""
-    free = cost.space.free
-    size = len(free)
-    table = pd.DataFrame({"value": x[:size]}, index=pd.Index([q.name for q in free], name="parameter"))
-    if not cost.noise_known:
-        cost.reweight(x)
-    residuals, jacobian = cost.residuals(x), cost.jacobian(x)
-    stderr, half = np.full(size, math.nan), np.full(size, math.nan)
-    if np.isfinite(residuals).all() and np.isfinite(jacobian).all():
-        low, high = cost.bounds
-        with np.errstate(invalid="ignore"):
-            width = np.where(np.isfinite(high - low), high - low, np.inf)
-            gradient = jacobian.T @ residuals
-            below, above = x - low <= _AT_BOUND * width, high - x <= _AT_BOUND * width
-        has_width = np.isfinite(width)
-        fixed = has_width & ((below & (gradient > 0)) | (above & (gradient < 0)))
-        uncertainty = covariance(residuals, jacobian, cost.residual_blocks, fixed)
-        stderr, half = uncertainty.stderr[:size], uncertainty.half_width()[:size]
-    with np.errstate(invalid="ignore"):
-        return table.assign(stderr=stderr, lower=x[:size] - half, upper=x[:size] + half)
-
-
-def _history(history: pd.DataFrame) -> list[list[float]]:
-    """The finite part of the history without rows in which nothing changed; the last one always."""
-    history = history[np.isfinite(history["best"])]
-    change = history["best"].diff().fillna(1.0).to_numpy() != 0
-    if len(change):
-        change[-1] = True
-    kept = history[change]
-    return [kept[name].tolist() for name in ("evaluations", "best", "seconds")]
-
-
-def jobs_of(comparison: Comparison, runs: list[Run]) -> list[Job]:
-    """Jobs in an order in which the runs of an instance follow each other; each problem is packed once."""
+def jobs_of(comparison: Comparison, runs: Sequence[Run]) -> list[Job]:
+    """Searches in the order of the runs; those of an instance follow each other, and each problem is packed once."""
     settings = RealisationSettings(comparison.seed, comparison.base_level)
+    together: dict[tuple[str, str, int], list[Run]] = {}
+    for run in comparison.runs:
+        together.setdefault((run.instance, run.solver, run.of), []).append(run)
     by_problem: dict[str, list[Run]] = {}
     for run in runs:
         by_problem.setdefault(run.problem, []).append(run)
@@ -257,8 +265,17 @@ def jobs_of(comparison: Comparison, runs: list[Run]) -> list[Job]:
         name: PackedProblem.of(comparison.problem(name), settings, runs_of_problem)
         for name, runs_of_problem in by_problem.items()
     }
-    solvers = comparison.solver
-    return [Job(run, packed[run.problem], solvers[run.solver] if run.solver else None) for run in runs]
+    jobs: dict[str, Job] = {}
+    precision = min(comparison.targets) if comparison.stop == "targets" else 0.0
+    for run in runs:
+        if not run.solver:
+            jobs[run.key] = Job(run, packed[run.problem], None)
+            continue
+        *earlier, whole = together[run.instance, run.solver, run.of]
+        if whole.key not in jobs:
+            solver = comparison.solver[run.solver]
+            jobs[whole.key] = Job(whole, packed[run.problem], solver, tuple(earlier), precision)
+    return list(jobs.values())
 
 
 def _compile_kernels(problem: NoisyProblem, runs: Sequence[Run]) -> None:

@@ -72,6 +72,15 @@ class Cost(ABC):
         """Weighted residuals, data then priors: x (K,) -> (M,); values = 0.5 * sum(residuals**2) if noise is known."""
         raise self._not_given("residuals")
 
+    def residuals_of(self, X: Array) -> Array:
+        """`residuals` of each candidate: X (P, K) -> (P, M), all inf where one diverges or breaks a constraint.
+
+        One by one, where a cost does not know better.
+        """
+        rows = [np.asarray(self.residuals(x), dtype=np.float64) for x in np.asarray(X, dtype=np.float64)]
+        size = max((len(row) for row in rows), default=0)
+        return np.array([row if len(row) == size and np.isfinite(row).all() else np.full(size, np.inf) for row in rows])
+
     def jacobian(self, x: Array) -> Array:
         """Derivative of `residuals`: x (K,) -> (M, K)."""
         raise self._not_given("derivatives")

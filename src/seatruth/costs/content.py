@@ -14,6 +14,7 @@ import numpy as np
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.formula import Formula
+from seatruth.models.isolated import IsolatedBlackBox
 from seatruth.trials.trial import Trial
 
 
@@ -42,6 +43,10 @@ def of_model(model: Model) -> dict[str, Any]:
         from seatruth.simulate import fingerprint
 
         found["equations"] = fingerprint(model)
+    if isinstance(model, BlackBox) and model.base is not None:
+        found["base"] = of_model(model.base)
+    if isinstance(model, IsolatedBlackBox) and model.identity is not None:
+        found["identity"] = model.identity
     for part in ("initial_state", "function"):
         function = getattr(model, part, None)
         if function is not None:

@@ -115,6 +115,25 @@ class TrajectoryCost(StudyCost):
             ]
         return np.concatenate(parts)
 
+    def residuals_of(self, X: Array) -> Array:
+        """`residuals` of each candidate, (P, K) -> (P, M), in one simulation of the whole population."""
+        X = np.asarray(X, dtype=np.float64)
+        theta, x0 = self.space.varying_values(X[:, : self._K]), self._initial.of(X[:, self._K :])
+        found = np.full((len(X), self._first_defect + self._continuity.size), np.inf)
+        size = max(1, _MAX_BYTES // max(1, self._simulator.measured.nbytes))
+        good = self.space.feasible(X[:, : self._K]) if self.space.constraints else np.ones(len(X), dtype=np.bool_)
+        for k in range(0, len(X), size):
+            part = slice(k, k + size)
+            starts = x0[part] if x0.ndim == 3 else x0
+            outputs = self._simulator.outputs(theta[part], starts)
+            with np.errstate(all="ignore"):
+                errors = [self._noise.residuals(self._simulator.measured - y) for y in outputs.y]
+                rest = [self.space.prior_residuals(X[part, : self._K]), self._initial_residuals(X[part, self._K :])]
+                found[part] = np.hstack([np.array(errors), *rest, self._defects(outputs.x_end, starts)])
+            good[part] &= ~outputs.diverged.any(axis=1)
+        found[~good | ~np.isfinite(found).all(axis=1)] = np.inf
+        return found
+
     def jacobian(self, x: Array) -> Array:
         """Exact derivative of `residuals`, (M, K): through simulation, expressions, initial states and defects."""
         x = np.asarray(x, dtype=np.float64)

@@ -37,6 +37,8 @@ class Search:
     renewals: int = 0
     """Times that a better optimum of the model alone was found, and all effects were fitted anew from there."""
     interrupted: bool = False
+    spent: bool = False
+    """Whether it was the budget of evaluations that ended it."""
 
     @property
     def null(self) -> Fit:

@@ -16,6 +16,7 @@ import numpy as np
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.discrepancy.model import hats
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
 
 _BLOCKS = 6
@@ -27,11 +28,14 @@ _SIZE = 0.5
 
 
 def from_equation_error(problem: Problem) -> Point | None:
-    """The point whose coefficients, terms and forces meet the recorded rates; None where speeds are not recorded."""
+    """The point whose coefficients, terms and forces meet the recorded rates.
+
+    None where speeds are not recorded, and for a black box, which has no equations.
+    """
     model = problem.discrepancy
     recorded = {name for trial in problem.trials for name, y in trial.outputs.items() if np.isfinite(y).any()}
     known = [(e, name) for e, name in enumerate(problem.equations) if name in recorded]
-    if model is None or not known:
+    if model is None or isinstance(model, BlackBox) or not known:
         return None
     rows, targets = [], []
     columns = [*problem.coefficients, *problem.terms]
@@ -108,9 +112,10 @@ def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Poi
     """The point with an effect's parameters at these values, and its force taken from each trial's own missing ones.
 
     Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
+    Those of a black box stay: its equations would be needed.
     """
     model, columns, moved = problem.discrepancy, problem.columns[name], moved_to(problem, point, name, values)
-    if model is None:
+    if model is None or isinstance(model, BlackBox):
         return moved
     names = [problem.unknowns[k].name for k in columns]
     both = np.stack([point.shared[columns], moved.shared[columns]])

@@ -12,22 +12,27 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from seatruth.analysis import failed_runs
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.preconditions import require_trials, usable_effects, weaknesses
+from seatruth.diagnosis.few_runs import expected_evaluations
+from seatruth.diagnosis.preconditions import require_trials, unseen, usable_effects, weaknesses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.errors import BadInput, SeatruthError
+from seatruth.models.isolated import failures_of, isolated_in
 from seatruth.progress import Progress, ProgressEvent, remaining, silent
+from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.study import Study
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
 
 _CUT = "stopped by the user; what is missing was not reached"
+_SPENT = "the budget of evaluations is used up; what is missing was not reached"
 
 
 def diagnose(
@@ -42,6 +47,7 @@ def diagnose(
     validate: bool = True,
     suggest: bool = True,
     settings: Settings | None = None,
+    evaluations: int | None = None,
 ) -> Diagnosis:
     """Says where a study's model and its trials disagree, which effect causes it, and how far the gap shrinks.
 
@@ -58,9 +64,12 @@ def diagnose(
         validate: predict each trial from the others.
         suggest: look for the next trial.
         settings: numbers that the diagnosis rests on; None takes the defaults.
+        evaluations: simulations of all trials that a black box may cost; None is no limit. Equations are simulated too
+            fast for a limit to matter.
 
     Returns:
-        The diagnosis. An interrupt after the model alone is fitted returns what has been reached.
+        The diagnosis. An interrupt, or the end of the budget, after the model alone is fitted returns what has been
+        reached.
 
     Raises:
         BadInput: the study cannot be diagnosed.
@@ -83,16 +92,28 @@ def diagnose(
 
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    if evaluations is not None and evaluations < 1:
+        raise BadInput(f"{evaluations} evaluations are not possible", do="Ask for 1 or more.")
     require_trials(study)
     chosen, reasons = usable_effects(study, effects)
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
-        problem = Problem(study, chosen, settings, threads=threads)
+        problem = Problem(study, chosen, settings, threads=threads, evaluations=evaluations)
         findings = [*check_trials(study.trials, study.model), *weaknesses(study, problem)]
-        with Checkpoint(checkpoint, _work(study, chosen, settings)) as store:
+        box = isolated_in(study.model)
+        # Runs that are kept on disk make a search again as it was; finished fits would leave out what others learn.
+        again = checkpoint if box is None or box.identity is None else None
+        with Checkpoint(again, _work(study, chosen, settings)) as store:
             resumed = len(store)
             try:
-                found = search(problem, say("Hypotheses"), store, workers)
+                # The fits of a black box share derivatives, and its runs go on at once within each of them.
+                found = search(problem, say("Hypotheses"), store, workers if problem.few_runs is None else 1)
+            except OutOfRuns:
+                raise BadInput(
+                    f"{evaluations} evaluations are too few to fit the model alone",
+                    where=f"study {study.name!r}",
+                    do=f"`seatruth check` says how many a diagnosis takes: about {expected_evaluations(problem)}.",
+                ) from None
             except np.linalg.LinAlgError as trouble:
                 raise BadInput(
                     f"the model alone cannot be fitted to these trials ({trouble})",
@@ -100,8 +121,11 @@ def diagnose(
                     do="`seatruth simulate` shows from where it diverges; check units, signs and the first samples.",
                 ) from None
         findings += _set_aside(found)
+        findings += unseen(study, reasons)
         assembly = Assembly(study, found, seed)
-        code, reason = ("interrupted", _CUT) if found.interrupted else ("done", "everything was asked")
+        code, reason = "done", "everything was asked"
+        if found.interrupted:
+            code, reason = ("budget", _SPENT) if found.spent else ("interrupted", _CUT)
         validation = suggestion = None
         try:
             if validate and not found.interrupted:
@@ -112,15 +136,22 @@ def diagnose(
                     suggestion = assembly.suggestion(say("Next trial"))
         except KeyboardInterrupt:
             code, reason = "interrupted", _CUT
+        except OutOfRuns:
+            code, reason = "budget", _SPENT
+        problem.meter.limit = None  # what is left only puts together what was found
         outcome = {
             "code": code,
             "reason": reason,
             "fits": len(found.fits),
             "resumed": resumed,
+            "evaluations": None if problem.few_runs is None else -(-problem.meter.spent // len(problem.trials)),
             "wall_s": time.perf_counter() - began,
             "cpu_s": time.process_time() - cpu,
             "settings": {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(settings).items()},
         }
+        failed = failures_of(study.model)
+        if failed:
+            findings.append(failed_runs(failed))
         try:
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:

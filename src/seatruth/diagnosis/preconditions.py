@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -59,8 +59,6 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
         reason = "the model has it already" if effect.name in present else effect.missing(study.model)
         if not reason and not effect.dynamic:
             reason = "it is noise, which the noise model describes"
-        if not reason and isinstance(study.model, BlackBox) and not effect.suits_black_box:
-            reason = "it acts inside the model, and the model is a black box"
         if reason:
             reasons[effect.name] = reason
         else:
@@ -72,6 +70,23 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
             do="; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3]),
         )
     return usable, reasons
+
+
+def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
+    """What a diagnosis of a black box cannot see for want of ports, in one finding."""
+    if not isinstance(study.model, BlackBox):
+        return []
+    ports, lacking = study.model.innermost.ports, []
+    inside = [name for name, why in reasons.items() if "without a port" in why]
+    if not ports.force:
+        lacking.append("forces, so that no missing force can be looked for")
+    if not ports.current:
+        lacking.append("a current")
+    if not lacking:
+        return []
+    text = f"The simulator has no port for {' nor for '.join(lacking)}. Not tried: {', '.join(inside) or 'nothing else'}."
+    do = 'Name the inputs that take them: ports = { force = ["X", "Y", "N"], current = ["north", "east"] } (docs/fmu.md).'
+    return [Finding("warning", "no-ports", text, f"model {study.model.name!r}", do)]
 
 
 def weaknesses(study: Study, problem: Problem) -> list[Finding]:

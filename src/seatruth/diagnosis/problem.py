@@ -20,12 +20,15 @@ import numpy as np
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.parameter_space import ParameterSpace
+from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox, inertias
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
+from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect, with_effects
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
-from seatruth.simulate import Simulator, simulator
+from seatruth.simulate import BlackBoxSimulator, Meter, Simulator, simulator
 from seatruth.study import Study
 from seatruth.trials.prepare.decimate import decimate
 from seatruth.trials.trial import Trial, Trials
@@ -77,17 +80,28 @@ class Problem:
     """See the module. Raises BadInput where an effect cannot act on the model."""
 
     def __init__(
-        self, study: Study, effects: Sequence[Effect], settings: Settings, *, threads: int | None = None
+        self,
+        study: Study,
+        effects: Sequence[Effect],
+        settings: Settings,
+        *,
+        threads: int | None = None,
+        evaluations: int | None = None,
     ) -> None:
+        """`evaluations`: simulations of all trials that a black box may cost; None is no limit."""
         self.study, self.settings = study, settings
         self.effects = {effect.name: effect for effect in effects}
         self.outputs = [channel.name for channel in study.model.outputs]
         trials = [_from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
         model: Model = with_effects(study.model, effects)
-        self.discrepancy: DiscrepancyModel | None = None
+        self.discrepancy: DiscrepancyModel | DiscrepancyBlackBox | None = None
         if can_carry(study.model):
             duration = max(trial.duration for trial in trials)
-            model = self.discrepancy = DiscrepancyModel(model, settings.knots, duration, scales_of(model, trials))
+            shape = settings.knots, duration, scales_of(model, trials)
+            if isinstance(model, BlackBox):
+                model = self.discrepancy = DiscrepancyBlackBox(model, *shape, self._inertias(model, trials, shape[2]))
+            else:
+                model = self.discrepancy = DiscrepancyModel(model, *shape)
             trials = [with_forces(trial, self.discrepancy) for trial in trials]
         self.model, self.trials = model, Trials(trials)
         self.equations = list(self.discrepancy.equations) if self.discrepancy else []
@@ -102,10 +116,12 @@ class Problem:
         self.low, self.high = np.array([a for a, _ in low_high]), np.array([b for _, b in low_high])
         options = study.cost if isinstance(study.cost, TrajectoryOptions) else TrajectoryOptions()
         self.hold, self.max_step, self.threads = options.hold, options.max_step, threads
+        self.meter = Meter(None if evaluations is None else evaluations * len(self.trials))
         self._simulator = simulator(
             self.model, self.trials, free=self.space.varying, values=self.space.nominal(),
-            hold=self.hold, max_step=self.max_step, threads=threads,
+            hold=self.hold, max_step=self.max_step, threads=threads, meter=self.meter,
         )  # fmt: skip
+        self.few_runs = FewRuns(self, self._simulator) if isinstance(self._simulator, BlackBoxSimulator) else None
         self.usual = np.array([self._usual_rate(state) for state in self.equations])
         self._kept = threading.local()
         self._set_up_initial_states()
@@ -124,20 +140,19 @@ class Problem:
 
     def errors(self, point: Point) -> Array:
         """Measured minus simulated (N,) at a point; inf where a run diverges."""
-        found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
         with np.errstate(all="ignore"):
-            errors = (self._simulator.measured - found.y[0])[self._valid]
+            errors = (self._simulator.measured - self._outputs(point))[self.valid]
         errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         return np.asarray(errors)
 
     def simulate(self, point: Point) -> list[Array]:
         """Outputs (n, C) of each trial at a point."""
-        found = self._bound(point, self.space.varying).outputs(self._theta(point)[None], self._initial_states(point))
-        return [found.y[0, rows] for rows in self._simulator.rows]
+        y = self._outputs(point)
+        return [y[rows] for rows in self._simulator.rows]
 
     def states(self, point: Point) -> list[Array]:
         """States (n, n_states) of each trial at a point; NaN where a run diverges."""
-        found = self._bound(point, self.space.varying).states(self._theta(point), self._initial_states(point))
+        found = self.bound(point, self.space.varying).states(self.theta(point), self.start_states(point))
         found = np.where(np.abs(found) < _OVERFLOWS, found, math.nan)
         return [found[rows] for rows in self._simulator.rows]
 
@@ -159,13 +174,17 @@ class Problem:
         knots = list(self._knot_names) if discrepancy else []
         tied = [name for name in self.space.varying if name not in self.space.free_names]
         names = (*free, *knots, *tied)
-        bound = self._bound(point, names)
-        theta = dict(zip(self.space.varying, self._theta(point)))
-        free_values, x0 = np.array([theta[n] for n in names]), self._initial_states(point)
-        found = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
+        if self.few_runs is not None:
+            y, dy = self.few_runs.linearize(point, names)
+        else:
+            bound = self.bound(point, names)
+            theta = dict(zip(self.space.varying, self.theta(point)))
+            free_values, x0 = np.array([theta[n] for n in names]), self.start_states(point)
+            found = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
+            y, dy = found.y, found.dy[self.valid]
         with np.errstate(all="ignore"):
-            errors = (self._simulator.measured - found.y)[self._valid]
-            slopes = -found.dy[self._valid]
+            errors = (self._simulator.measured - y)[self.valid]
+            slopes = -dy
         errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
         slopes[~(np.abs(slopes) < _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0))))] = 0.0
         shared = np.zeros((len(errors), len(self.unknowns)))
@@ -206,7 +225,25 @@ class Problem:
         """The shared unknowns of a point by their names in the model."""
         return dict(zip((parameter.name for parameter in self.unknowns), point.shared.tolist()))
 
+    @property
+    def measured(self) -> Array:
+        """Recorded outputs (samples, C)."""
+        return self._simulator.measured
+
+    def _outputs(self, point: Point) -> Array:
+        if self.few_runs is not None:
+            return self.few_runs.outputs(point)
+        bound = self.bound(point, self.space.varying)
+        return np.asarray(bound.outputs(self.theta(point)[None], self.start_states(point)).y[0])
+
     # Set-up
+
+    def _inertias(self, model: BlackBox, trials: Sequence[Trial], scales: Mapping[str, float]) -> dict[str, float]:
+        """The inertia that each force port of a black box shows, on the first trial, at the study's values."""
+        values = {**model.nominal(), **self.study.space.nominal()}
+        states = [channel.name for channel in model.states]
+        x0 = simulator(model, trials[:1], values=values).initial_states[0]
+        return inertias(model, trials[0], values, dict(zip(states, x0.tolist())) if states else None, scales)
 
     def _parameters(self) -> list[Parameter]:
         own = set(self.study.model.nominal())
@@ -263,9 +300,9 @@ class Problem:
         return size if size > 0.0 else 1.0
 
     def _set_up_errors(self) -> None:
-        self._valid: Flags = np.isfinite(self._simulator.measured)
-        number = np.cumsum(self._valid.ravel()).reshape(self._valid.shape) - 1
-        self.count = int(self._valid.sum())
+        self.valid: Flags = np.isfinite(self._simulator.measured)
+        number = np.cumsum(self.valid.ravel()).reshape(self.valid.shape) - 1
+        self.count = int(self.valid.sum())
         self.trial_of = np.zeros(self.count, dtype=np.intp)
         self.channel_of = np.zeros(self.count, dtype=np.intp)
         self.time_of = np.zeros(self.count)
@@ -274,7 +311,7 @@ class Problem:
         for trial, rows in enumerate(self._simulator.rows):
             t = np.asarray(self.trials[trial].t)
             for channel in range(len(self.outputs)):
-                valid = self._valid[rows, channel]
+                valid = self.valid[rows, channel]
                 places = number[rows, channel][valid]
                 if places.size:
                     self.series.append(Series(trial, channel, places, t[valid]))
@@ -304,8 +341,9 @@ class Problem:
 
     # Simulation
 
-    def _bound(self, point: Point, free: Sequence[str]) -> Simulator:
-        values = dict(zip(self.space.varying, self._theta(point)))
+    def bound(self, point: Point, free: Sequence[str]) -> Simulator:
+        """The simulator whose candidates set these parameters, all else as at a point."""
+        values = dict(zip(self.space.varying, self.theta(point)))
         values = {**self.space.nominal(), **values}
         trials = None
         if self.discrepancy is not None and point.forces.any():
@@ -318,10 +356,12 @@ class Problem:
         found[self._free_kept] = point.shared
         return found
 
-    def _theta(self, point: Point) -> Array:
+    def theta(self, point: Point) -> Array:
+        """The parameters of `space.varying` at a point."""
         return np.asarray(self.space.varying_values(self._free_values(point)[None])[0])
 
-    def _initial_states(self, point: Point) -> Array:
+    def start_states(self, point: Point) -> Array:
+        """Initial states (T, S) at a point."""
         x0 = self.base_states.copy()
         x0[:, self._initial_columns] = point.initial
         names = [channel.name for channel in self.model.states]

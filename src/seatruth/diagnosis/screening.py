@@ -69,8 +69,8 @@ def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:
 def _finite_starts(problem: Problem, name: str) -> list[Array]:
     """Finite values from which an effect is tried: one without a slope at its null, or with a direction."""
     effect = problem.effects[name]
-    if not (effect.starts or effect.direction):
-        return []
+    if not (effect.starts or (effect.direction and problem.few_runs is None)):
+        return []  # of a black box, each of the directions would cost runs, and the slope at the null leads there too
     mean = problem.mean[problem.columns[name]]
     directions = [
         np.array([float(start[q.name]) for q in effect.parameters])

@@ -21,6 +21,7 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
+from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
 
 _FAR = 100.0
@@ -37,9 +38,10 @@ Say = Callable[[str, int, int], None]
 def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1) -> Search:
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
-    Finished fits are kept in `store` and read from there. An interrupt after the model alone is fitted ends the search
-    with what there is. Raises LinAlgError where the model alone cannot be fitted, or where no hypothesis can be
-    simulated without discrepancy.
+    Finished fits are kept in `store` and read from there. An interrupt, or the end of the runs that a black box may
+    cost, after the model alone is fitted ends the search with what there is. Raises LinAlgError where the model alone
+    cannot be fitted, or where no hypothesis can be simulated without discrepancy, and OutOfRuns where the runs do not
+    suffice for the model alone.
     """
     settings = problem.settings
     found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
@@ -75,6 +77,8 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         share_noise(found, 2)
     except KeyboardInterrupt:
         found.interrupted = True
+    except OutOfRuns:
+        found.interrupted = found.spent = True
     if all(on for _, on in found.fits):
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")

@@ -30,6 +30,7 @@ from copy import copy
 from typing import Any, ClassVar
 
 from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
+from seatruth.effects.port_needs import lacks_port
 from seatruth.effects.targets import USUAL, aliases_of, targets
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record
@@ -203,7 +204,7 @@ class Effect:
 
     @property
     def suits_black_box(self) -> bool:
-        """Whether it acts on inputs and outputs alone, so that a black box can have it."""
+        """Whether it acts on inputs and outputs alone, so that a black box without ports can have it."""
         inside = (self.current, self.force, self.true_parameters)
         return self.dynamic and not self.needs_states and all(hook is None for hook in inside)
 
@@ -276,9 +277,12 @@ class Effect:
             return "it is noise, no term of the equations"
         if self.kinds and model.kind and model.kind not in self.kinds:
             return f"it acts on {' and '.join(self.kinds)}, the model is of kind {model.kind!r}"
-        if isinstance(model, BlackBox) and not self.suits_black_box:
-            return "the model is a black box, and the effect acts on its equations"
-        if (self.current is not None or self.force is not None) and not model.takes_environment:
+        black_box = model if isinstance(model, BlackBox) else None
+        if black_box is not None and not self.suits_black_box:
+            reason = lacks_port(self, black_box)
+            if reason:
+                return reason
+        elif (self.current is not None or self.force is not None) and not model.takes_environment:
             return "the model's rhs takes no environment e"
         if self.actuator and not targets(self, model):
             return (
@@ -286,7 +290,9 @@ class Effect:
             )
         aliases = aliases_of(self, model, targets(self, model)[0] if self.actuator else None)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):
-            have = [aliases.in_effect(channel.name) for channel in getattr(model, f"{kind}s")]
+            # A black box shows no states but its outputs.
+            channels = getattr(model, f"{kind}s") if kind != "state" or not black_box else black_box.innermost.outputs
+            have = [aliases.in_effect(channel.name) for channel in channels]
             lacking = [name for name in getattr(self, needed) if name not in have]
             if lacking:
                 return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"

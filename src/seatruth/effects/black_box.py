@@ -1,4 +1,6 @@
-"""Effects around a black box: its inputs and outputs pass through them, sample by sample."""
+"""Effects around a black box: its inputs and outputs pass through them, sample by sample.
+
+Forces and currents act inside, through the ports of the simulator (`through_ports`)."""
 
 from __future__ import annotations
 
@@ -14,9 +16,11 @@ from seatruth.arrays import Array
 from seatruth.effects.base import Effect
 from seatruth.effects.channel_aliases import View
 from seatruth.effects.targets import Target, aliases_of, targets
+from seatruth.effects.through_ports import OutsideEffects
 from seatruth.errors import BadInput
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.ports import Outside
 from seatruth.models.servo import stages
 from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.trial import Trial
@@ -25,11 +29,13 @@ Row = tuple[float, ...]
 
 
 class ExtendedBlackBox(BlackBox):
-    """A black box with effects on its inputs and outputs; made by `with_effects`.
+    """A black box with effects on its inputs and outputs, and through its ports; made by `with_effects`.
 
     An effect whose parameters stand at their null leaves everything as it is. The states of effects start at their
     `initial_state`; inputs and outputs are linear between samples.
     """
+
+    base: BlackBox
 
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
         self.base, self.effects = base, tuple(effects)
@@ -45,6 +51,7 @@ class ExtendedBlackBox(BlackBox):
             kind=base.kind,
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
             source=base.source,
+            ports=base.ports,
         )
         self.trials = trials_of(base, effects)
 
@@ -53,10 +60,12 @@ class ExtendedBlackBox(BlackBox):
         return self.base.complete(outputs, inputs)
 
     def _around(
-        self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None
+        self,
+        trial: Trial,
+        parameters: dict[str, float],
+        first_state: dict[str, float] | None,
+        outside: Outside | None = None,
     ) -> Mapping[str, Array]:
-        plain = {q.name: parameters[q.name] for q in self.base.parameters}
-        p = record("Parameters", self.base.parameters)(**plain)
         number = self.number_of(trial.name)
         acting = [
             (effect, target, namedtuple("Effect", list(values))(**values))
@@ -65,6 +74,12 @@ class ExtendedBlackBox(BlackBox):
             if any(values[name] != effect.null[name] for name in effect.magnitudes)
             for target in chosen
         ]
+        plain = {q.name: parameters[q.name] for q in self.base.parameters}
+        p = record("Parameters", self.base.parameters)(**plain)
+        for effect, _, q in acting:
+            if effect.true_parameters is not None:
+                p = effect.true_parameters(p, q)
+        plain = {name: float(value) for name, value in p._asdict().items()}
         inputs = (
             np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
         )
@@ -75,7 +90,10 @@ class ExtendedBlackBox(BlackBox):
                 view = View(aliases_of(effect, self.base, target), self.inputs, (), units)
                 inputs = _through_inputs(effect, view, trial.t, number, inputs, p, q)
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
-        outputs = self.base.run(replace(trial, inputs={**trial.inputs, **columns}), plain, first_state)
+        inside = [one for one in acting if one[0].current is not None or one[0].force is not None]
+        if inside:
+            outside = OutsideEffects(self.base, inside, plain, trial.t, inputs, number, outside)
+        outputs = self.base.run(replace(trial, inputs={**trial.inputs, **columns}), plain, first_state, outside)
         for effect, target, q in acting:
             if effect.measured_outputs is not None:
                 aliases = aliases_of(effect, self.base, target)

@@ -64,8 +64,8 @@ class ExtendedModel(ModelWrapper):
 def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
     """The model with effects, which act in the order given: all currents, then all inputs, then all forces.
 
-    Without effects it is the model itself. A black box takes only effects on inputs and outputs. BadInput where an
-    effect is named twice or cannot act on the model.
+    Without effects it is the model itself. A black box takes effects on inputs and outputs, and forces and currents
+    where it has ports for them. BadInput where an effect is named twice or cannot act on the model.
 
     Example:
         with_effects(load_model("mmg"), load_effects(["current", "rudder_lag"]))

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
+from seatruth.models.ports import Outside, Ports, as_ports
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
-Function = Callable[[Trial, dict[str, float], dict[str, float] | None], Mapping[str, Any]]
+Function = Callable[..., Mapping[str, Any]]
+"""`function(trial, parameters, first_state)`, with `outside` as a fourth argument where there are ports."""
 
 
 class BlackBox(Model):
@@ -31,6 +34,10 @@ class BlackBox(Model):
         states: states that a trial can start; each is an output of the same name.
         kind: "ship", "auv", "glider" or "planing": which effects can act on it.
         title, source: for lists and reports.
+        ports: which outside forces and which current it takes, as `Ports` or {"force": ["X", "Y", "N"], "current":
+            ["north", "east"]}. The function then gets a fourth argument, `outside(t, outputs)`. It calls that at each
+            of its steps, with the time (s) and its outputs by name, and adds what it gets: {"X": N, ..., "east": m/s}.
+        dimensions: the vehicle's size, which effects of wind, waves and hull need.
 
     Derivatives are finite differences.
 
@@ -59,28 +66,53 @@ class BlackBox(Model):
         kind: str = "",
         title: str = "",
         source: str = "",
+        ports: Ports | Mapping[str, Sequence[str]] | None = None,
+        dimensions: Dimensions | None = None,
     ) -> None:
         self.name, self.function = name, function
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         self.parameters, self.states = tuple(parameters), tuple(states)
         self.kind, self.title, self.source = kind, title or f"black box {name}", source
+        self.ports = as_ports(ports)
+        if dimensions is not None:
+            self.dimensions = _Constant(dimensions)
         self._check()
 
     takes_environment = False
+    base: BlackBox | None = None
+    """The black box that it wraps, where it wraps one."""
+
+    @property
+    def innermost(self) -> BlackBox:
+        """The black box without what effects, sensors and processes put around it."""
+        innermost = self
+        while innermost.base is not None:
+            innermost = innermost.base
+        return innermost
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         """A black box has no equations: it is simulated as a whole, by `run`."""
         raise PluginError("a black box has no equations", do="Simulate it with `run`.")
 
-    def run(self, trial: Trial, parameters: Mapping[str, float], first_state: Mapping[str, float] | None) -> Array:
+    def run(
+        self,
+        trial: Trial,
+        parameters: Mapping[str, float],
+        first_state: Mapping[str, float] | None,
+        outside: Outside | None = None,
+    ) -> Array:
         """The simulated outputs, shape (n, n_outputs) in the order of `outputs`; checked, copied.
 
-        Raises PluginError if the function raises or returns something else than one (n,) array an output.
+        `outside` is what acts through the ports; nothing where None. Raises PluginError if the function raises or
+        returns something else than one (n,) array an output.
         """
         where = f"model {self.name!r}, trial {trial.name!r}"
+        more = (outside or self.ports.nothing,) if self.ports else ()
         try:
-            result = self.function(trial, dict(parameters), None if first_state is None else dict(first_state))
+            result = self.function(trial, dict(parameters), None if first_state is None else dict(first_state), *more)
+        except SeatruthError:
+            raise
         except Exception as problem:
             raise PluginError(
                 f"its function raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
@@ -121,3 +153,13 @@ class BlackBox(Model):
             if state.name not in known:
                 hint = nearest(state.name, known)
                 raise BadInput(f"state {state.name!r} is not an output, so no trial can start it", where=where, do=hint)
+
+
+class _Constant:
+    """A size that no parameter changes. A class, as a function made inside a constructor cannot be pickled."""
+
+    def __init__(self, dimensions: Dimensions) -> None:
+        self._dimensions = dimensions
+
+    def __call__(self, p: Any) -> Dimensions:
+        return self._dimensions

@@ -20,6 +20,7 @@ from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.initial_motion import initial_motion
 from seatruth.models.measures import MEASURES, Measure, Motion, Place, Water
+from seatruth.models.ports import Outside
 from seatruth.models.wrapper import ModelWrapper, copy_attributes
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -259,6 +260,8 @@ def shows_accelerations(model: Model) -> bool:
 class ObservedBlackBox(BlackBox):
     """A black box with the outputs that a log holds, computed from the outputs that it returns; made by `observed`."""
 
+    base: BlackBox
+
     def __init__(self, base: BlackBox, observations: Sequence[Observation]) -> None:
         self.base, self.observations = base, tuple(observations)
         copy_attributes(base, self)
@@ -280,6 +283,7 @@ class ObservedBlackBox(BlackBox):
             kind=base.kind,
             title=base.title,
             source=base.source,
+            ports=base.ports,
         )
         self.standard = {
             **base.standard,
@@ -291,9 +295,13 @@ class ObservedBlackBox(BlackBox):
         return _complete(self.base, self.outputs, self.observations, outputs)
 
     def _around(
-        self, trial: Trial, parameters: dict[str, float], first_state: dict[str, float] | None
+        self,
+        trial: Trial,
+        parameters: dict[str, float],
+        first_state: dict[str, float] | None,
+        outside: Outside | None = None,
     ) -> Mapping[str, Array]:
-        y = self.base.run(trial, parameters, first_state)
+        y = self.base.run(trial, parameters, first_state, outside)
         inputs = [trial.inputs[channel.name].tolist() for channel in self.base.inputs]
         rows = [self._motion(row, i, ()) for row, i in zip(y.tolist(), zip(*inputs) if inputs else [()] * len(y))]
         made = {channel.name: y[:, k] for k, channel in enumerate(self.base.outputs)}

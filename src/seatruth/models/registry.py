@@ -7,6 +7,7 @@ from typing import Any
 
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 from seatruth.models.base import Model
+from seatruth.models.fmu import load_fmu
 from seatruth.models.user_file import is_file, load_object
 from seatruth.plugins import load_plugin, points_by_name
 
@@ -39,7 +40,7 @@ def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str
     """A model by its installed name, or from a user's file.
 
     Args:
-        spec: a name of `seatruth list models`, or "path.py:ClassName".
+        spec: a name of `seatruth list models`, "path.py:ClassName", or "path.fmu" (`load_fmu` takes its options).
         base_dir: folder to which that path is relative; None takes the working directory.
         parameter_set: one of the sets of values that the model offers in `sets`; None takes its own.
 
@@ -55,12 +56,16 @@ def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str
         >>> [channel.name for channel in load_model("mmg", parameter_set="KVLCC2").inputs]
         ['delta', 'n']
     """
+    if spec.endswith(".fmu"):
+        if parameter_set is not None:
+            raise BadInput("an FMU offers no parameter sets", where=spec, do="Leave out `set`.")
+        return load_fmu((Path(base_dir) if base_dir is not None else Path.cwd()) / spec)
     if is_file(spec):
         result, where = load_object(spec, Path(base_dir) if base_dir is not None else Path.cwd()), spec
     else:
         known = points_by_name(GROUP)
         if spec not in known:
-            raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName".')
+            raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName", or "file.fmu".')
         result, where = _load(spec), f"model {spec!r}"
     if parameter_set is None:
         return _instance(result, (), where)

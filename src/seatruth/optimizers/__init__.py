@@ -5,7 +5,7 @@ outcome = minimise(cost, ["differential_swarm", "least_squares"], budget=Budget(
 """
 
 from seatruth.optimizers.base import Optimizer, from_callable, option
-from seatruth.optimizers.budget import Budget, Code, Outcome, Stop
+from seatruth.optimizers.budget import Budget, Code, Outcome, Snapshot, Stop
 from seatruth.optimizers.chain import Chain
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.driver import minimise
@@ -26,6 +26,7 @@ __all__ = [
     "OptionInfo",
     "Outcome",
     "Problem",
+    "Snapshot",
     "StaleCheckpoint",
     "Stop",
     "as_optimizer",

@@ -68,12 +68,27 @@ class Stop(BaseException):
 
 
 @dataclass(frozen=True)
+class Snapshot:
+    """How a run stood after some evaluations: what it would have found with a budget of as many.
+
+    `evaluations` that were spent (the budget of the snapshot, or fewer where the run had ended), x (K,) in the
+    parameters' units, its cost `value` (inf before any candidate could be evaluated), and the search time in s.
+    """
+
+    evaluations: int
+    x: Array
+    value: float
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Outcome:
     """How a run ended: the best parameters found and why it stopped there.
 
     x (K,) in the parameters' units; `value` its cost (inf if no candidate could be evaluated: x is then the start);
     `history` has columns evaluations, best, seconds (thinned to about 2000 rows); `diverged` counts candidates of
-    infinite cost, `clipped` those that had to be moved inside the bounds; `notes` are sentences a user should read.
+    infinite cost, `clipped` those that had to be moved inside the bounds; `notes` are sentences a user should read;
+    `snapshots` hold how it stood after the numbers of evaluations that were asked for.
     """
 
     x: Array
@@ -88,6 +103,7 @@ class Outcome:
     optimizer: dict[str, Any]
     wall_s: float
     notes: tuple[str, ...] = field(default=())
+    snapshots: tuple[Snapshot, ...] = field(default=())
 
     def __str__(self) -> str:
         return (

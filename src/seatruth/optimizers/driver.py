@@ -36,6 +36,7 @@ def minimise(
     start: Array | None = None,
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
+    snapshots: Sequence[int] = (),
 ) -> Outcome:
     """Minimises a cost and says how that ended.
 
@@ -49,6 +50,8 @@ def minimise(
             that run stopped and ends with the outcome that it would have had (wall-clock times apart).
         progress: called about ten times a second with a `ProgressEvent`, and once at the end, when its message is the
             code.
+        snapshots: numbers of evaluations at which the best so far is kept in the outcome, in rising order: what a
+            solver that does not look at its budget would have found with budgets as small.
 
     Returns:
         The outcome: x (K,), its cost, the history, and why it ended. Whatever happens in the solver, the best candidate
@@ -73,7 +76,9 @@ def minimise(
     if checkpoint is not None:
         journal = Journal(Path(checkpoint), identity_of(cost, solver.describe(), seed, start))
     try:
-        evaluator = Evaluator(cost, Coordinates(cost.parameters, start), budget, journal=journal, progress=progress)
+        evaluator = Evaluator(
+            cost, Coordinates(cost.parameters, start), budget, journal=journal, progress=progress, snapshots=snapshots
+        )
         # One thread of linear algebra: its sums then do not depend on the machine, and on matrices as small as these
         # its threads only stand in the way of those that simulate.
         with threadpool_limits(1, "blas"):
@@ -99,6 +104,7 @@ def minimise(
             cost.reweight(x)
     if journal is not None and journal.write_error:
         notes.append(journal.write_error)
+    evaluator.take_last_snapshots()
     evaluator.report(code)
     return Outcome(
         x=x,
@@ -113,6 +119,7 @@ def minimise(
         optimizer=solver.describe(),
         wall_s=time.perf_counter() - begun,
         notes=tuple(notes),
+        snapshots=tuple(evaluator.snapshots),
     )
 
 

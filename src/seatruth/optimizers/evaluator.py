@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,7 +14,7 @@ import pandas as pd
 from seatruth.arrays import Array
 from seatruth.costs.base import Cost
 from seatruth.errors import PluginError, SeatruthError, SeatruthWarning
-from seatruth.optimizers.budget import Budget, Code, Stop
+from seatruth.optimizers.budget import Budget, Code, Snapshot, Stop
 from seatruth.optimizers.coordinates import Coordinates
 from seatruth.optimizers.journal import Journal
 from seatruth.progress import Progress, ProgressEvent, remaining
@@ -70,6 +70,7 @@ class Evaluator:
         *,
         journal: Journal | None = None,
         progress: Progress | None = None,
+        snapshots: Sequence[int] = (),
     ) -> None:
         self.cost, self.coordinates, self.budget = cost, coordinates, budget
         self.evaluations = self.diverged = self.clipped = 0
@@ -78,6 +79,8 @@ class Evaluator:
         self.answer_value = math.inf
         self.stopped: Stop | None = None
         self.history = History()
+        self.snapshots: list[Snapshot] = []
+        self._to_take = sorted(snapshots, reverse=True)
         self._journal, self._progress = journal, progress
         self._started, self._seconds_before, self._reported = time.perf_counter(), 0.0, -math.inf
         self._last_seconds = 0.0  # at the last evaluation; unlike the clock, it is replayed from a journal
@@ -149,6 +152,20 @@ class Evaluator:
             r = np.full(len(r), np.inf)  # its square overflows: it diverged as well
         self._record(inside, value, 1, self.seconds)
         return r
+
+    def residuals_of(self, Z: Array) -> Array:
+        """Weighted residuals of each candidate, Z (P, K) -> (P, M), all inf where one diverges. Counts P."""
+        self._raise_if_stopped()
+        self._check_budget(len(Z))
+        inside = self._clipped(Z)
+        R = np.asarray(self._call(self.cost.residuals_of, self.coordinates.x_of(inside)), dtype=float)
+        if R.ndim != 2 or len(R) != len(Z):
+            raise PluginError(f"residuals of {len(Z)} candidates have shape {R.shape}", where=_name_of(self.cost))
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf for r in R])
+        values[~np.isfinite(values)] = np.inf
+        self._record(inside, values, len(Z), self.seconds)
+        return np.where(np.isfinite(values)[:, None], R, np.inf)
 
     def jacobian(self, z: Array) -> Array:
         """Derivative of the residuals by the search coordinates at z (K,): (M, K). Counts K."""
@@ -274,13 +291,39 @@ class Evaluator:
 
     def _record(self, Z: Array, values: Array, count: int, seconds: float) -> None:
         """Keeps the best of these candidates and counts them."""
+        self._take_snapshots(count, seconds, Z, values)
         at = int(values.argmin())
         if values[at] < self.best_value:
             self.best_value, self.best_z = float(values[at]), Z[at].copy()
         self.diverged += int(np.count_nonzero(np.isinf(values)))
         self._count(count, seconds)
 
+    def take_last_snapshots(self) -> None:
+        """Takes those that the run did not reach: it stood there as at its end."""
+        self._take_snapshots(math.inf, self._last_seconds)
+
+    def _take_snapshots(
+        self, count: float, seconds: float, Z: Array | None = None, values: Array | None = None
+    ) -> None:
+        """Takes the snapshots that the next `count` evaluations pass, `values` (count,) of candidates Z among them.
+
+        A population that passes a snapshot counts up to it, as under a budget of as many evaluations.
+        """
+        while self._to_take and self._to_take[-1] < self.evaluations + count:
+            at = self._to_take.pop()
+            z, value = self.best_z, self.best_value
+            if Z is not None and values is not None and (first := at - self.evaluations):
+                best = int(values[:first].argmin())
+                if values[best] < value:
+                    z, value = Z[best], float(values[best])
+            x = self.coordinates.x_of(z)
+            if self.answer is not None:
+                x, value = self.answer, self.answer_value
+            spent = self.evaluations if math.isinf(count) else at
+            self.snapshots.append(Snapshot(spent, np.array(x), value, seconds))
+
     def _count(self, count: int, seconds: float) -> None:
+        self._take_snapshots(count, seconds)
         self.evaluations += count
         self._last_seconds = seconds
         self.history.add(self.evaluations, self.best_value, seconds)

@@ -118,6 +118,11 @@ class Problem:
         """Weighted residuals (M,) at z (K,); the cost is half their sum of squares. Counts 1; inf where it diverges."""
         return self._evaluator.residuals(np.asarray(z, dtype=float))
 
+    def residuals_of(self, Z: Array) -> Array:
+        """Weighted residuals of each candidate, (P, K) -> (P, M), in one call of the cost. Counts P; inf where one
+        diverges."""
+        return self._evaluator.residuals_of(np.asarray(Z, dtype=float))
+
     def jacobian(self, z: Array) -> Array:
         """Derivative (M, K) of the residuals by z at z (K,). Counts K."""
         return self._evaluator.jacobian(np.asarray(z, dtype=float))

@@ -13,6 +13,7 @@ from seatruth.report.blocks import Block, Column, Heading, Notes, Section, Text,
 from seatruth.report.numbers import listed
 from seatruth.report.page import page
 from seatruth.report.sections import comparison as sections
+from seatruth.report.sections.anytime import anytime
 from seatruth.report.sections.pictures import Album
 from seatruth.report.sections.run import provenance_rows
 from seatruth.storage.atomic import write_file
@@ -50,6 +51,7 @@ def render_comparison(results: Results) -> str:
         for build in (
             _summary,
             sections.accuracy,
+            anytime,
             sections.estimation,
             sections.ranks,
             sections.reaching,

@@ -18,6 +18,7 @@ from seatruth.simulate.base import Backend, Jacobian, Outputs, Simulator, Square
 from seatruth.simulate.blackbox import BlackBoxSimulator
 from seatruth.simulate.compiled import CompiledSimulator
 from seatruth.simulate.compiler.program import fingerprint
+from seatruth.simulate.meter import Meter, OutOfRuns
 from seatruth.simulate.reference import ReferenceSimulator
 from seatruth.simulate.rhs import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.simulate.setup import set_up
@@ -27,8 +28,11 @@ from seatruth.trials.trial import Trial
 
 __all__ = [
     "Backend",
+    "BlackBoxSimulator",
     "Hold",
     "Jacobian",
+    "Meter",
+    "OutOfRuns",
     "Outputs",
     "Simulator",
     "SquaredErrors",
@@ -49,6 +53,7 @@ def simulator(
     max_step: float | None = None,
     threads: int | None = None,
     backend: Backend = "compiled",
+    meter: Meter | None = None,
 ) -> Simulator:
     """A model bound to trials, ready to run a population of candidates.
 
@@ -61,8 +66,10 @@ def simulator(
         max_step: Longest Runge-Kutta step in s. None takes one step a sample, more in a gap.
         threads: Threads of the compiled backend; one for each processor where None.
         backend: "compiled", or "reference" (plain Python: thousands of times slower, derivatives by differences).
+        meter: Counts the runs of a BlackBox, and ends them at its limit; it means nothing for equations.
 
-    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers.
+    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers. One that runs
+    in processes of its own (an FMU) has as many at once as there are threads.
 
     Returns:
         The simulator.
@@ -82,7 +89,7 @@ def simulator(
     count = thread_count(threads)
     setup = set_up(model, trials, free, model.nominal() if values is None else dict(values))
     if isinstance(model, BlackBox):
-        return BlackBoxSimulator(setup, model)
+        return BlackBoxSimulator(setup, model, count, meter)
     if backend == "reference":
         return ReferenceSimulator(setup, hold, max_step)
     return CompiledSimulator(setup, hold, max_step, count)

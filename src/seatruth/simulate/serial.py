@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -35,6 +35,11 @@ class SerialSimulator(ABC):
     def _run(self, values: Array, trial: int, x0: Array) -> tuple[Array, Array]:
         """Outputs (n, D) and states (n, S) of one trial: values (n_parameters,), x0 (S,)."""
 
+    def _all(self, run: Callable[[tuple[int, int]], None], jobs: Sequence[tuple[int, int]]) -> None:
+        """Runs all (candidate, trial), in any order."""
+        for job in jobs:
+            run(job)
+
     @abstractmethod
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""
@@ -58,10 +63,14 @@ class SerialSimulator(ABC):
         starts = self._setup.starts(x0, len(theta))
         y = np.empty((len(theta), *self.measured.shape))
         x_end = np.empty((len(theta), *self.initial_states.shape))
-        for candidate, values in enumerate(self._setup.parameters.values(theta)):
-            for trial, rows in enumerate(self.rows):
-                y[candidate, rows], x = self._run(values, trial, starts[candidate, trial])
-                x_end[candidate, trial] = x[-1]
+        values = self._setup.parameters.values(theta)
+
+        def run(job: tuple[int, int]) -> None:
+            candidate, trial = job
+            y[candidate, self.rows[trial]], x = self._run(values[candidate], trial, starts[candidate, trial])
+            x_end[candidate, trial] = x[-1]
+
+        self._all(run, [(candidate, trial) for candidate in range(len(theta)) for trial in range(len(self.rows))])
         diverged: Flags = np.asarray(~np.isfinite(x_end).all(axis=2))
         for trial, rows in enumerate(self.rows):
             diverged[:, trial] |= ~np.isfinite(y[:, rows]).all(axis=(1, 2))
@@ -76,38 +85,46 @@ class SerialSimulator(ABC):
     def jacobian(
         self, theta: Array, x0: Array, free_states: Sequence[str] = (), *, last_states: bool = True
     ) -> Jacobian:
-        """See `Simulator.jacobian`. Central differences: two runs of all trials for each free variable."""
+        """See `Simulator.jacobian`. Differences: the candidate and its neighbours are simulated as one population."""
         theta = self._setup.candidate(theta)[0]
-        x0 = self._setup.starts(x0, 1)[0]
+        x0 = np.array(self._setup.starts(x0, 1)[0])
         columns = self._setup.state_columns(free_states)
         following = self._setup.following(free_states)
-        size = len(theta) + len(columns)
-        centre = self.outputs(theta[None], x0)
-        dy = np.empty((*self.measured.shape, size))
-        dx_end = np.empty((*self.initial_states.shape, size))
+        size, signs = len(theta) + len(columns), self._signs()
+        thetas, starts = [theta], [x0]
+        steps = np.array([self._step(theta, x0, columns, k) for k in range(size)]).reshape(size, len(self.rows))
         for variable in range(size):
-            moved = []
             # (T,): an initial state has a step of its own in each trial.
-            step = self._step(theta, x0, columns, variable)
-            for sign in (1.0, -1.0):
-                shifted, starts = theta.copy(), x0.copy()
+            step = steps[variable]
+            for sign in signs:
+                shifted, start = theta.copy(), x0.copy()
                 if variable < len(theta):
                     shifted[variable] += sign * step[0]
                 else:
                     place = variable - len(theta)
-                    starts[:, columns[place]] += sign * step
+                    start[:, columns[place]] += sign * step
                     for leader, follower, with_sign in following:
                         if leader == place:
-                            starts[:, follower] += sign * with_sign * step
-                moved.append(self.outputs(shifted[None], starts))
-            ahead, behind = moved
+                            start[:, follower] += sign * with_sign * step
+                thetas.append(shifted)
+                starts.append(start)
+        found = self.outputs(np.array(thetas), np.array(starts))
+        dy = np.empty((*self.measured.shape, size))
+        dx_end = np.empty((*self.initial_states.shape, size))
+        for variable in range(size):
+            ahead = 1 + len(signs) * variable
+            behind = 0 if len(signs) == 1 else ahead + 1
             for trial, rows in enumerate(self.rows):
-                width = 2.0 * step[trial]
+                width = len(signs) * steps[variable, trial]
                 with np.errstate(all="ignore"):
-                    dy[rows, :, variable] = (ahead.y[0, rows] - behind.y[0, rows]) / width
-                    dx_end[trial, :, variable] = (ahead.x_end[0, trial] - behind.x_end[0, trial]) / width
+                    dy[rows, :, variable] = (found.y[ahead, rows] - found.y[behind, rows]) / width
+                    dx_end[trial, :, variable] = (found.x_end[ahead, trial] - found.x_end[behind, trial]) / width
         ends = dx_end if last_states else dx_end[:, :0]
-        return Jacobian(centre.y[0], dy, centre.x_end[0], ends, centre.diverged[0])
+        return Jacobian(found.y[0], dy, found.x_end[0], ends, found.diverged[0])
+
+    def _signs(self) -> tuple[float, ...]:
+        """Sides on which a difference looks: both (central), or one (forward)."""
+        return 1.0, -1.0
 
     def _step(self, theta: Array, x0: Array, columns: Sequence[int], variable: int) -> Array:
         """Step (T,) of the central difference of a free parameter or initial state."""

@@ -9,10 +9,9 @@ from typing import Any
 
 from seatruth.costs.options import OPTIONS, CostOptions, FormulaOptions, Kind, option_names
 from seatruth.effects import load_effects, with_effects
-from seatruth.models import load_model
 from seatruth.models.parameter import Parameter
 from seatruth.progress import Progress, silent
-from seatruth.study import expressions, formula, noise, observations, parameters, trial_files
+from seatruth.study import expressions, formula, noise, observations, parameters, simulators, trial_files
 from seatruth.study.actuators import with_actuators
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import Study
@@ -28,7 +27,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
         return None
     model = None
     with problems.at("model", "use"):
-        model = load_model(file.model.use, source.parent, file.model.set)
+        model = simulators.model_of(file.model, file.cost.hold, source.parent, problems)
     if model is not None:
         model = observations.observed_as_stated(model, file, problems)
     if model is not None:

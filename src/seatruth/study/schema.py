@@ -38,12 +38,42 @@ class StudyTable(Table):
     )
 
 
+class PortsTable(Table):
+    """Where a simulator takes outside forces and a current: components, `["X", "Y", "N"]`, or each component with the
+    FMU's variable, `{ X = "F_surge", Y = "-F_port" }`."""
+
+    force: list[str] | dict[str, str] = Field(
+        default=[],
+        description="Some of X, Y, Z (forces) and K, M, N (moments) in body axes: forward, to starboard, down.",
+    )
+    current: list[str] | dict[str, str] = Field(
+        default=[],
+        description="north, east, down: where the water moves to; or u_c, v_c, w_c, the same in body axes.",
+    )
+
+
+class DimensionsTable(Table):
+    """The size of the vehicle behind a simulator."""
+
+    length: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Length, m.")
+    breadth: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Breadth, m.")
+    draft: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Draft, or height under water, m.")
+    mass: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Mass of the vehicle itself, kg.")
+    rho: Annotated[FiniteFloat, Field(gt=0)] = Field(default=1025.0, description="Density of the water, kg/m3.")
+    frontal_area: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+        default=None, description="Area above water seen from ahead, m2; default: estimated by the effect."
+    )
+    lateral_area: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+        default=None, description="Area above water seen from the side, m2; default: estimated by the effect."
+    )
+
+
 class ModelTable(Table):
     """The vehicle's model."""
 
     use: str = Field(
-        description='A model of `seatruth list models`, or your own model as "file.py:ClassName" (path relative to the '
-        "study file). A study runs no code but such files of models and effects."
+        description='A model of `seatruth list models`, your own model as "file.py:ClassName", or a simulator as '
+        '"file.fmu" (paths relative to the study file). A study runs no code but such files of models and effects.'
     )
     set: str | None = Field(
         default=None, description='Parameter set of the model, as "KVLCC2"; default: the values in the model.'
@@ -60,6 +90,39 @@ class ModelTable(Table):
     )
     constraints: list[str] = Field(
         default=[], description='Relations between parameters that every estimate must satisfy, as "Y_v * N_r > 0".'
+    )
+    names: dict[str, str] = Field(
+        default={},
+        description='Own names for variables of an FMU, `{ delta = "rudder.angle", psi = "-yaw" }`; a minus turns the '
+        "sign. Default: the FMU's names.",
+    )
+    inputs: list[str] | None = Field(
+        default=None,
+        description="Inputs of an FMU that the trials give; the others stay at their start values. Default: all.",
+    )
+    outputs: list[str] | None = Field(default=None, description="Outputs of an FMU that take part; default: all.")
+    initial: dict[str, str] = Field(
+        default={},
+        description='Variables of an FMU that set the initial value of an output, `{ u = "u_start" }`. Outputs that '
+        "can be set themselves need none.",
+    )
+    ports: PortsTable = Field(
+        default=PortsTable(), description="Inputs of an FMU that take outside forces and a current; see [model.ports]."
+    )
+    dimensions: DimensionsTable | None = Field(
+        default=None, description="Size of the vehicle in an FMU, which effects of wind, waves and hull need."
+    )
+    kind: Literal["", "ship", "auv", "glider", "planing"] = Field(
+        default="", description="Kind of vehicle in an FMU: which effects can act on it. Default: any."
+    )
+    step: PositiveFloat | None = Field(
+        default=None, description="Longest communication step of an FMU, s; default: its own, or one a sample."
+    )
+    time_limit: PositiveFloat | None = Field(
+        default=None,
+        description="Seconds that an FMU, or a black box from a file, may take for one trial; then the run counts as "
+        "diverged. A black box from a file then runs in processes of its own, as an FMU always does. Default: 60, "
+        "for an FMU.",
     )
 
 

@@ -208,6 +208,9 @@ class _Diverging(Wrapped):
     def residuals(self, x: Array) -> Array:
         return np.full_like(self.inner.residuals(x), np.inf)
 
+    def residuals_of(self, X: Array) -> Array:
+        return np.full_like(self.inner.residuals_of(X), np.inf)
+
 
 def _interrupt_at(call: int) -> Callable[[Array], None]:
     """Raises KeyboardInterrupt at this call of the cost."""

@@ -88,6 +88,10 @@ class Wrapped(Cost):
         self._before(x)
         return self.inner.residuals(x)
 
+    def residuals_of(self, X: Array) -> Array:
+        self._before(X)
+        return self.inner.residuals_of(X)
+
     def jacobian(self, x: Array) -> Array:
         self._before(x)
         return self.inner.jacobian(x)

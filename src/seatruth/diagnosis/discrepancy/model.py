@@ -15,14 +15,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
+from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, motions, terms_of
 from seatruth.models.base import Environment, Equations, Model
-from seatruth.models.black_box import BlackBox
 from seatruth.models.observed import shows_accelerations
 from seatruth.models.parameter import Parameter
 from seatruth.models.wrapper import ModelWrapper
@@ -127,7 +126,23 @@ def hats(t: Array, spacing: float, knots: int) -> Array:
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(t[:, None] / spacing - np.arange(knots))))
 
 
-def with_forces(trial: Trial, model: DiscrepancyModel, forces: Array | None = None) -> Trial:
+class Carries(Protocol):
+    """What a model with missing forces shows of them: `DiscrepancyModel`, or that of a black box."""
+
+    @property
+    def equations(self) -> Mapping[str, str]:
+        """Words for the equations that have them, by state."""
+
+    @property
+    def spacing(self) -> float:
+        """s between two knots."""
+
+    @property
+    def knots(self) -> int:
+        """How many knots there are."""
+
+
+def with_forces(trial: Trial, model: Carries, forces: Array | None = None) -> Trial:
     """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None."""
     basis = hats(np.asarray(trial.t), model.spacing, model.knots)
     extra = {
@@ -138,14 +153,14 @@ def with_forces(trial: Trial, model: DiscrepancyModel, forces: Array | None = No
 
 
 def can_carry(model: Model) -> bool:
-    """Whether missing forces can be added to a model: not to a black box, nor where nothing moves."""
-    return not isinstance(model, BlackBox) and bool(equations(model))
+    """Whether missing forces can be added to a model: not where nothing moves, nor to a black box without a port."""
+    return bool(equations(model))
 
 
 def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
     """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero."""
     sizes = {}
-    for channel in (*model.states, *model.inputs):
+    for channel in (*motions(model), *model.inputs):
         parts = [
             np.asarray(source[channel.name])
             for trial in trials

@@ -13,7 +13,10 @@ from seatruth.effects import ExtendedModel
 from seatruth.effects.targets import USUAL
 from seatruth.models.actuators import Rudder
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
+from seatruth.models.ports import FORCES
 from seatruth.models.with_servos import WithServos
+from seatruth.trials.channel import Channel
 
 EQUATIONS: Mapping[str, str] = {
     **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
@@ -47,15 +50,26 @@ def equations(model: Model) -> dict[str, str]:
     """Words for the model's equations of motion, by state.
 
     A model whose states have other names than `EQUATIONS` knows has the equations of all states that are not kinematic.
+    Those of a black box are the ones into which it takes outside forces and whose motion it shows.
     """
     base = _vehicle(model)
-    names = [channel.name for channel in base.states]
-    motions = {name: EQUATIONS[name] for name in names if name in EQUATIONS}
-    return motions or {name: name for name in names if name not in KINEMATIC}
+    names = [channel.name for channel in motions(base)]
+    if isinstance(base, BlackBox):
+        driven = [FORCES[component][0] for component in base.ports.force]
+        return {name: EQUATIONS[name] for name in driven if name in names}
+    known = {name: EQUATIONS[name] for name in names if name in EQUATIONS}
+    return known or {name: name for name in names if name not in KINEMATIC}
+
+
+def motions(model: Model) -> tuple[Channel, ...]:
+    """The channels of a model's motion: its states, or what a black box shows of them."""
+    return model.innermost.outputs if isinstance(model, BlackBox) else model.states
 
 
 def _vehicle(model: Model) -> Model:
     """The model without its effects and servos."""
+    if isinstance(model, BlackBox):
+        return model.innermost
     while isinstance(model, (ExtendedModel, WithServos)):
         model = model.base
     return model
@@ -85,7 +99,7 @@ def terms_of(model: Model) -> list[Term]:
         for b in moving[k + 1 :]:
             if few or ahead in (a, b):
                 shapes.append((f"{a} {b}", ((state, a), (state, b))))
-    for depth in (channel.name for channel in base.states if channel.name in DEPTHS):
+    for depth in (channel.name for channel in motions(base) if channel.name in DEPTHS):
         shapes.append((depth, ((state, depth),)))
     for i in (channel.name for channel in base.inputs):
         shapes += [
@@ -150,5 +164,5 @@ def _changes_sign(base: Model) -> dict[str, bool]:
 
 def acceleration_unit(model: Model, state: str) -> str:
     """Of an acceleration."""
-    unit = next((c.unit for c in model.states if c.name == state), "1")
+    unit = next((c.unit for c in motions(model) if c.name == state), "1")
     return {"m/s": "m/s2", "rad/s": "rad/s2"}.get(unit, f"{unit}/s")

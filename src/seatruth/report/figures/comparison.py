@@ -31,8 +31,8 @@ from seatruth.report.numbers import tick
 if TYPE_CHECKING:
     from seatruth.comparison.results import Results
 
-COLOURS = (*CYCLE, "#56B4E9", "#8C6D1F", "#7F7F7F")
-"""Those of Okabe and Ito and a few more; markers keep apart what is still alike."""
+COLOURS = (*CYCLE, "#56B4E9", "#8C6D1F", "#7F7F7F", "#332288", "#882255", "#44AA99", "#DDCC77", "#AA4499")
+"""Those of Okabe and Ito, and of Tol's muted scheme; markers keep apart what is still alike."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
 _ASIDE = 0.035
 _COLUMNS = 3
@@ -45,7 +45,7 @@ _LEAST = 5.2
 def colours(results: Results) -> dict[str, tuple[str, str]]:
     """Colour and marker of each solver, the same in all figures."""
     return {
-        label: (COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)])
+        label: (COLOURS[k % len(COLOURS)], MARKERS[(k + 3 * (k // len(COLOURS))) % len(MARKERS)])
         for k, label in enumerate(results.comparison.solver)
     }
 
@@ -54,7 +54,7 @@ def colours(results: Results) -> dict[str, tuple[str, str]]:
 def accuracy(results: Results, noise: str) -> Figure:
     """The central figure: error of the parameters against the level of one kind of noise, one panel a problem.
 
-    Where the truth is not known: error of prediction of the trials held out.
+    Where the truth is not known: error of prediction of the trials held out. Hollow: fewer than half converged.
     """
     table = results.overall
     table = table[(table["noise"] == noise) & (table["budget"] == table["problem"].map(_budgets(results)))]
@@ -62,7 +62,7 @@ def accuracy(results: Results, noise: str) -> Figure:
     if not problems:
         return nothing(f"No accuracy can be told under {noise} noise.")
     bounds = results.accuracy[results.accuracy["noise"] == noise] if len(results.accuracy) else results.accuracy
-    figure, panels = _panels(len(problems), results, costs=list(dict.fromkeys(table["cost"])), bound=True)
+    figure, panels = panels_of(len(problems), results, costs=list(dict.fromkeys(table["cost"])), bound=True)
     for axes, name in zip(panels, problems):
         own = table[table["problem"] == name]
         known = own["error_percent"].notna().any()
@@ -70,13 +70,14 @@ def accuracy(results: Results, noise: str) -> Figure:
         factor = 1.0 if known else 100.0
         levels = sorted(set(own["level"]))
         for (cost, solver), line in own.groupby(["cost", "solver"], sort=False):
-            _line(axes, results, str(cost), str(solver), levels, line["level"], factor * line[what])
+            share = line["converged"]
+            line_of(axes, results, str(cost), str(solver), levels, line["level"], factor * line[what], converged=share)
         if known:
             part = bounds[bounds["problem"] == name]
             size = (100.0 * part["crlb"] / part["truth"].abs()).replace([np.inf, -np.inf], np.nan)
             bound = size.groupby(part["level"]).median().dropna()
             axes.plot([levels.index(x) for x in bound.index], bound, ":", color=INK, linewidth=1.4, zorder=5)
-        _noise_axis(axes, levels)
+        noise_axis(axes, levels)
         axes.set_title(text(name, 40), loc="left")
         axes.set_ylabel("error of parameters (%)" if known else "error of prediction (%)")
     return figure
@@ -91,13 +92,13 @@ def kinds(results: Results, level: float) -> Figure:
     names = list(dict.fromkeys(table["noise"]))
     if not problems:
         return nothing("No accuracy can be told.")
-    figure, panels = _panels(len(problems), results, costs=list(dict.fromkeys(table["cost"])))
+    figure, panels = panels_of(len(problems), results, costs=list(dict.fromkeys(table["cost"])))
     for axes, name in zip(panels, problems):
         own = table[table["problem"] == name]
         known = own["error_percent"].notna().any()
         for (cost, solver), line in own.groupby(["cost", "solver"], sort=False):
             values = line["error_percent"] if known else 100.0 * line["held_out"]
-            _line(axes, results, str(cost), str(solver), names, line["noise"], values, joined=False)
+            line_of(axes, results, str(cost), str(solver), names, line["noise"], values, joined=False)
         axes.set_xticks(range(len(names)), labels=[text(str(kind), 9) for kind in names], fontsize=6.2)
         axes.set_xlim(-0.5, len(names) - 0.5)
         _error_axis(axes)
@@ -116,18 +117,18 @@ def by_parameter(results: Results, problem: str, noise: str) -> Figure:
     names = list(dict.fromkeys(table["parameter"]))[:_MOST_PANELS]
     if not names:
         return nothing("The true parameters are not known.")
-    figure, panels = _panels(len(names), results, costs=list(dict.fromkeys(table["cost"])), bound=True)
+    figure, panels = panels_of(len(names), results, costs=list(dict.fromkeys(table["cost"])), bound=True)
     for axes, name in zip(panels, names):
         own = table[table["parameter"] == name]
         levels = sorted(set(own["level"]))
         truth, unit = abs(float(own["truth"].iloc[0])), str(own["unit"].iloc[0])
         factor = 100.0 / truth if truth > 0 else 1.0
         for (cost, solver), line in own.groupby(["cost", "solver"], sort=False):
-            _line(axes, results, str(cost), str(solver), levels, line["level"], factor * line["rmse"])
+            line_of(axes, results, str(cost), str(solver), levels, line["level"], factor * line["rmse"])
         bound = own.groupby("level")["crlb"].first().dropna()
         bound = bound[np.isfinite(bound)]
         axes.plot([levels.index(x) for x in bound.index], factor * bound, ":", color=INK, linewidth=1.4, zorder=5)
-        _noise_axis(axes, levels)
+        noise_axis(axes, levels)
         axes.set_title(text(name), loc="left")
         axes.set_ylabel(
             "rms error (%)" if truth > 0 else f"rms error ({unit})" if unit not in ("", "1") else "rms error"
@@ -184,7 +185,7 @@ def reached(results: Results, cost: str, what: str) -> Figure:
     if not len(table):
         return nothing("No run reached a target.")
     column = "evaluations" if what == "ecdf" else "factor"
-    figure, (axes,) = _panels(1, results, costs=[], width=4.3, height=2.5)
+    figure, (axes,) = panels_of(1, results, costs=[], width=4.3, height=2.5)
     high = float(table[column].max()) * (1.3 if what == "ecdf" else 1.05)
     low = max(0.5, float(table[column].min()) / 1.3) if what == "ecdf" else 1.0
     for solver in results.solvers:
@@ -214,7 +215,7 @@ def against_time(results: Results) -> Figure:
     places = list(dict.fromkeys(zip(table["problem"], table["cost"])))[:_MOST_PANELS]
     if not places:
         return nothing("No run has a history.")
-    figure, panels = _panels(len(places), results, costs=[])
+    figure, panels = panels_of(len(places), results, costs=[])
     for axes, (problem, cost) in zip(panels, places):
         own = table[(table["problem"] == problem) & (table["cost"] == cost)]
         for solver, line in own.groupby("solver", sort=False):
@@ -229,7 +230,7 @@ def against_time(results: Results) -> Figure:
     return figure
 
 
-def _line(
+def line_of(
     axes: Axes,
     results: Results,
     cost: str,
@@ -239,7 +240,9 @@ def _line(
     values: Any,
     *,
     joined: bool = True,
+    converged: Any = None,
 ) -> None:
+    """A solver's line; where fewer than half of its runs `converged`, the markers are hollow."""
     colour, marker = colours(results)[solver]
     costs = list(dict.fromkeys(results.runs["cost"]))
     # Solvers that end at the same fit lie on each other: each is moved a little to its own side.
@@ -260,9 +263,13 @@ def _line(
         alpha=0.9,
         markerfacecolor=face,
     )
+    if converged is not None:
+        astray = keep & (np.asarray(converged, dtype=float) < 0.5)
+        axes.plot(np.array(x)[astray], y[astray], color=colour, marker=marker, linestyle="none", markersize=3.6,
+                  markerfacecolor="white", zorder=4)  # fmt: skip
 
 
-def _noise_axis(axes: Axes, levels: Sequence[float]) -> None:
+def noise_axis(axes: Axes, levels: Sequence[float]) -> None:
     axes.set_xticks(range(len(levels)), labels=[f"{100 * level:g}" for level in levels])
     axes.set_xlim(-0.3, len(levels) - 0.7)
     axes.set_xlabel("noise (% of each channel's range)")
@@ -289,7 +296,7 @@ def _budgets(results: Results) -> dict[str, int]:
     return {p.name: max(results.comparison.budgets_of(p)) for p in results.comparison.problems}
 
 
-def _panels(
+def panels_of(
     many: int,
     results: Results,
     *,
@@ -297,9 +304,10 @@ def _panels(
     bound: bool = False,
     width: float = 2.05,
     height: float = 1.75,
+    in_row: int = _COLUMNS,
 ) -> tuple[Figure, list[Axes]]:
     """Panels in rows, under a legend of the solvers."""
-    columns = min(_COLUMNS, many)
+    columns = min(in_row, many)
     lines = math.ceil(many / columns)
     across = max(_LEAST, columns * (width + _ROOM) + 0.15)
     marks = [

@@ -31,7 +31,8 @@ def accuracy(results: Results, album: Album) -> Section | None:
             "mean square errors, in per cent of the truth (of the prediction of trials held out, in per cent of the "
             "range, where the truth is not known). The dotted line is the Cramer-Rao bound, which no unbiased method "
             "can beat: it is that of white noise of this size, on whatever was recorded. (Bounds of the search "
-            "and priors are knowledge too: with them an error may lie below.)"
+            "and priors are knowledge too: with them an error may lie below.) A hollow marker stands where fewer than "
+            "half of the searches converged: that error says nothing of the data."
         )
     ]
     levels = results.runs.groupby("noise", sort=False)["level"].nunique()
@@ -142,7 +143,9 @@ def ranks(results: Results, album: Album) -> Section | None:
         return None
     note = (
         "Mean ranks over the blocks named (1 is best). A bar joins solvers that Wilcoxon's signed-rank tests, with "
-        "Holm's correction, do not tell apart (5 %). Scores within about 1 % are ties; a failed run ranks last."
+        "Holm's correction, do not tell apart (5 %). Scores within about 1 % are ties; a failed run ranks last. The "
+        "tables add probabilities of the Bayesian signed-rank test (Benavoli and others 2017): that the first solver "
+        f"is better, alike or worse in practice, where a ratio within {results.comparison.rope:g} is alike."
     )
     return Section("ranks", "Ranks", [Text(note), *blocks])
 
@@ -157,6 +160,8 @@ def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
     columns += [Column("ratio", "number", "median ratio of the scores, first over second")]
     columns += [Column("effect", "number", "matched rank-biserial correlation; below 0 the first is better")]
     columns += [Column("p", "number", "Wilcoxon"), Column("p (Holm)", "number")]
+    columns += [Column("better", "number", "probability that the first is better in practice: Bayesian signed ranks")]
+    columns += [Column("alike", "number", "probability that they are alike in practice"), Column("worse", "number")]
     rows = [
         [
             f"{r['first']} – {r['second']}",
@@ -167,6 +172,7 @@ def _ranking(made: Ranking, title: str, note: str, album: Album) -> list[Block]:
             number(r["effect"], 2),
             number(r["p"], 2),
             number(r["p_holm"], 2),
+            *(f"{r[name]:.2f}" for name in ("p_better", "p_alike", "p_worse")),
         ]
         for r in made.pairs.to_dict("records")
     ]
@@ -181,11 +187,12 @@ def reaching(results: Results, album: Album) -> Section | None:
     """Success, expected running time, distributions, profiles."""
     if not len(results.success):
         return None
+    dense = results.comparison.dense_targets
     text = (
         "Nearness is the excess over the best known fit of the same realisation, in units of chi-square (twice the "
         f"cost): {results.comparison.success:g} is one standard error. Left: share of the targets "
-        f"({', '.join(f'{t:g}' for t in results.targets)}) reached. Right: Dolan and More's profiles: share of "
-        "realisations solved within a factor of the fastest solver's evaluations."
+        f"({len(dense)} from an excess of {max(dense):g} to {min(dense):g}) reached. Right: Dolan and More's profiles: "
+        "share of realisations solved within a factor of the fastest solver's evaluations."
     )
     blocks: list[Block] = [Text(text)]
     for cost in dict.fromkeys(results.runs["cost"]):

@@ -16,6 +16,7 @@ from seatruth.report.readings import strong_pairs
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View, finite
 from seatruth.text import origin_legend
+from seatruth.uncertainty.profile import profile_verdict
 
 _STRONG = 0.9
 _MOST_PAIRS = 12
@@ -228,6 +229,19 @@ def profiles(data: View, album: Album) -> Section | None:
         "Each parameter was fixed at several values and all others were fitted again. If the curve is a parabola, the "
         "standard error is reliable; if it is flat or asymmetric, it is not. The dashed line bounds a 95 % "
         "interval if the residuals are white; the shaded interval allows for their autocorrelation, the dotted line "
-        f"is the estimate.{more}"
+        f"is the estimate. Where the curve had not risen to the dashed line, it was followed outward.{more}"
     )
-    return Section("profile", "Profile likelihood", [Text(text), Pictures(pictures)])
+    columns = [Column("parameter"), Column("the data leave it"), Column("lower end", "number")]
+    columns += [Column("upper end", "number"), Column("linear interval")]
+    rows = []
+    for name, curve in data.profile.items():
+        found = profile_verdict(curve)
+        ends = [number(end, 4) if math.isfinite(end) else "none" for end in (found.lower, found.upper)]
+        linear = ""
+        if name in data.parameters.index:
+            row = dict(data.parameters.loc[name])
+            if math.isfinite(row["lower"]) and math.isfinite(row["upper"]):
+                linear = f"{number(row['lower'], 4)} to {number(row['upper'], 4)}"
+        rows.append([name, found.kind, *ends, linear])
+    shown = table("Ends of the 95 % intervals by profile", columns, rows)
+    return Section("profile", "Profile likelihood", [Text(text), Pictures(pictures), shown])

@@ -202,5 +202,18 @@
         table.classList.toggle("sorted", next !== "none");
       });
     });
+    // ---- The table as a file, in the order that is shown.
+    const name = (table.parentNode.getAttribute("aria-label") || "table").replace(/[^\p{L}\p{N}]+/gu, "_");
+    const cell = (one) => `"${one.textContent.trim().replace(/\s+/g, " ").replaceAll('"', '""')}"`;
+    const save = make("button", { type: "button", class: "save" });
+    save.textContent = "Save as CSV";
+    save.addEventListener("click", () => {
+      const lines = [table.tHead.rows[0], ...table.tBodies[0].rows].map((row) => [...row.cells].map(cell).join(","));
+      const file = new Blob(["\ufeff", lines.join("\r\n"), "\r\n"], { type: "text/csv" });
+      const link = make("a", { href: URL.createObjectURL(file), download: `${name}.csv` });
+      link.click();
+      URL.revokeObjectURL(link.href);
+    });
+    table.after(save);
   }
 })();

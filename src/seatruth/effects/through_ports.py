@@ -1,0 +1,163 @@
+"""Effects that act inside a black box: forces and currents through its ports, as functions of the motion so far."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import math
+from bisect import bisect_right
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+from seatruth.arrays import Array
+from seatruth.effects.base import Effect
+from seatruth.effects.channel_aliases import View
+from seatruth.effects.targets import Target, aliases_of
+from seatruth.models.base import Environment, record
+from seatruth.models.black_box import BlackBox
+from seatruth.models.geometry import Vehicle
+from seatruth.models.ports import BODY, EARTH, Outside, Ports
+
+Acting = tuple[Effect, Target | None, Any]
+"""An effect, the actuator on which it acts, and its parameters."""
+
+
+class OutsideEffects:
+    """What effects do through the ports of a simulator: a function of (time, outputs), see `Outside`.
+
+    It is sent to other processes, so it holds plain values; what cannot be sent is made when it is first called.
+    """
+
+    def __init__(
+        self,
+        box: BlackBox,
+        acting: Sequence[Acting],
+        parameters: Mapping[str, float],
+        t: Array,
+        inputs: Array,
+        number: float,
+        then: Outside | None,
+    ) -> None:
+        """`t` (n,) s and `inputs` (n, I) are those of the trial, as they act; `then` acts beside the effects."""
+        innermost = box.innermost
+        self.ports: Ports = innermost.ports
+        self._outputs = [channel.name for channel in innermost.outputs]
+        self._parameters = {q.name: float(parameters[q.name]) for q in innermost.parameters}
+        self._t, self._inputs, self._number, self._then = t.tolist(), inputs.tolist(), number, then
+        size = innermost.dimensions
+        self._size = () if size is None else tuple(size(record("P", innermost.parameters)(**self._parameters)))
+        self._acting = []
+        for effect, target, q in acting:
+            aliases = aliases_of(effect, innermost, target)
+            units = {} if target is None else {target.input: target.full}
+            seen, driven = View(aliases, innermost.outputs), View(aliases, innermost.inputs, (), units)
+            self._acting.append((effect, q._asdict(), _plain(seen), _plain(driven)))
+        self._made: Any = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_made": None}
+
+    def __call__(self, t: float, outputs: Mapping[str, float]) -> dict[str, float]:
+        """The value of each port, by its component."""
+        if self._made is None:
+            self._made = self._make()
+        p, d, acting = self._made
+        y, i = [outputs[name] for name in self._outputs], self._inputs_at(t)
+        e = Environment(t=t, trial=self._number)
+        if all(map(math.isfinite, y)):
+            for effect, q, see, drive in acting:
+                if effect.current is not None:
+                    e = effect.current(e, see(y), drive(i), p, q)
+            for effect, q, see, drive in acting:
+                if effect.force is not None:
+                    e = effect.force(e, see(y), drive(i), p, q, d)
+        found = at_ports(self.ports, e, outputs)
+        if self._then is not None:
+            more = self._then(t, outputs)
+            found = {name: value + more[name] for name, value in found.items()}
+        return found
+
+    def describe(self) -> list[Any]:
+        """What decides it beside the trial, as plain values."""
+        then = getattr(self._then, "describe", None)
+        effects = [[_source(type(effect)), effect.name, q, seen, driven] for effect, q, seen, driven in self._acting]
+        return [effects, self._parameters, self._size, self._number, None if then is None else then()]
+
+    def _make(self) -> Any:
+        p = _record("Parameters", tuple(self._parameters))(**self._parameters)
+        acting = [
+            (effect, _record("Effect", tuple(q))(**q), _See(*seen), _See(*driven))
+            for effect, q, seen, driven in self._acting
+        ]
+        return p, Vehicle(*self._size), acting
+
+    def _inputs_at(self, t: float) -> Sequence[float]:
+        """Inputs (I,) at a time, linear between samples."""
+        k = min(max(bisect_right(self._t, t) - 1, 0), len(self._t) - 2)
+        if k < 0:
+            return list(self._inputs[0])
+        share = min(max((t - self._t[k]) / (self._t[k + 1] - self._t[k]), 0.0), 1.0)
+        return [a + share * (b - a) for a, b in zip(self._inputs[k], self._inputs[k + 1])]
+
+
+class _See:
+    """The function that shows values to an effect under its own names, as `View.of` does."""
+
+    def __init__(self, fields: Sequence[str], scales: Sequence[float]) -> None:
+        self._kind, self._scales = _record("Seen", tuple(fields)), tuple(scales)
+
+    def __call__(self, values: Sequence[float]) -> Any:
+        return self._kind(*(x / scale for x, scale in zip(values, self._scales)))
+
+
+def _plain(view: View) -> tuple[list[str], list[float]]:
+    return list(view.kind._fields), list(view.scales)
+
+
+@lru_cache(maxsize=256)
+def _record(title: str, fields: tuple[str, ...]) -> Any:
+    return namedtuple(title, fields)
+
+
+@lru_cache(maxsize=256)
+def _source(kind: type) -> str:
+    """A checksum of a class's text, so that a changed effect is simulated anew."""
+    try:
+        text = inspect.getsource(kind)
+    except (OSError, TypeError):
+        text = ""
+    return f"{kind.__module__}.{kind.__qualname__} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def at_ports(ports: Ports, e: Environment, outputs: Mapping[str, float]) -> dict[str, float]:
+    """The forces and the current of an environment as the ports take them.
+
+    Example:
+        >>> from seatruth.models import Environment, Ports
+        >>> found = at_ports(Ports(current=("north", "east")), Environment(u_c=0.5), {"psi": 3.141592653589793})
+        >>> round(found["north"], 6), round(found["east"], 6)
+        (-0.5, 0.0)
+    """
+    found = {name: float(getattr(e, name)) for name in ports.force}
+    if not ports.current:
+        return found
+    body = tuple(float(getattr(e, name)) for name in BODY)
+    if ports.current[0] in BODY:
+        return found | {name: body[BODY.index(name)] for name in ports.current}
+    phi, theta, psi = (outputs.get(name, 0.0) for name in ("phi", "theta", "psi"))
+    earth = _to_earth(body, phi, theta, psi)
+    return found | {name: earth[EARTH.index(name)] for name in ports.current}
+
+
+def _to_earth(v: Sequence[float], phi: float, theta: float, psi: float) -> tuple[float, float, float]:
+    """A vector of body axes in earth axes."""
+    y = v[1] * math.cos(phi) - v[2] * math.sin(phi)
+    down = v[1] * math.sin(phi) + v[2] * math.cos(phi)
+    x = v[0] * math.cos(theta) + down * math.sin(theta)
+    return (
+        x * math.cos(psi) - y * math.sin(psi),
+        x * math.sin(psi) + y * math.cos(psi),
+        down * math.cos(theta) - v[0] * math.sin(theta),
+    )

@@ -1,0 +1,47 @@
+"""The model that a study names: an installed one, a user's own, or a simulator as an FMU with what is said of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from seatruth.models import BlackBox, Dimensions, IsolatedBlackBox, Model, load_fmu, load_model
+from seatruth.models.isolated import TIME_LIMIT
+from seatruth.study.schema import ModelTable
+from seatruth.study.validation import Problems
+
+_OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "kind", "step")
+
+
+def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, problems: Problems) -> Model | None:
+    """The model of a study; notes keys that do not belong to it."""
+    if table.use.endswith(".fmu"):
+        if table.set is not None:
+            problems.add(("model", "set"), "an FMU offers no parameter sets", "Leave out `set`.")
+            return None
+        size = table.dimensions
+        return load_fmu(
+            folder / table.use,
+            names=table.names,
+            inputs=table.inputs,
+            outputs=table.outputs,
+            initial=table.initial,
+            ports={key: value for key, value in table.ports.model_dump().items() if value},
+            step=table.step,
+            hold=hold,
+            kind=table.kind,
+            dimensions=None if size is None else Dimensions(**size.model_dump()),
+            time_limit=TIME_LIMIT if table.time_limit is None else table.time_limit,
+        )
+    model = load_model(table.use, folder, table.set)
+    for key in _OF_AN_FMU:
+        if key in table.model_fields_set:
+            what = f"{key!r} belongs to an FMU"
+            problems.add(("model", key), what, "A model of Python states this itself; remove it here.")
+    if table.time_limit is None:
+        return model
+    if not isinstance(model, BlackBox):
+        what = "only a simulator that seatruth cannot look into has a time limit"
+        problems.add(("model", "time_limit"), what, "Remove it.")
+        return model
+    return IsolatedBlackBox(model, time_limit=table.time_limit)
