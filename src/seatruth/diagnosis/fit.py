@@ -278,11 +278,16 @@ def fit_at(
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
-    """Median error of each channel in its white noise deviations (C,); inf where the model diverges, 0 where unseen."""
+    """Median error of each channel in its noise deviations (C,); inf where the model diverges, 0 where unseen.
+
+    White and slow part together: a fit that begins at the optimum of another one is near its record.
+    """
+    shapes = noise_shapes(problem.settings)
     found = np.zeros(len(problem.outputs))
     for c in range(len(found)):
         own = np.abs(errors[problem.channel_of == c])
-        found[c] = float(np.median(own)) / math.exp(float(sizes.white[c])) if own.size else 0.0
+        deviation = math.exp(float(sizes.white[c])) * math.sqrt(shapes[sizes.shape[c]].correlation(0.0))
+        found[c] = float(np.median(own)) / deviation if own.size else 0.0
     return found if np.isfinite(errors).all() else np.full_like(found, math.inf)
 
 
