@@ -344,3 +344,24 @@ def test_a_store_that_cannot_be_read_is_said(tmp_path: Path) -> None:
     path.write_bytes(content)
     with pytest.raises(BadInput, match=r"damaged|no store of seatruth"):
         standing(small(seeds=1), tmp_path)
+
+
+@pytest.mark.parametrize("name", ["noise_options", "finished_utc", "provenance", "checksum"])
+def test_a_store_whose_column_names_are_no_text_is_refused(tmp_path: Path, name: str) -> None:
+    """A byte of the schema changed: SQLite opens the file, and its names cannot be decoded."""
+    path = tmp_path / "store.sqlite"
+    with Store(path):
+        pass
+    with contextlib.closing(sqlite3.connect(path)) as base:
+        base.execute("PRAGMA journal_mode = DELETE")
+    whole = path.read_bytes()
+    assert name.encode() in whole
+    path.write_bytes(whole.replace(name.encode(), name[:3].encode() + b"\xd3" + name[4:].encode()))
+    with pytest.raises(BadInput, match=r"store is damaged|no store"):
+        _read(path)
+
+
+def _read(path: Path) -> None:
+    with Store(path, write=False) as store:
+        store.known(["k"])
+        store.frame("runs")

@@ -155,7 +155,7 @@ class Store:
         damaged = self._damaged
         try:
             frame = pd.read_sql_query(f"SELECT * FROM {table}", self._base).drop(columns="checksum", errors="ignore")
-        except pd.errors.DatabaseError as problem:
+        except (pd.errors.DatabaseError, UnicodeError) as problem:
             raise self._unreadable(problem) from None
         if "key" in frame and damaged:
             frame = frame[~frame["key"].isin(damaged)].reset_index(drop=True)
@@ -240,7 +240,7 @@ class Store:
                 for table in _PARAMETERS:
                     stored = dict(self._base.execute(f"SELECT key, checksum FROM {table}"))
                     damaged |= {key for key, digits in self._checksums(table).items() if digits != stored[key]}
-        except sqlite3.DatabaseError as problem:
+        except (sqlite3.DatabaseError, UnicodeError) as problem:  # the latter of a column's name
             raise self._unreadable(problem) from None
         if damaged:
             warnings.warn(
@@ -296,7 +296,7 @@ class Store:
             tables = {name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
             mark = int(self._base.execute("PRAGMA application_id").fetchone()[0])
             version = int(self._base.execute("PRAGMA user_version").fetchone()[0])
-        except sqlite3.DatabaseError as problem:
+        except (sqlite3.DatabaseError, UnicodeError) as problem:
             raise BadInput(
                 f"it is no store of seatruth ({problem}); it is left as it was",
                 where=str(self.path),
@@ -315,7 +315,11 @@ class Store:
                 where=str(self.path),
                 do="Use that version, or start a new store with --out.",
             )
-        if tables and columns(self._base) != own_columns():
+        try:
+            other = bool(tables) and columns(self._base) != own_columns()
+        except (sqlite3.DatabaseError, UnicodeError) as problem:
+            raise self._unreadable(problem) from None
+        if other:
             raise self._unreadable(ValueError("its tables have other columns"))
         if not write:
             return
