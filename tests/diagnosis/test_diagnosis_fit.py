@@ -78,6 +78,25 @@ def test_the_optimum_is_one(problem: Problem) -> None:
         assert value(moved) > least - 2.0 * problem.settings.settled
 
 
+def test_nothing_lies_ahead_of_an_optimum(problem: Problem) -> None:
+    """At the optimum a straight line promises nothing more; beside it, what the objective falls by on the way there."""
+    found = fitted(problem, ("rudder_offset",))
+    assert abs(found.ahead) < 0.1
+    shared = found.point.shared.copy()
+    column = problem.columns["rudder_offset"][0]
+    shared[column] += 5.0 * found.stderr(problem)[column]
+    beside = fit_at(
+        problem, found.effects, replace(found.point, shared=shared), found.sizes, noise_prior(problem),
+        discrepancy=False, settled=True,
+    )  # fmt: skip
+    risen = [
+        objective(problem, at.point, problem.errors(at.point), at.sizes, at.effects, at.likelihood)
+        for at in (beside, found)
+    ]
+    assert beside.ahead == pytest.approx(risen[0] - risen[1], rel=0.05)
+    assert not beside.settled
+
+
 def test_the_step_at_the_optimum_is_small(problem: Problem) -> None:
     found = fitted(problem, ("rudder_offset",))
     free = found.solution.free

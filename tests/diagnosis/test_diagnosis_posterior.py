@@ -21,7 +21,8 @@ EFFECTS = {name: available()[name] for name in ("current", "wind", "heading_bias
 def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool], float] | None = None) -> Any:
     """A search with this evidence of its fits and screens."""
     found = {
-        (key, on): SimpleNamespace(evidence=value, settled=True, discrepancy=on) for (key, on), value in fits.items()
+        (key, on): SimpleNamespace(evidence=value, settled=True, discrepancy=on, ahead=0.0)
+        for (key, on), value in fits.items()
     }
     null = max((f for (key, _), f in found.items() if not key), key=lambda f: f.evidence)
     return SimpleNamespace(
@@ -49,6 +50,15 @@ def test_probabilities_sum_to_one_and_are_in_order() -> None:
     assert values == sorted(values, reverse=True)
     assert found[0].effects == ("current",)
     assert not found[0].discrepancy
+
+
+def test_what_the_leading_fit_did_not_reach_makes_its_answer_less_sure() -> None:
+    reached, short = searched(FITS), searched(FITS)
+    short.fits[("current", "wind"), False].ahead = 400.0
+    rise = posterior.temperature_of(short, SETTINGS) - posterior.temperature_of(reached, SETTINGS)
+    assert rise == pytest.approx(400.0 * SETTINGS.model_form)
+    top = [posterior.hypotheses(one, SETTINGS)[0].probability for one in (reached, short)]
+    assert top[1] < top[0]
 
 
 def test_odds_are_evidence_times_prior() -> None:

@@ -56,6 +56,8 @@ _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
+_AHEAD_OF_IT = 10.0
+"""nats ahead of a fit from which it did not converge. [S] Below, the temperature leaves less than a nat of them."""
 _DIVERGED = 1e8
 """Error, in SI units, beyond which a run counts as diverged."""
 
@@ -78,6 +80,9 @@ class Fit:
     evidence: float
     price: float
     settled: bool
+    ahead: float = 0.0
+    """nats by which the objective would still fall, were the model linear about the point: what the fit did not reach
+    because long runs bend. The evidence is as uncertain as this is large."""
 
     def linearized(self, problem: Problem) -> Linearization:
         """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
@@ -273,8 +278,10 @@ def fit_at(
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
     solution = likelihood.solve(sizes, effects)
+    ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+    settled = settled and ahead < _AHEAD_OF_IT
     likelihood.close(sizes)
-    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence - price, price, settled)
+    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence - price, price, settled, ahead)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

@@ -145,6 +145,16 @@ class Likelihood:
             return -math.inf
         return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half)
 
+    def least(self, sizes: Sizes, effects: Sequence[str]) -> float:
+        """The least value (nats) that the objective of a fit would take, were the model linear about the point.
+
+        Raises LinAlgError where the algebra fails.
+        """
+        gram, _, at, root = self._summed(sizes, effects, None)
+        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
+        return 0.5 * float(gram[0, 0] - half @ half)
+
     def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
         """The same, averaged over the unknown order of each effect's magnitude, within its bounds (`evidence.py`)."""
         value = self.log_likelihood(sizes, effects, trials)

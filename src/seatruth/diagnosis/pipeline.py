@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import failed_runs
 from seatruth.diagnosis.assembly import Assembly
-from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.few_runs import expected_evaluations
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.preconditions import require_trials, unseen, usable_effects, weaknesses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis

@@ -49,12 +49,13 @@ def temperature_of(search: Search, settings: Settings) -> float:
     """What log-evidence is divided by: the more effects explain, the more it counts that their form is inexact.
 
     What they explain is counted from the model alone, with discrepancy where the leader has it: what discrepancy
-    explains does not depend on the form of any effect.
+    explains does not depend on the form of any effect. What the leader's fit did not reach counts as well: where long
+    runs bend, the evidence is that of a straight line through a point.
     """
     leader = max(search.fits.values(), key=lambda fit: fit.evidence)
     alone = search.fits.get(((), leader.discrepancy))
     lowest = alone.evidence if alone is not None else search.null.evidence
-    return settings.temperature + settings.model_form * max(0.0, leader.evidence - lowest)
+    return settings.temperature + settings.model_form * (max(0.0, leader.evidence - lowest) + max(0.0, leader.ahead))
 
 
 def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> float:
