@@ -21,6 +21,7 @@ BUILT_IN = {
     "ls_svm": {"regression"},
     "newton": {"residuals", "derivatives"},
     "least_squares": {"residuals", "derivatives"},
+    "secant": {"residuals", "derivatives"},
     "nelder_mead": {"values"},
     "differential_evolution": {"values"},
     "cma_es": {"values"},
