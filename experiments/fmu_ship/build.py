@@ -167,7 +167,7 @@ def place(fmi: int) -> str:
     system, machine = platform.system(), platform.machine().lower()
     end = {"Windows": "dll", "Darwin": "dylib"}.get(system, "so")
     if fmi == 2:
-        return f"binaries/{ {'Windows': 'win64', 'Darwin': 'darwin64'}.get(system, 'linux64')}/ship.{end}"
+        return f"binaries/{ {'Windows': 'win64', 'Darwin': 'darwin64'}.get(system, 'linux64') }/ship.{end}"
     processor = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
     name = {"Windows": "windows", "Darwin": "darwin"}.get(system, "linux")
     return f"binaries/{processor}-{name}/ship.{end}"

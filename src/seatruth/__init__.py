@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seatruth.comparison import Comparison, compare
+    from seatruth.cost_forecast import Forecast, forecast
     from seatruth.costs.options import FormulaOptions, RegressionOptions, TrajectoryOptions
     from seatruth.diagnosis import Diagnosis, diagnose
     from seatruth.errors import BadInput, PluginError, SeatruthError, SeatruthWarning
     from seatruth.estimate import Estimate
     from seatruth.identification import identify
-    from seatruth.models import BlackBox, Model, Parameter, Prior, load_model
+    from seatruth.models import BlackBox, IsolatedBlackBox, Model, Parameter, Prior, load_fmu, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise
     from seatruth.progress import ProgressEvent
     from seatruth.report import write_report
@@ -38,7 +39,9 @@ __all__ = [
     "Comparison",
     "Diagnosis",
     "Estimate",
+    "Forecast",
     "FormulaOptions",
+    "IsolatedBlackBox",
     "Model",
     "Optimizer",
     "OutputSettings",
@@ -57,7 +60,9 @@ __all__ = [
     "check_trials",
     "compare",
     "diagnose",
+    "forecast",
     "identify",
+    "load_fmu",
     "load_model",
     "load_study",
     "minimise",
@@ -68,12 +73,13 @@ __all__ = [
 
 _MODULES = {
     "comparison": ("Comparison", "compare"),
+    "cost_forecast": ("Forecast", "forecast"),
     "costs.options": ("FormulaOptions", "RegressionOptions", "TrajectoryOptions"),
     "diagnosis": ("Diagnosis", "diagnose"),
     "errors": ("BadInput", "PluginError", "SeatruthError", "SeatruthWarning"),
     "estimate": ("Estimate",),
     "identification": ("identify",),
-    "models": ("BlackBox", "Model", "Parameter", "Prior", "load_model"),
+    "models": ("BlackBox", "IsolatedBlackBox", "Model", "Parameter", "Prior", "load_fmu", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),
     "progress": ("ProgressEvent",),
     "report": ("write_report",),

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from seatruth.optimizers import Chain, Optimizer, from_callable, make
+from seatruth.optimizers import Budget, Chain, Optimizer, from_callable, make, minimise
 from seatruth.testing.optimizers import OptimizerConformance
+from seatruth.testing.problems import rosenbrock
 
 SLOW = pytest.mark.slow  # other variants of a solver that is tested with its usual ones
 VARIANTS = ("A_prime", "B_component", "B_scalar", "C", "D")
@@ -104,6 +105,18 @@ class TestLeastSquares(OptimizerConformance):
     @pytest.fixture
     def optimizer(self) -> Optimizer:
         return make("least_squares")
+
+
+class TestSecant(OptimizerConformance):
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("secant")
+
+    def test_it_takes_fewer_evaluations_than_least_squares(self) -> None:
+        cost = rosenbrock().cost
+        secant, usual = (minimise(cost, name, budget=Budget(5000)) for name in ("secant", "least_squares"))
+        assert secant.code == usual.code == "converged"
+        assert secant.evaluations < usual.evaluations
 
 
 class TestNelderMead(OptimizerConformance):

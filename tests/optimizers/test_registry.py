@@ -22,6 +22,7 @@ BUILT_IN = {
     "newton": {"residuals", "derivatives"},
     "least_squares": {"residuals", "derivatives"},
     "multi_start": {"residuals", "derivatives"},
+    "secant": {"residuals", "derivatives"},
     "nelder_mead": {"values"},
     "differential_evolution": {"values"},
     "cma_es": {"values"},

@@ -9,6 +9,7 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
+from seatruth.commands.dear_runs import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
@@ -46,6 +47,7 @@ def check(
             moved = _preview(loaded)
         elif preview:
             say("\nThe preview of what the trials can move is left out until the errors are put right.")
+        cost = [] if errors else say_cost(loaded, None)
     data = {
         "trials": [
             {"name": t.name, "samples": len(t), "duration_s": t.duration, "source": t.source, "steps": _steps(t.steps)}
@@ -54,6 +56,7 @@ def check(
         "findings": [vars(finding) for finding in findings],
         "errors": errors,
         "preview": moved,
+        "cost": cost,
         "reasons": [] if moved is None else moved.attrs["reasons"],
     }
     return Result(data, 1 if errors else 0)

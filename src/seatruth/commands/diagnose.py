@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
+from seatruth.commands.dear_runs import say_cost
 from seatruth.commands.identify import names
 from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable
@@ -44,6 +45,10 @@ def diagnose(
         ),
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Replaces the study's seed.")] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option("--evaluations", min=1, help="Simulations that a black box may take, instead of the study's."),
+    ] = None,
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="Threads of the simulation [all cores].")
     ] = None,
@@ -63,6 +68,7 @@ def diagnose(
         folder,
         names(effects),
         seed=seed,
+        evaluations=evaluations,
         threads=threads,
         workers=workers,
         validate=not no_validation,
@@ -78,6 +84,7 @@ def run(
     effects: list[str] | None = None,
     *,
     seed: int | None = None,
+    evaluations: int | None = None,
     threads: int | None = None,
     workers: int = 1,
     validate: bool = True,
@@ -96,11 +103,14 @@ def run(
     checkpoint = folder / CHECKPOINT
     place = study.source.parent if study.source is not None else Path.cwd()
     chosen, specs = select_effects(effects or [], place)
+    if not quiet:
+        say_cost(study, chosen, "diagnose", evaluations=evaluations, threads=threads)
     with resumable(folder, [checkpoint], fresh=fresh, quiet=quiet) as progress:
         diagnosis = diagnose_study(
             study,
             chosen,
             seed=seed,
+            evaluations=evaluations,
             threads=threads,
             workers=workers,
             progress=progress,

@@ -12,6 +12,7 @@ import pandas as pd
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
+from seatruth.commands.dear_runs import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable
 from seatruth.storage.atomic import CannotWrite
@@ -98,6 +99,8 @@ def run(
     folder = result_folder(folder, study.output.folder or Path(f"{study.name}-result"), study.source)
     checkpoint = folder / CHECKPOINT
     kept = (checkpoint, starts_file(checkpoint), jobs_file(checkpoint))
+    if not quiet:
+        say_cost(study if budget is None else study.replace(budget=budget), None, "identify", threads=threads)
     with resumable(folder, kept, fresh=fresh, quiet=quiet) as progress:
         estimate = identify_study(
             study,

@@ -17,7 +17,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.model import can_carry
+from seatruth.diagnosis.discrepancy.terms import equations, terms_of
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import Effect
+from seatruth.models.black_box import BlackBox
 from seatruth.simulate import BlackBoxSimulator
+from seatruth.study import Study
 from seatruth.trials.prepare.filters import MAD_TO_SD
 
 if TYPE_CHECKING:
@@ -60,7 +66,7 @@ class FewRuns:
         self._outputs: list[tuple[Point, Array]] = []
         self._noise: float | None = None
         self._scales: tuple[Array, Array] | None = None
-        free = [e for e in problem.effects.values() if e.measured_outputs is not None and _only_outputs(e)]
+        free = [effect for effect in problem.effects.values() if _only_outputs(effect)]
         self.without_run = {effect.named(q.name) for effect in free for q in effect.parameters}
         """Parameters of effects that change outputs alone: a run that is kept shows what they do."""
 
@@ -212,33 +218,38 @@ class FewRuns:
         return abs(value) or 1.0
 
 
-_FITS = 45
-"""Fits of a diagnosis: of the model alone, ten effects, sets of them, each with and without missing forces. [S]"""
+_FITS = 70
+"""Fits of a diagnosis: of the model alone, ten effects, sets of them, each with and without missing forces, and the
+prediction of trials left out. experiments/one_vehicle_four_ways.py measures what they take."""
 _STEPS = 6
 """Runs of a fit beside its columns. [S]"""
 
 
-def expected_evaluations(problem: Problem) -> int:
-    """About how many simulations of all trials a diagnosis of a black box takes.
+def expected_evaluations(study: Study, effects: Sequence[Effect], settings: Settings) -> int:
+    """About how many simulations of all trials a diagnosis of a black box takes; 0 for equations.
 
     Every column of derivatives is computed about twice, and each fit has steps, and columns of its own.
     """
-    if problem.few_runs is None:
+    if not isinstance(study.model, BlackBox):
         return 0
-    model = problem.discrepancy
-    knots = sum(map(len, model.knot_names.values())) if model is not None else 0
-    own = len(problem.coefficients) + len(problem.initial_names) + 2
-    columns = len(problem.unknowns) - len(problem.few_runs.without_run) + knots + len(problem.initial_names)
-    return 2 * columns + _FITS * (_STEPS + own // 2)
+    free = len(study.space.free)
+    columns = free + len(study.model.states)
+    columns += sum(len(effect.parameters) for effect in effects if not _only_outputs(effect))
+    if can_carry(study.model):
+        columns += len(terms_of(study.model)) + settings.knots * len(equations(study.model))
+    return 2 * columns + _FITS * (_STEPS + (free + 2) // 2)
 
 
 def _initial(name: str) -> str:
     return f"initial {name}"
 
 
-def _only_outputs(effect: object) -> bool:
-    hooks = ("true_parameters", "current", "force", "true_inputs", "servo")
-    return all(getattr(effect, hook) is None for hook in hooks)
+def _only_outputs(effect: Effect) -> bool:
+    """Whether an effect changes what sensors show, and nothing else."""
+    return all(
+        hook is None
+        for hook in (effect.true_parameters, effect.current, effect.force, effect.true_inputs, effect.servo)
+    )
 
 
 def _equal(one: Point, other: Point) -> bool:

@@ -64,8 +64,8 @@ def diagnose(
         validate: predict each trial from the others.
         suggest: look for the next trial.
         settings: numbers that the diagnosis rests on; None takes the defaults.
-        evaluations: simulations of all trials that a black box may cost; None is no limit. Equations are simulated too
-            fast for a limit to matter.
+        evaluations: simulations of all trials that a black box may cost; None takes the study's. Equations are
+            simulated too fast for a limit to matter.
 
     Returns:
         The diagnosis. An interrupt, or the end of the budget, after the model alone is fitted returns what has been
@@ -92,6 +92,7 @@ def diagnose(
 
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    evaluations = study.diagnosis_budget if evaluations is None else evaluations
     if evaluations is not None and evaluations < 1:
         raise BadInput(f"{evaluations} evaluations are not possible", do="Ask for 1 or more.")
     require_trials(study)
@@ -112,7 +113,7 @@ def diagnose(
                 raise BadInput(
                     f"{evaluations} evaluations are too few to fit the model alone",
                     where=f"study {study.name!r}",
-                    do=f"`seatruth check` says how many a diagnosis takes: about {expected_evaluations(problem)}.",
+                    do=f"A diagnosis takes about {expected_evaluations(study, chosen, settings)}.",
                 ) from None
             except np.linalg.LinAlgError as trouble:
                 raise BadInput(

@@ -255,9 +255,7 @@ def _parameters(
         low, high = (0.0, 1.0) if one.kind == "Boolean" else (one.low, one.high)
         text = one.text if one.name == name else f"{one.name}: {one.text}" if one.text else one.name
         try:
-            parameter = Parameter(
-                name, one.start, one.unit or "1", low, high, source=f"FMU {where}", description=text
-            )
+            parameter = Parameter(name, one.start, one.unit or "1", low, high, source=f"FMU {where}", description=text)
         except BadInput as problem:
             raise BadInput(f"its parameter {one.name!r}: {problem.what}", where=where, do="Correct the FMU.") from None
         parameters.append(parameter)
@@ -265,12 +263,8 @@ def _parameters(
     return parameters, tuple(links)
 
 
-def _ports(
-    description: Description, stated: Mapping[str, PortNames], where: str
-) -> tuple[Ports, tuple[Link, ...]]:
-    plain: dict[str, Any] = {
-        key: value if isinstance(value, str) else list(value) for key, value in stated.items()
-    }
+def _ports(description: Description, stated: Mapping[str, PortNames], where: str) -> tuple[Ports, tuple[Link, ...]]:
+    plain: dict[str, Any] = {key: value if isinstance(value, str) else list(value) for key, value in stated.items()}
     chosen = as_ports(plain)
     links = []
     for key, entry in stated.items():
@@ -285,9 +279,7 @@ def _ports(
     return chosen, tuple(sorted(links, key=lambda link: chosen.components.index(link.name)))
 
 
-def _channel(
-    description: Description, name: str, sign: int, variable: Variable, where: str
-) -> tuple[Channel, Link]:
+def _channel(description: Description, name: str, sign: int, variable: Variable, where: str) -> tuple[Channel, Link]:
     """A variable as a channel in SI units, and how its numbers become that."""
     known = STANDARD_CHANNELS.get(name)
     unit = known.unit if known is not None else _si_unit(description, variable, where)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ WHOLE = frozenset({"Integer", "Enumeration", "Int8", "UInt8", "Int16", "UInt16",
 LOGICAL = frozenset({"Boolean"})
 NUMBERS = FLOATS | WHOLE | LOGICAL
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_HEAD = 20_000
+"""Bytes of the description in which its version stands: the first element. Chosen here [S]."""
 _SHOWN = 12
 """Names of each kind that a message lists. Chosen here [S]."""
 
@@ -97,13 +100,14 @@ def read_description(path: Path) -> Description:
         raise BadInput(what, where=where, do='Install it: pip install "seatruth[fmu]".') from None
     if not zipfile.is_zipfile(path):
         raise BadInput("it is no FMU: not a ZIP archive", where=where, do="Export it again.")
+    _check_version(path, where)
     try:
         found = fmpy.read_model_description(str(path), validate=False)
     except Exception as problem:  # fmpy and lxml raise many kinds; all mean that the description is wrong
         text = " ".join(str(problem).split())[:300]
         what = f"its modelDescription.xml cannot be read ({text or type(problem).__name__})"
         raise BadInput(what, where=where, do="Export it again.") from None
-    version = _version(found, where)
+    version = int(str(found.fmiVersion).partition(".")[0])
     simulation = found.coSimulation
     if simulation is None:
         what = "it offers model exchange alone, and co-simulation is needed"
@@ -127,12 +131,20 @@ def read_description(path: Path) -> Description:
     )
 
 
-def _version(found: Any, where: str) -> int:
-    text = str(found.fmiVersion)
-    for version in (2, 3):
-        if text.startswith(f"{version}."):
-            return version
-    raise BadInput(f"it follows FMI {text}; versions 2 and 3 can be simulated", where=where, do="Export it as FMI 2.")
+def _check_version(path: Path, where: str) -> None:
+    """BadInput for an archive without a description, or one of another version of the FMI."""
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as stream:
+            head = stream.read(_HEAD).decode("utf-8", "replace")
+    except (KeyError, OSError, zipfile.BadZipFile, RuntimeError) as problem:
+        raise BadInput(
+            f"it is no FMU: its modelDescription.xml cannot be read ({problem})", where=where, do="Export it again."
+        ) from None
+    found = re.search(r"fmiVersion\s*=\s*[\"']([^\"']*)", head)
+    version = found.group(1) if found else "of no version"
+    if not version.startswith(("2.", "3.")):
+        what = f"it follows FMI {version}; versions 2 and 3 can be simulated"
+        raise BadInput(what, where=where, do="Export it as FMI 2 or 3.")
 
 
 def _check_library(files: Sequence[str], identifier: str, version: int, where: str, fmpy: Any) -> None:

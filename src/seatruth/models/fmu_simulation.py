@@ -102,7 +102,9 @@ class FMURun:
         names = [link.name for link in plan.outputs]
         before: list[float] | None = None
         last = 0.0
-        fmu.set(plan.inputs, inputs[0].tolist() if len(inputs) else [float(trial.inputs[c.name][0]) for c in plan.inputs])
+        fmu.set(
+            plan.inputs, inputs[0].tolist() if len(inputs) else [float(trial.inputs[c.name][0]) for c in plan.inputs]
+        )
         try:
             fmu.initialised()
             rows[0] = fmu.get(plan.outputs)

@@ -65,7 +65,10 @@ def load_model(spec: str, base_dir: str | Path | None = None, parameter_set: str
     else:
         known = points_by_name(GROUP)
         if spec not in known:
-            raise BadInput(f"there is no model {spec!r}", do=f'{nearest(spec, known)} Your own: "file.py:ClassName", or "file.fmu".')
+            raise BadInput(
+                f"there is no model {spec!r}",
+                do=f'{nearest(spec, known)} Your own: "file.py:ClassName", or "file.fmu".',
+            )
         result, where = _load(spec), f"model {spec!r}"
     if parameter_set is None:
         return _instance(result, (), where)

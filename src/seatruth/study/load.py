@@ -79,7 +79,13 @@ def study_from(text: str, source: Path, progress: Progress = silent) -> Study:
         profile=profile,
     )
     return study.replace(
-        optimizer=optimizer, starts=starts, budget=budget, seed=file.study.seed, output=output, source=source
+        optimizer=optimizer,
+        starts=starts,
+        budget=budget,
+        diagnosis_budget=file.budget.diagnosis,
+        seed=file.study.seed,
+        output=output,
+        source=source,
     )
 
 

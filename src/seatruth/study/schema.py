@@ -220,6 +220,10 @@ class BudgetTable(Table):
     evaluations: PositiveInt | None = Field(
         default=None, description="Simulations of all trials, finite differences counted."
     )
+    diagnosis: PositiveInt | None = Field(
+        default=None,
+        description="Simulations of all trials that the diagnosis of a black box may take; default: no limit.",
+    )
     seconds: PositiveFloat | None = Field(default=None, description="Wall time.")
     stall: PositiveInt | None = Field(default=None, description="Stop after this many evaluations without progress.")
     tolerance: Annotated[FiniteFloat, Field(ge=0)] = Field(

@@ -42,7 +42,7 @@ def starts(tables: list[OptimizerTable], problems: Problems) -> int:
 
 def budget(table: BudgetTable, problems: Problems) -> Budget:
     """The budget; the usual number of evaluations where the file sets no limit at all."""
-    stated = table.model_dump(exclude_none=True)
+    stated = table.model_dump(exclude_none=True, exclude={"diagnosis"})
     if not {"evaluations", "seconds", "stall"} & set(stated):
         return Budget(**stated)
     with problems.at("budget"):

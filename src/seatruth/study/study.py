@@ -70,6 +70,7 @@ class Study(EstimationProblem):
         optimizer: name, `Optimizer`, or a list of them for a hybrid.
         starts: from how many starts the search is made; the first is at the parameters' values.
         budget: limits of the search from each start.
+        diagnosis_budget: simulations of all trials that the diagnosis of a black box may take; None is no limit.
         seed: seed of everything random; the same seed gives the same result.
         output: what is computed besides the fit, and the folder of the result.
         provenance: where the study came from; copied into results.
@@ -91,6 +92,7 @@ class Study(EstimationProblem):
     optimizer: str | Optimizer | Sequence[str | Optimizer] = "least_squares"
     starts: int = 1
     budget: Budget = field(default_factory=Budget)
+    diagnosis_budget: int | None = None
     seed: int = 0
     output: OutputSettings = field(default_factory=OutputSettings)
     provenance: Mapping[str, Any] = field(default_factory=dict)

@@ -18,6 +18,7 @@ from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
+from seatruth.study.template_simulator import simulator_lines
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
@@ -78,6 +79,10 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
+    of_simulator = simulator_lines(model, missing_inputs)
+    if isinstance(model, FMU) and len(missing_inputs) < len(model.inputs):
+        needed = [c for c in needed if c not in missing_inputs]
+        missing_inputs = []  # they keep their start values
     fixes = all(name in guesses for name in _FIX) and not {"x", "y"} & guesses.keys()
     guesses = {name: hit for name, hit in guesses.items() if fixes or name not in _FIX}
     if utm and not fixes:
@@ -100,6 +105,7 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
     text = "\n".join(
         [
             *_head(path, log.notes, model, use),
+            *of_simulator,
             *_parameters(model),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),

@@ -19,6 +19,7 @@ _LARGEST = 64 * 2**20
 """Bytes; a kernel has some 100 kB, so a larger file is none."""
 _FORMAT = b"seatruth kernel 1\n"
 
+
 def read(path: Path) -> bytes | None:
     """The machine code in a file; None where there is no file of this user's alone, or its checksum does not hold."""
     return read_kept(path, _FORMAT, _LARGEST)

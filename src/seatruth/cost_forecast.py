@@ -1,0 +1,117 @@
+"""What a search with a dear simulator will cost, said before it begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from seatruth.costs.registry import cost_of
+from seatruth.diagnosis.few_runs import expected_evaluations
+from seatruth.diagnosis.preconditions import usable_effects
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import Effect
+from seatruth.models.isolated import isolated_in
+from seatruth.optimizers.registry import as_optimizer
+from seatruth.simulate import simulator, thread_count
+from seatruth.study import Study
+
+_PER_PARAMETER: Mapping[str, int] = MappingProxyType({"least_squares": 12, "newton": 12, "secant": 5})
+"""Evaluations over K + 1 that a search of K parameters takes from a fair start, as experiments/one_vehicle_four_ways.py
+measures; other solvers take their budget."""
+_ELSEWHERE = 1e-9
+"""Step over a parameter's size to a place that nobody has simulated before, so that its run can be timed. [S]"""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """About how many evaluations a search takes, and how long.
+
+    `evaluation_s` s of wall time that one simulation of all trials takes in one process; `expected` evaluations, `most`
+    that the budget allows (None for no limit); `processes` that simulate at once.
+    """
+
+    what: str
+    evaluation_s: float
+    expected: int
+    most: int | None
+    processes: int
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the expected evaluations, s."""
+        return self.evaluation_s * self.expected / self.processes
+
+    def __str__(self) -> str:
+        number = f"about {self.expected} evaluations"
+        if self.most is not None and self.most <= self.expected:
+            number = f"its budget of {self.most} evaluations"
+        each = f"{self.evaluation_s:.2g} s each" + (f", {self.processes} processes" if self.processes > 1 else "")
+        return f"{self.what} takes {number} of the simulator ({each}): {_duration(self.seconds)}."
+
+
+def forecast(
+    study: Study,
+    effects: Sequence[Effect | str] | None = None,
+    *,
+    evaluations: int | None = None,
+    threads: int | None = None,
+) -> tuple[Forecast, ...]:
+    """What `identify` and `diagnose` will cost; empty where equations are simulated, which is quick.
+
+    Args:
+        study: a study whose model runs in processes of its own (an FMU, an `IsolatedBlackBox`). One run of each of its
+            trials is made, to time it.
+        effects: the effects of the diagnosis, as for `diagnose`.
+        evaluations: the budget of the diagnosis; None takes the study's.
+        threads: processes that simulate at once, None for all processors.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import forecast
+        >>> forecast(seatruth.sample.load("study.toml"))
+        ()
+    """
+    box = isolated_in(study.model)
+    if box is None:
+        return ()
+    evaluations = study.diagnosis_budget if evaluations is None else evaluations
+    seconds = _seconds(study)
+    processes = max(1, min(thread_count(threads), 2 * len(study.trials)))
+    K = len(cost_of(study, threads=1).parameters) if study.free else 0
+    solver = as_optimizer(study.optimizer)
+    most = study.budget.evaluations
+    usual = _PER_PARAMETER.get(solver.name)
+    expected = (K + 1) * usual if usual is not None else most or 0
+    first = Forecast("identify", seconds, min(expected, most or expected), most, processes)
+    chosen, _ = usable_effects(study, effects)
+    wanted = expected_evaluations(study, chosen, Settings())
+    wanted = wanted if evaluations is None else min(wanted, evaluations)
+    return first, Forecast("diagnose", seconds, wanted, evaluations, processes)
+
+
+def _seconds(study: Study) -> float:
+    """Wall time of one simulation of all trials in one process, s; NaN where no run was timed."""
+    box = isolated_in(study.model)
+    assert box is not None
+    free = [parameter.name for parameter in study.free][:1]
+    values: Mapping[str, Any] = study.space.nominal()
+    sim = simulator(study.model, list(study.trials), free=free, values=values, threads=1)
+    theta = np.array([[values[name] for name in free]])
+    sim.outputs(theta, sim.initial_states)  # starts the process, and says so where nothing can be simulated
+    runs, seconds = box.counts.simulated, box.counts.wall_s
+    sim.outputs(theta * (1.0 + _ELSEWHERE) + (theta == 0.0) * _ELSEWHERE, sim.initial_states)
+    made = box.counts.simulated - runs
+    return (box.counts.wall_s - seconds) / made * len(study.trials) if made else math.nan
+
+
+def _duration(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "its time is not known, as its runs were kept"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,0 +1,138 @@
+"""Forces and currents through the ports of a simulator: what they do there is what they do in the equations."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections import namedtuple
+from typing import Any
+
+import numpy as np
+import pytest
+from fmu_ships import PORTS, ship_fmu, zigzag
+
+from seatruth import load_model, simulator
+from seatruth.effects import available, load_effects, with_effects
+from seatruth.effects.base import dimensions_of
+from seatruth.effects.black_box import ExtendedBlackBox
+from seatruth.effects.kinematics import to_body_axes
+from seatruth.effects.through_ports import OutsideEffects, at_ports
+from seatruth.errors import BadInput
+from seatruth.models import FMU, Environment, Model, Observation, Ports, load_fmu
+from seatruth.models.observed import observed
+from seatruth.trials import Trial
+from seatruth.workers import by_value
+
+INSIDE = ["wind", "current", "cross_flow", "turning_loss", "munk", "wave_drift", "tether", "bank"]
+
+
+def ship(**options: Any) -> FMU:
+    equations = load_model("mmg")
+    return load_fmu(
+        ship_fmu(), **{"ports": PORTS, "kind": "ship", "dimensions": dimensions_of(equations), **options}
+    )
+
+
+def run(model: Model, trial: Trial, values: dict[str, float]) -> np.ndarray:
+    sim = simulator(model, [trial], values={**model.nominal(), **values}, threads=1)
+    return np.asarray(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0])
+
+
+def test_effects_act_inside_as_they_do_in_equations() -> None:
+    equations, box, trial = load_model("mmg"), ship(), zigzag()
+    plain = run(equations, trial, {})
+    held = np.abs(run(box, trial, {}) - plain).max(axis=0)  # what holding the inputs over a step changes
+    for name in INSIDE:
+        (effect,) = load_effects([name])
+        values = {effect.named(key): value for key, value in effect.typical(equations).items()}
+        ours, theirs = (run(with_effects(model, [effect]), trial, values) for model in (equations, box))
+        moved = np.abs(ours - plain).max(axis=0)
+        assert (np.abs(ours - theirs).max(axis=0) < 0.03 * moved + 2.0 * held + 1e-9).all(), name
+        assert moved.max() > 1e-3
+
+
+def test_parameters_of_a_simulator_are_changed_too() -> None:
+    equations, box, trial = load_model("mmg"), ship(), zigzag()
+    (effect,) = load_effects(["added_mass"])
+    values = {effect.named(key): value for key, value in effect.typical(equations).items()}
+    ours, theirs = (run(with_effects(model, [effect]), trial, values) for model in (equations, box))
+    assert np.abs(ours - theirs).max() < 0.02
+    assert np.abs(ours - run(equations, trial, {})).max() > 0.05
+
+
+def test_two_effects_and_an_order_of_a_slow_rudder() -> None:
+    equations, box, trial = load_model("mmg"), ship(), zigzag()
+    effects = load_effects(["current", "rudder_offset", "speed_bias"])
+    values = {"current_north": 0.1, "current_east": -0.2, "rudder_offset_angle": 0.05, "speed_bias_bias": 0.02}
+    names = {q.name for effect in effects for q in effect.null_parameters()}
+    values = {name: value for name, value in values.items() if name in names}
+    ours, theirs = (run(with_effects(model, effects), trial, values) for model in (equations, box))
+    assert np.abs(ours - theirs).max(axis=0) == pytest.approx(0.0, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("options", "effect", "message"),
+    [
+        ({"ports": {}}, "wind", "without a port for forces"),
+        ({"ports": {}}, "current", "without a port for a current"),
+        ({"ports": {"force": ["X", "N"]}, "inputs": ["delta", "n"]}, "wind", "no port for Y"),
+        ({"ports": {"current": ["north", "east"]}, "inputs": ["delta", "n"], "outputs": ["u", "v", "r"]}, "current", "psi"),
+        ({"dimensions": None}, "wind", "dimensions"),
+        ({}, "sloshing", "states of its own"),
+        ({}, "drag_increase", "drag"),
+    ],
+)
+def test_what_cannot_act_says_why(options: dict[str, Any], effect: str, message: str) -> None:
+    found = available()[effect]
+    model = ship(**{"inputs": ["delta", "n"], **options})
+    assert message in found.missing(model)
+    with pytest.raises(BadInput, match="cannot act"):
+        with_effects(model, [found])
+
+
+def test_a_current_in_earth_axes() -> None:
+    ports = Ports(current=("north", "east", "down"))
+    body = Environment(u_c=0.3, v_c=-0.2, w_c=0.1)
+    angles = {"phi": 0.2, "theta": -0.3, "psi": 2.0}
+    found = at_ports(ports, body, angles)
+    assert sum(value**2 for value in found.values()) == pytest.approx(0.3**2 + 0.2**2 + 0.1**2)
+    class Angles:
+        phi, theta, psi = 0.2, -0.3, 2.0
+
+    x, y, z = to_body_axes(found["north"], found["east"], Angles())
+    down = found["down"]
+    phi, theta = 0.2, -0.3
+    whole = (
+        x - down * math.sin(theta),
+        y + down * math.cos(theta) * math.sin(phi),
+        z + down * math.cos(theta) * math.cos(phi),
+    )
+    assert whole == pytest.approx((0.3, -0.2, 0.1))
+    assert at_ports(Ports(current=("u_c",)), body, angles) == {"u_c": 0.3}
+
+
+def test_what_acts_can_be_sent_and_described() -> None:
+    box = ship()
+    (effect,) = load_effects(["wind"])
+    extended = with_effects(box, [effect])
+    assert isinstance(extended, ExtendedBlackBox)
+    values = effect.typical(box)
+    q = namedtuple("Effect", list(values))(**values)
+    trial = zigzag(samples=5)
+    law = OutsideEffects(box, [(effect, None, q)], box.nominal(), trial.t, np.zeros((5, 2)), -1.0, None)
+    still = {"x": 0.0, "y": 0.0, "psi": 0.3, "u": 0.8, "v": 0.0, "r": 0.0}
+    there = pickle.loads(by_value(law))
+    assert there(1.0, still) == law(1.0, still)
+    assert there.describe() == law.describe()
+    assert law(1.0, still)["Y"] != 0.0
+    assert law(1.0, {**still, "u": math.nan}) == dict.fromkeys(PORTS["force"] + PORTS["current"], 0.0)
+
+
+def test_ports_behind_what_instruments_measure() -> None:
+    equations, trial = load_model("mmg"), zigzag(sog=np.full(60, 0.8))
+    (effect,) = load_effects(["wind"])
+    seen = [with_effects(observed(model, [Observation("sog")]), [effect]) for model in (equations, ship())]
+    values = {effect.named(key): value for key, value in effect.typical(equations).items()}
+    ours, theirs = (run(model, trial, values)[:, -1] for model in seen)
+    assert np.abs(ours - theirs).max() < 0.001
+    assert np.abs(ours - run(observed(equations, [Observation("sog")]), trial, {})[:, -1]).max() > 0.005

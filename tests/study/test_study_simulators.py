@@ -1,0 +1,168 @@
+"""A study that names an FMU: what the file says of it is what runs; and the commands on it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from fmu_ships import ship_fmu, zigzag
+
+from seatruth import BadInput, load_study, simulator
+from seatruth.cli import run as command
+from seatruth.cost_forecast import forecast
+from seatruth.models import FMU, IsolatedBlackBox, load_fmu
+
+STUDY = """
+[study]
+synthetic = true
+
+[model]
+use = "ship.fmu"
+vary = ["R_0", "N_r"]
+kind = "ship"
+time_limit = 20
+{model}
+
+[time]
+column = "t"
+unit = "s"
+
+[channels]
+delta = {{ column = "delta", unit = "rad" }}
+n = {{ column = "n", unit = "rev/s" }}
+psi = "psi"
+u = "u"
+r = "r"
+
+[[trials]]
+file = "run.csv"
+without = ["x", "y", "v"]
+
+[noise]
+psi = 0.002
+u = 0.01
+r = 0.001
+
+[optimizer]
+use = "least_squares"
+
+[budget]
+evaluations = 60
+{budget}
+"""
+PORTS = 'ports = { force = ["X", "Y", "N"], current = { north = "north", east = "-east" } }'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("fmu-study")
+    shutil.copy(ship_fmu(), place / "ship.fmu")
+    model, trial = load_fmu(place / "ship.fmu", inputs=["delta", "n"]), zigzag()
+    sim = simulator(model, [trial], free=("R_0", "N_r"), threads=1)
+    y = sim.outputs(np.array([[0.026, -0.055]]), sim.initial_states).y[0]
+    rng = np.random.default_rng(2)
+    table = {"t": trial.t, **trial.inputs}
+    for name, sd in (("psi", 0.002), ("u", 0.01), ("r", 0.001)):
+        column = [channel.name for channel in model.outputs].index(name)
+        table[name] = y[:, column] + rng.normal(0.0, sd, len(trial))
+    pd.DataFrame(table).to_csv(place / "run.csv", index=False)
+    return place
+
+
+def written(folder: Path, model: str = PORTS, budget: str = "", name: str = "study.toml") -> Path:
+    (folder / name).write_text(STUDY.format(model=model, budget=budget))
+    return folder / name
+
+
+def test_what_the_file_says_is_what_runs(folder: Path) -> None:
+    study = load_study(written(folder, f"{PORTS}\nstep = 0.5", "diagnosis = 70"))
+    assert isinstance(study.model, FMU)
+    assert study.model.time_limit == 20.0
+    assert study.model.ports.components == ("X", "Y", "N", "north", "east")
+    assert study.diagnosis_budget == 70
+    assert study.model.kind == "ship"
+    other = load_study(written(folder, f"{PORTS}\nstep = 1.0"))
+    assert other.content_hash != study.content_hash
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        ('ports = { force = ["X", "Q"] }', "no component 'Q'"),
+        ('ports = { force = { X = "F" } }', r"no variable 'F'.*It has inputs"),
+        ('set = "KVLCC2"', "no parameter sets"),
+        ("step = 0.0", "step"),
+        ('names = { helm = "delta" }', "no channel 'helm'|helm"),
+        ("dimensions = { length = 7.0 }", "breadth"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(folder: Path, model: str, message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        load_study(written(folder, model, name="wrong.toml"))
+
+
+def test_keys_of_an_fmu_are_no_keys_of_another_model(folder: Path) -> None:
+    text = STUDY.format(model=PORTS, budget="").replace('"ship.fmu"', '"mmg"')
+    (folder / "mmg.toml").write_text(text)
+    with pytest.raises(BadInput, match=r"(?s)'kind' belongs to an FMU.*time limit.*'ports'"):
+        load_study(folder / "mmg.toml")
+
+
+def test_a_time_limit_puts_a_black_box_into_processes(folder: Path) -> None:
+    (folder / "box.py").write_text(
+        "from seatruth import BlackBox, Channel, Parameter\n"
+        "def run(trial, p, first):\n"
+        "    return {'psi': p['a'] * trial.t, 'u': 0 * trial.t, 'r': 0 * trial.t}\n"
+        "box = BlackBox('box', run, inputs=[Channel('delta', 'rad'), Channel('n', 'rev/s')],\n"
+        "               outputs=[Channel('psi', 'rad'), Channel('u', 'm/s'), Channel('r', 'rad/s')],\n"
+        "               parameters=[Parameter('R_0', 1.0), Parameter('N_r', 1.0), Parameter('a', 0.1)])\n"
+    )
+    text = STUDY.format(model="", budget="").replace('"ship.fmu"', '"box.py:box"').replace('kind = "ship"', "")
+    (folder / "box.toml").write_text(text.replace('without = ["x", "y", "v"]', ""))
+    study = load_study(folder / "box.toml")
+    assert isinstance(study.model, IsolatedBlackBox)
+    found = study.simulate(threads=1)["run"]["psi"].to_numpy()
+    assert found == pytest.approx(0.1 * study.trials[0].t)
+    study.model.stop()
+
+
+def test_the_cost_is_said_before_it_begins(folder: Path) -> None:
+    study = load_study(written(folder, PORTS, "diagnosis = 70"))
+    identify, diagnose = forecast(study, ["rudder_offset", "wind"], threads=1)
+    assert identify.expected == 36  # of two parameters, by least squares
+    assert identify.most == 60
+    assert (diagnose.expected, diagnose.most) == (70, 70)
+    assert 0.0 < identify.evaluation_s < 10.0
+    assert "36 evaluations" in str(identify)
+    assert "budget of 70" in str(diagnose)
+    assert identify.seconds == pytest.approx(36 * identify.evaluation_s)
+
+
+def test_the_commands_take_an_fmu(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = str(written(folder))
+
+    def run(*arguments: str) -> str:
+        code = command([*arguments])
+        captured = capsys.readouterr()
+        assert code == 0, captured
+        return captured.out + captured.err
+
+    json_file = folder / "check.json"
+    run("check", study, "--json", str(json_file))
+    data = json.loads(json_file.read_text())["result"]
+    assert [entry["what"] for entry in data["cost"]] == ["identify", "diagnose"]
+    assert {row["verdict"] for row in data["preview"]} == {"identified"}
+    assert "run" in run("simulate", study)
+    run("identify", study, "-q", "--json", str(json_file), "--threads", "2")
+    values = {row["name"]: row for row in json.loads(json_file.read_text())["result"]["parameters"]}
+    for name, truth in (("R_0", 0.026), ("N_r", -0.055)):
+        assert abs(values[name]["value"] - truth) < 4.0 * values[name]["stderr"]
+    run("init", str(folder / "run.csv"), "--model", str(folder / "ship.fmu"), "-o", str(folder / "made.toml"))
+    made = (folder / "made.toml").read_text()
+    assert 'use = "ship.fmu"' in made
+    assert "# ports =" in made
+    assert "# names =" in made

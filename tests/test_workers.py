@@ -1,0 +1,78 @@
+"""Somebody else's code in processes: what it returns comes back, and what it does wrong stays there."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from typing import Any
+
+import pytest
+
+from seatruth.errors import PluginError
+from seatruth.workers import Workers, by_value
+
+
+def misbehave(what: str) -> Any:
+    if what == "abort":
+        os.abort()
+    if what == "exit":
+        os._exit(3)
+    if what == "sleep":
+        time.sleep(60.0)
+    if what == "raise":
+        raise ValueError("no such thing")
+    if what == "print":
+        print("to the pipe?")
+        sys.stdout.flush()
+    return what, os.getpid()
+
+
+def test_what_goes_wrong_costs_one_call() -> None:
+    pool = Workers(misbehave)
+    first = pool.call(("fine",), 30.0)
+    assert first.value[0] == "fine"
+    assert first.value[1] != os.getpid()
+    assert "SIGABRT" in pool.call(("abort",), 30.0).failure
+    assert "exit code 3" in pool.call(("exit",), 30.0).failure
+    assert pool.call(("sleep",), 0.3).failure == "it took longer than 0.3 s"
+    assert pool.call(("raise",), 30.0).failure == "it raised ValueError: no such thing"
+    again = pool.call(("print",), 30.0)
+    assert again.value[0] == "print"
+    assert not again.failure
+    assert again.value[1] == pool.call(("fine",), 30.0).value[1]  # a process that is well is used again
+    pool.close()
+
+
+def test_an_end_from_here_ends_what_is_at_work() -> None:
+    pool = Workers(misbehave)
+    assert pool.call(("fine",), 30.0).value
+    answers: list[Any] = []
+    thread = threading.Thread(target=lambda: answers.append(pool.call(("sleep",), 60.0)))
+    thread.start()
+    time.sleep(0.2)
+    pool.close()
+    thread.join(20.0)
+    assert answers
+    assert answers[0].failure
+    assert pool.closed == 1
+    assert pool.call(("fine",), 30.0).value  # and it can be used again
+    pool.close()
+
+
+def test_what_cannot_be_sent_is_said() -> None:
+    lock = threading.Lock()
+    with pytest.raises(PluginError, match="cannot be sent"):
+        Workers(lambda: lock)
+    assert b"misbehave" in by_value(misbehave)
+
+
+def test_a_function_that_cannot_be_loaded_there_is_said() -> None:
+    class Bad:
+        def __reduce__(self) -> Any:
+            return exec, ("raise ImportError('not here')",)
+
+    answer = Workers(Bad()).call((), 30.0)  # type: ignore[arg-type]  # it is none
+    assert "cannot be started" in answer.failure
+    assert "not here" in answer.failure
