@@ -6,8 +6,8 @@ The ship is KVLCC2's model of 7 m under the MMG standard method (Yasukawa and Yo
 zigzags and turns of the built-in model with other coefficients and white noise. First five coefficients are identified
 from trials on which nothing else acts; then trials with a current, of which the model knows nothing, are diagnosed with
 the whole library of effects. All four ways are to give the same answer within the tolerances stated below. The black
-box is plain Python that integrates by itself; the FMU is compiled from C (fmu_ship/), which holds the equations a second
-time. Both run in processes of their own, take outside forces and a current through ports, and keep no run on disk.
+box is plain Python that integrates by itself; the FMU is compiled from C (fmu_ship/), which holds the equations a
+second time. Both run in processes of their own, take forces and a current through ports, and keep no run on disk.
 How many evaluations an identification takes is measured for several solvers on the built-in model, whose counts are
 those of any other.
 """
@@ -30,8 +30,22 @@ import pandas as pd
 from common import COLOURS, Options, Results, main
 from fmu_ship.build import build
 
-from seatruth import BlackBox, Budget, IsolatedBlackBox, Model, Study, Trial, Trials, diagnose, identify, load_fmu
-from seatruth import TrajectoryOptions, load_model, minimise, simulator
+from seatruth import (
+    BlackBox,
+    Budget,
+    IsolatedBlackBox,
+    Model,
+    Study,
+    TrajectoryOptions,
+    Trial,
+    Trials,
+    diagnose,
+    identify,
+    load_fmu,
+    load_model,
+    minimise,
+    simulator,
+)
 from seatruth.costs import cost_of
 from seatruth.effects import load_effects, with_effects
 from seatruth.effects.base import dimensions_of
@@ -47,8 +61,8 @@ PORTS = {"force": ["X", "Y", "N"], "current": ["north", "east"]}
 CURRENT = (0.10, -0.08)
 """m/s, north and east: a tenth of the ship's speed. [S]"""
 SAME_ESTIMATE = 0.25
-"""Largest difference of two estimates, in standard errors, that counts as the same. [S] Inputs that are held over a step
-of the FMU differ from straight lines by that much."""
+"""Largest difference of two estimates, in standard errors, that counts as the same. [S] Inputs that are held over a
+step of the FMU differ from straight lines by that much."""
 SAME_SIZE, SAME_COURSE = 0.02, 1.0
 """The same of the current's speed (part of it) and of its direction (deg). [S]"""
 SOLVERS = ("secant", "least_squares", "nelder_mead", "cma_es")
@@ -56,10 +70,10 @@ CLOSE = 0.5
 """Cost (nats) above the best known at which a search has arrived: a tenth of a standard error in each direction."""
 
 
-def trials(effects: Mapping[str, float], *, seconds: float, count: int) -> Trials:
+def trials(free: Sequence[str], effects: Mapping[str, float], *, seconds: float, count: int) -> Trials:
     """Zigzags and turns of the true ship with noise, samples of 1 s."""
     ship = load_model("mmg")
-    truth = {**ship.nominal(), **true_coefficients(), **effects}
+    truth = {**ship.nominal(), **true_coefficients(free), **effects}
     model = with_effects(ship, load_effects(["current"])) if effects else ship
     rng, found = np.random.default_rng(SEED), []
     for number, (angle, period) in enumerate([(20.0, 40.0), (-12.0, 60.0), (30.0, 300.0), (15.0, 50.0)][:count]):
@@ -74,10 +88,10 @@ def trials(effects: Mapping[str, float], *, seconds: float, count: int) -> Trial
     return Trials(found)
 
 
-def true_coefficients() -> dict[str, float]:
+def true_coefficients(free: Sequence[str]) -> dict[str, float]:
     """Values that differ from the model's by up to 15 %, as estimates for a hull do. [S]"""
     rng, nominal = np.random.default_rng(SEED + 1), load_model("mmg").nominal()
-    return {name: nominal[name] * (1.0 + 0.15 * float(rng.uniform(-1.0, 1.0))) for name in FREE}
+    return {name: nominal[name] * (1.0 + 0.15 * float(rng.uniform(-1.0, 1.0))) for name in free}
 
 
 def vehicle(way: str, folder: Path) -> Model:
@@ -107,7 +121,8 @@ def vehicle(way: str, folder: Path) -> Model:
 def simulate(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:
     """What a user's own simulator does: Runge-Kutta steps of half a second, plain Python."""
     states = [channel.name for channel in load_model("mmg").states]
-    State, parameters = namedtuple("State", states), namedtuple("Parameters", list(p))(**p)
+    State: Any = namedtuple("State", states)
+    parameters: Any = namedtuple("Parameters", list(p))(**p)
     t, delta, n = trial.t.tolist(), trial.inputs["delta"].tolist(), trial.inputs["n"].tolist()
 
     def rates(time: float, k: int, share: float, x: Sequence[float]) -> tuple[float, ...]:
@@ -138,7 +153,7 @@ def simulate(trial: Trial, p: dict[str, float], first: dict[str, float], outside
 
 
 def study(model: Model, runs: Trials, free: Sequence[str]) -> Study:
-    """The study of one way; coefficients start at the model's values, their bounds are half and one and a half of it."""
+    """The study of one way: coefficients start at the model's values, between half and one and a half of them."""
     parameters = []
     for q in model.parameters:
         low, high = sorted((0.5 * q.value, 1.5 * q.value))
@@ -180,13 +195,15 @@ def identified(way: str, folder: Path, runs: Trials, free: Sequence[str], worker
     }
 
 
-def diagnosed(way: str, folder: Path, runs: Trials, effects: Sequence[str] | None, workers: int) -> dict[str, Any]:
+def diagnosed(
+    way: str, folder: Path, runs: Trials, free: Sequence[str], effects: Sequence[str] | None, workers: int
+) -> dict[str, Any]:
     """The verdict, the current, and what they cost."""
     model = vehicle(way, folder)
     before = cost_so_far(model)
-    found = diagnose(study(model, runs, FREE[:3]), effects, threads=workers, suggest=False, validate=False)
-    size = next((e.size for e in found.effects if e.name == "current"), {})
-    north, east = (_value(size, key) for key in ("north", "east"))
+    found = diagnose(study(model, runs, free), effects, threads=workers, suggest=False, validate=False)
+    size = {q.name: q.value for effect in found.effects if effect.name == "current" for q in effect.parameters}
+    north, east = size.get("north", math.nan), size.get("east", math.nan)
     return {
         "kind": found.verdict.kind,
         "named": list(found.named) or list(found.verdict.members),
@@ -197,11 +214,6 @@ def diagnosed(way: str, folder: Path, runs: Trials, effects: Sequence[str] | Non
         "evaluations": found.outcome["evaluations"],
         **spent(model, before),
     }
-
-
-def _value(size: Mapping[str, Any], key: str) -> float:
-    entry = size.get(key, math.nan)
-    return float(getattr(entry, "value", entry))
 
 
 def counted(count: int, initial: str, runs: Trials, seed: int) -> list[dict[str, Any]]:
@@ -231,24 +243,29 @@ def counted(count: int, initial: str, runs: Trials, seed: int) -> list[dict[str,
 def body(options: Options, results: Results) -> None:
     """Identification and diagnosis each way, and the solvers."""
     os.environ["SEATRUTH_CACHE"] = "off"  # every run is to be made, and counted
-    seconds, count = (60.0, 2) if options.quick else (150.0, 3)
+    seconds, count = (40.0, 2) if options.quick else (150.0, 3)
     free, effects = (FREE[:2], ["current", "rudder_offset"]) if options.quick else (FREE, None)
     workers = min(options.workers, 2)
     results.expect(2 * len(WAYS) + 1)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        calm = trials({}, seconds=seconds, count=count)
-        moved = trials({"current_north": CURRENT[0], "current_east": CURRENT[1]}, seconds=seconds, count=count)
+        calm = trials(free, {}, seconds=seconds, count=count)
+        current = {"current_north": CURRENT[0], "current_east": CURRENT[1]}
+        moved = trials(free[:3], current, seconds=seconds, count=count)
         what = {"seconds": seconds, "count": count, "free": free, "effects": effects, "seed": SEED, "workers": workers}
         estimates = {
             way: results.stage(
-                f"identify {way}", what, lambda way=way: identified(way, folder, calm, free, workers)  # type: ignore[misc]
+                f"identify {way}",
+                what,
+                lambda way=way: identified(way, folder, calm, free, workers),  # type: ignore[misc]
             )
             for way in WAYS
         }
         verdicts = {
             way: results.stage(
-                f"diagnose {way}", what, lambda way=way: diagnosed(way, folder, moved, effects, workers)  # type: ignore[misc]
+                f"diagnose {way}",
+                what,
+                lambda way=way: diagnosed(way, folder, moved, free[:3], effects, workers),  # type: ignore[misc]
             )
             for way in WAYS
         }
@@ -261,20 +278,16 @@ def body(options: Options, results: Results) -> None:
         results.add_figure(f"evaluations, {name}", row["evaluations"], "1", f"ended: {row['end']}")
 
 
-def report(
-    results: Results, estimates: Mapping[str, Any], verdicts: Mapping[str, Any], free: Sequence[str]
-) -> None:
+def report(results: Results, estimates: Mapping[str, Any], verdicts: Mapping[str, Any], free: Sequence[str]) -> None:
     """Figures, tables and the picture."""
     first, rows = estimates[WAYS[0]], []
-    truth = true_coefficients()
+    truth = true_coefficients(free)
     for way in WAYS:
         found, verdict = estimates[way], verdicts[way]
         apart = max(abs(found["values"][n] - first["values"][n]) / first["stderr"][n] for n in free)
         off = max(abs(found["values"][n] - truth[n]) / found["stderr"][n] for n in free)
         goal = f"<= {SAME_ESTIMATE}"
-        results.add_figure(
-            f"estimates apart, {way}", apart, "standard errors", goal=goal, met=apart <= SAME_ESTIMATE
-        )
+        results.add_figure(f"estimates apart, {way}", apart, "standard errors", goal=goal, met=apart <= SAME_ESTIMATE)
         results.add_figure(f"farthest from the truth, {way}", off, "standard errors")
         base = verdicts[WAYS[0]]
         course = abs((verdict["towards"] - base["towards"] + 180.0) % 360.0 - 180.0)
@@ -291,7 +304,9 @@ def report(
             met=same and near,
         )
         for what, entry in (("identify", found), ("diagnose", verdict)):
-            rows.append({"way": way, "stage": what, **{k: entry[k] for k in ("evaluations", "runs", "cpu_s", "wall_s")}})
+            rows.append(
+                {"way": way, "stage": what, **{k: entry[k] for k in ("evaluations", "runs", "cpu_s", "wall_s")}}
+            )
             results.add_figure(f"processor time, {what}, {way}", entry["cpu_s"], "s")
             if entry["evaluations"] is not None:
                 results.add_figure(f"evaluations, {what}, {way}", entry["evaluations"], "1")
@@ -301,7 +316,12 @@ def report(
         "estimates",
         pd.DataFrame(
             [
-                {"way": way, "parameter": n, "value": estimates[way]["values"][n], "stderr": estimates[way]["stderr"][n]}
+                {
+                    "way": way,
+                    "parameter": n,
+                    "value": estimates[way]["values"][n],
+                    "stderr": estimates[way]["stderr"][n],
+                }
                 for way in WAYS
                 for n in free
             ]
@@ -316,7 +336,7 @@ def picture(estimates: Mapping[str, Any], table: pd.DataFrame, free: Sequence[st
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained")
-    truth = true_coefficients()
+    truth = true_coefficients(free)
     for place, way in enumerate(WAYS):
         found = estimates[way]
         errors = [(found["values"][n] - truth[n]) / found["stderr"][n] for n in free]
@@ -325,7 +345,6 @@ def picture(estimates: Mapping[str, Any], table: pd.DataFrame, free: Sequence[st
     left.axhline(0.0, color="black", lw=0.8)
     left.set_xticks(range(len(free)), free)
     left.set_ylabel("error [standard errors]")
-    left.legend(fontsize=8)
     stages = ("identify", "diagnose")
     for place, way in enumerate(WAYS):
         own = table[table["way"] == way].set_index("stage")["cpu_s"]
@@ -333,6 +352,7 @@ def picture(estimates: Mapping[str, Any], table: pd.DataFrame, free: Sequence[st
     right.set_xticks(range(2), stages)
     right.set_yscale("log")
     right.set_ylabel("processor time [s]")
+    right.legend(fontsize=8, loc="upper left")
     figure.suptitle("One vehicle four ways (synthetic trials)", fontsize=10)
     return figure
 

@@ -28,9 +28,7 @@ INSIDE = ["wind", "current", "cross_flow", "turning_loss", "munk", "wave_drift",
 
 def ship(**options: Any) -> FMU:
     equations = load_model("mmg")
-    return load_fmu(
-        ship_fmu(), **{"ports": PORTS, "kind": "ship", "dimensions": dimensions_of(equations), **options}
-    )
+    return load_fmu(ship_fmu(), **{"ports": PORTS, "kind": "ship", "dimensions": dimensions_of(equations), **options})
 
 
 def run(model: Model, trial: Trial, values: dict[str, float]) -> np.ndarray:
@@ -76,7 +74,11 @@ def test_two_effects_and_an_order_of_a_slow_rudder() -> None:
         ({"ports": {}}, "wind", "without a port for forces"),
         ({"ports": {}}, "current", "without a port for a current"),
         ({"ports": {"force": ["X", "N"]}, "inputs": ["delta", "n"]}, "wind", "no port for Y"),
-        ({"ports": {"current": ["north", "east"]}, "inputs": ["delta", "n"], "outputs": ["u", "v", "r"]}, "current", "psi"),
+        (
+            {"ports": {"current": ["north", "east"]}, "inputs": ["delta", "n"], "outputs": ["u", "v", "r"]},
+            "current",
+            "psi",
+        ),
         ({"dimensions": None}, "wind", "dimensions"),
         ({}, "sloshing", "states of its own"),
         ({}, "drag_increase", "drag"),
@@ -96,6 +98,7 @@ def test_a_current_in_earth_axes() -> None:
     angles = {"phi": 0.2, "theta": -0.3, "psi": 2.0}
     found = at_ports(ports, body, angles)
     assert sum(value**2 for value in found.values()) == pytest.approx(0.3**2 + 0.2**2 + 0.1**2)
+
     class Angles:
         phi, theta, psi = 0.2, -0.3, 2.0
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,9 +22,8 @@ DRIVEN = ["delta", "n"]
 
 
 @pytest.fixture(autouse=True)
-def _nothing_from_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _nothing_from_before(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE, "off")
-    yield
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -97,9 +95,7 @@ def test_fixed_steps_and_samples_between_them() -> None:
     assert _grid(np.array([0.0, 1.0]), 0.4, True) == pytest.approx([0.0, 0.4, 0.8, 1.2])
 
 
-@pytest.mark.parametrize(
-    ("trouble", "word"), [(1.0, "SIGABRT"), (2.0, "longer than"), (3.0, ""), (4.0, "")]
-)
+@pytest.mark.parametrize(("trouble", "word"), [(1.0, "SIGABRT"), (2.0, "longer than"), (3.0, ""), (4.0, "")])
 def test_what_a_foreign_simulator_does_wrong_costs_one_run(trouble: float, word: str) -> None:
     model = load_fmu(ship_fmu(), time_limit=2.0, inputs=DRIVEN)
     trial, first = zigzag(samples=12), {**{c.name: 0.0 for c in model.states}, "u": 0.8}

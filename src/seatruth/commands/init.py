@@ -28,7 +28,9 @@ def init(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="STUDY.toml", help="Study file to write [LOG's name.toml].")
     ] = None,
-    model: Annotated[str, typer.Option("--model", help='Model: a name of the list, "file.py:ClassName" or "file.fmu".')] = "mmg",
+    model: Annotated[
+        str, typer.Option("--model", help='Model: a name of the list, "file.py:ClassName" or "file.fmu".')
+    ] = "mmg",
     reader: Annotated[str | None, typer.Option("--reader", help="Reader of the log; default: recognised.")] = None,
     fields: Annotated[bool, typer.Option("--fields", help="List every field, however many there are.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing study file.")] = False,

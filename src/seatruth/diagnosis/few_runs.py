@@ -78,7 +78,7 @@ class FewRuns:
         bound = self._problem.bound(point, self._problem.space.varying)
         y = bound.outputs(self._problem.theta(point)[None], self._problem.start_states(point)).y[0]
         self._outputs = [*self._outputs[-2:], (point, y)]
-        return y
+        return np.asarray(y)
 
     def linearize(self, point: Point, names: Sequence[str]) -> tuple[Array, Array]:
         """Outputs (samples, C), and derivatives (N, K + I) at the valid samples by parameters and initial states."""

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from seatruth.diagnosis.fit import Fit, likelihood_at, of_sizes
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.sizes import Sizes
 
 _ROUNDS = 3
@@ -31,6 +32,7 @@ def share_noise(found: Search, turn: int) -> None:
 
     `turn` counts the calls of one search.
     """
+    tried: set[tuple[Key, bool, bytes]] = set()
     for round_ in range(_ROUNDS):
         ranked = sorted(found.fits.items(), key=lambda entry: (-entry[1].evidence, entry[0]))
         best = ranked[0][1].evidence
@@ -41,11 +43,21 @@ def share_noise(found: Search, turn: int) -> None:
             if fit.evidence < best - _FAR:
                 continue
             sizes = _better_noise(found, fit, offers)
-            if sizes is not None:
+            if sizes is None:
+                continue
+            attempt = key, on, _content(fit.point, sizes)
+            if attempt not in tried:  # the same attempt again would end where it ended
+                tried.add(attempt)
                 fit_once(found, key, on, fit.point, sizes, attempt=f"with shared noise, {turn}.{round_}")
                 changed = True
         if not changed:
             return
+
+
+def _content(point: Point, sizes: Sizes) -> bytes:
+    """All numbers of a point and of sizes."""
+    arrays = point.shared, point.initial, point.forces, sizes.white, sizes.terms, sizes.forces, sizes.coupling
+    return b"".join(values.tobytes() for values in arrays) + bytes(sizes.shape)
 
 
 def _better_noise(found: Search, fit: Fit, offers: Sequence[Sizes]) -> Sizes | None:

@@ -84,10 +84,9 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
         lacking.append("a current")
     if not lacking:
         return []
-    text = (
-        f"The simulator has no port for {' nor for '.join(lacking)}. Not tried: {', '.join(inside) or 'nothing else'}."
-    )
-    do = 'Name the inputs that take them: ports = { force = ["X", "Y", "N"], current = ["north", "east"] } (docs/fmu.md).'
+    tried = f"Not tried: {', '.join(inside)}." if inside else ""
+    text = f"The simulator has no port for {' nor for '.join(lacking)}. {tried}".strip()
+    do = "Name the inputs that take them (docs/simulators.md): ports = { force = [...], current = [...] }."
     return [Finding("warning", "no-ports", text, f"model {study.model.name!r}", do)]
 
 

@@ -9,7 +9,6 @@ Shapes: T trials, C outputs, S shared unknowns, I free initial states of a trial
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import threading
 from collections.abc import Mapping, Sequence
@@ -20,10 +19,11 @@ import numpy as np
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.parameter_space import ParameterSpace
-from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox, inertias
+from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
 from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
 from seatruth.effects import Effect, with_effects
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
@@ -92,14 +92,16 @@ class Problem:
         self.study, self.settings = study, settings
         self.effects = {effect.name: effect for effect in effects}
         self.outputs = [channel.name for channel in study.model.outputs]
-        trials = [_from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
+        trials = [from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
         model: Model = with_effects(study.model, effects)
         self.discrepancy: DiscrepancyModel | DiscrepancyBlackBox | None = None
         if can_carry(study.model):
             duration = max(trial.duration for trial in trials)
             shape = settings.knots, duration, scales_of(model, trials)
             if isinstance(model, BlackBox):
-                model = self.discrepancy = DiscrepancyBlackBox(model, *shape, self._inertias(model, trials, shape[2]))
+                model = self.discrepancy = DiscrepancyBlackBox(
+                    model, *shape, inertias_of(model, trials, study.space.nominal(), shape[2])
+                )
             else:
                 model = self.discrepancy = DiscrepancyModel(model, *shape)
             trials = [with_forces(trial, self.discrepancy) for trial in trials]
@@ -122,7 +124,7 @@ class Problem:
             hold=self.hold, max_step=self.max_step, threads=threads, meter=self.meter,
         )  # fmt: skip
         self.few_runs = FewRuns(self, self._simulator) if isinstance(self._simulator, BlackBoxSimulator) else None
-        self.usual = np.array([self._usual_rate(state) for state in self.equations])
+        self.usual = np.array([usual_rate(trials, s, 4 * settings.knots, self._scale_of(s)) for s in self.equations])
         self._kept = threading.local()
         self._set_up_initial_states()
         self._set_up_errors()
@@ -238,12 +240,8 @@ class Problem:
 
     # Set-up
 
-    def _inertias(self, model: BlackBox, trials: Sequence[Trial], scales: Mapping[str, float]) -> dict[str, float]:
-        """The inertia that each force port of a black box shows, on the first trial, at the study's values."""
-        values = {**model.nominal(), **self.study.space.nominal()}
-        states = [channel.name for channel in model.states]
-        x0 = simulator(model, trials[:1], values=values).initial_states[0]
-        return inertias(model, trials[0], values, dict(zip(states, x0.tolist())) if states else None, scales)
+    def _scale_of(self, state: str) -> float:
+        return self.discrepancy.scales[state] if self.discrepancy else 1.0
 
     def _parameters(self) -> list[Parameter]:
         own = set(self.study.model.nominal())
@@ -255,7 +253,7 @@ class Problem:
         for parameter in self.model.parameters:
             name = parameter.name
             if name in own:
-                found.append(_with_prior(declared.get(name, parameter), self.settings.coefficient_sd))
+                found.append(with_prior(declared.get(name, parameter), self.settings.coefficient_sd))
             else:
                 found.append(parameter.replace(vary=True, prior=priors.get(name), scale="linear", start=None))
         return found
@@ -275,7 +273,7 @@ class Problem:
         terms = self.discrepancy.terms if self.discrepancy else ()
         self.terms = np.array([at[term.name] for term in terms], dtype=np.intp)
         self.term_equation = np.array([self.equations.index(term.state) for term in terms], dtype=np.intp)
-        self.term_groups = _grouped([term.text for term in terms], self.term_equation)
+        self.term_groups = grouped([term.text for term in terms], self.term_equation)
         taken = {int(k) for columns in self.columns.values() for k in columns} | {int(k) for k in self.terms}
         self.coefficients = np.array([k for k in range(len(self.unknowns)) if k not in taken], dtype=np.intp)
 
@@ -287,17 +285,9 @@ class Problem:
         self._initial_columns = [names.index(name) for name in self.initial_names]
         base = self._simulator.initial_states
         self.initial_mean = base[:, self._initial_columns].copy()
-        spread = [self._spread(name) for name in self.initial_names]
+        spread = [spread_of(self.trials, name) for name in self.initial_names]
         self.initial_sd = self.settings.initial_width * np.array(spread)
         self.base_states = base
-
-    def _spread(self, name: str) -> float:
-        """How far a state moves: as recorded, else of the size 1."""
-        values = [np.asarray(t.outputs[name]) for t in self.trials if name in t.outputs]
-        finite = np.concatenate(values) if values else np.zeros(0)
-        finite = finite[np.isfinite(finite)]
-        size = float(np.ptp(finite)) if finite.size else 0.0
-        return size if size > 0.0 else 1.0
 
     def _set_up_errors(self) -> None:
         self.valid: Flags = np.isfinite(self._simulator.measured)
@@ -317,27 +307,6 @@ class Problem:
                     self.series.append(Series(trial, channel, places, t[valid]))
                     self.trial_of[places], self.channel_of[places] = trial, channel
                     self.time_of[places], self.sample_of[places] = t[valid], np.flatnonzero(valid)
-
-    def _usual_rate(self, state: str) -> float:
-        """Usual acceleration of an equation: root mean square of the rate of the record's means over short blocks."""
-        blocks = 4 * self.settings.knots
-        parts = []
-        for trial in self.trials:
-            y = np.asarray(trial.outputs.get(state, np.zeros(0)))
-            valid = np.isfinite(y)
-            if valid.sum() < blocks:
-                continue
-            edges = np.linspace(trial.t[0], trial.t[-1], blocks + 1)
-            block = np.clip(np.digitize(trial.t[valid], edges) - 1, 0, blocks - 1)
-            counts = np.bincount(block, minlength=blocks)
-            means = np.bincount(block, y[valid], minlength=blocks) / np.maximum(counts, 1)
-            full = counts > 0
-            if full.sum() > 3:
-                parts.append(np.gradient(means[full], (0.5 * (edges[1:] + edges[:-1]))[full]))
-        size = float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
-        scale = self.discrepancy.scales[state] if self.discrepancy else 1.0
-        # A motion that hardly changes has a scale all the same: a hundredth of the motion over a trial.
-        return max(size, 0.01 * scale / min(trial.duration for trial in self.trials))
 
     # Simulation
 
@@ -369,26 +338,3 @@ class Problem:
             column = names.index(leader)
             x0[:, names.index(follower)] += sign * (x0[:, column] - self.base_states[:, column])
         return x0
-
-
-def _with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
-    """A free coefficient needs a prior, or it takes up any effect."""
-    if not parameter.vary or parameter.prior is not None:
-        return parameter
-    reach = parameter.max - parameter.min
-    wide = reach / 4.0 if math.isfinite(reach) else 1.0
-    sd = relative_sd * abs(parameter.value) if parameter.value != 0.0 else wide
-    return parameter.replace(prior=Prior(parameter.value, sd))
-
-
-def _from_zero(trial: Trial) -> Trial:
-    return dataclasses.replace(trial, t=trial.t - trial.t[0]) if trial.t[0] != 0.0 else trial
-
-
-def _grouped(texts: Sequence[str], equation: Indices) -> list[tuple[Indices, Indices]]:
-    """Terms of one text that stand in the same equations: those (k,), and the places (texts, k) of their terms."""
-    found: dict[tuple[int, ...], list[list[int]]] = {}
-    for text in dict.fromkeys(texts):
-        members = [k for k, other in enumerate(texts) if other == text]
-        found.setdefault(tuple(int(equation[k]) for k in members), []).append(members)
-    return [(np.array(equations), np.array(members)) for equations, members in found.items()]

@@ -121,14 +121,19 @@ def _record(title: str, fields: tuple[str, ...]) -> Any:
     return namedtuple(title, fields)
 
 
-@lru_cache(maxsize=256)
-def _source(kind: type) -> str:
+_SOURCES: dict[type[Any], str] = {}
+
+
+def _source(kind: type[Any]) -> str:
     """A checksum of a class's text, so that a changed effect is simulated anew."""
-    try:
-        text = inspect.getsource(kind)
-    except (OSError, TypeError):
-        text = ""
-    return f"{kind.__module__}.{kind.__qualname__} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    if kind not in _SOURCES:
+        try:
+            text = inspect.getsource(kind)
+        except (OSError, TypeError):
+            text = ""
+        content = hashlib.sha256(text.encode()).hexdigest()[:16]
+        _SOURCES[kind] = f"{kind.__module__}.{kind.__qualname__} {content}"
+    return _SOURCES[kind]
 
 
 def at_ports(ports: Ports, e: Environment, outputs: Mapping[str, float]) -> dict[str, float]:

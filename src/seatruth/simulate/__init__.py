@@ -68,8 +68,8 @@ def simulator(
         backend: "compiled", or "reference" (plain Python: thousands of times slower, derivatives by differences).
         meter: Counts the runs of a BlackBox, and ends them at its limit; it means nothing for equations.
 
-    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers. One that runs
-    in processes of its own (an FMU) has as many at once as there are threads.
+    A BlackBox integrates by itself: `hold`, `max_step`, `threads` and `backend` do not change its numbers. One that
+    runs in processes of its own (an FMU) has as many at once as there are threads.
 
     Returns:
         The simulator.

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.models import MEASURES, Model
+from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header

@@ -22,7 +22,7 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
     given = [channel.name for channel in model.inputs if channel.name not in absent]
     lines = []
     if absent and given:
-        lines.append(f"inputs = {json.dumps(given)}   # those that the log holds; the others keep their start values")
+        lines.append(f"inputs = {json.dumps(given)}   # those that the log holds; others keep their start values")
         lines.append(f"# not in the log: {_listed(sorted(absent))}")
     forces, current = sorted(absent & _FORCES), sorted(absent & {"north", "east", "down"}, reverse=True)
     entries = [f"{key} = {json.dumps(names)}" for key, names in (("force", forces), ("current", current)) if names]
@@ -35,7 +35,7 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
         f"# ports = {{ {ports} }}   # inputs that take outside forces (body axes) and a current",
         *_starts(model),
         '# kind = "ship"   # which effects can act: ship, auv, glider, planing',
-        "# dimensions = { length = 100.0, breadth = 20.0, draft = 6.0, mass = 8e6 }   # wind, waves and hull ask for it",
+        "# dimensions = { length = 100.0, breadth = 20.0, draft = 6.0, mass = 8e6 }   # for wind, waves, hull",
     ]
 
 

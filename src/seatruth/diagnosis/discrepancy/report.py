@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
 from seatruth.diagnosis.discrepancy.terms import acceleration_unit
 from seatruth.diagnosis.fit import Fit
@@ -54,7 +55,7 @@ def _size(found: Fit, equation: int) -> float:
     return math.hypot(math.exp(float(found.sizes.terms[equation])), math.exp(float(found.sizes.forces[equation])))
 
 
-def _terms(problem: Problem, model: DiscrepancyModel, found: Fit) -> tuple[MissingTerm, ...]:
+def _terms(problem: Problem, model: DiscrepancyModel | DiscrepancyBlackBox, found: Fit) -> tuple[MissingTerm, ...]:
     error = found.stderr(problem)
     rows = []
     for term, k in zip(model.terms, problem.terms):

@@ -1,0 +1,82 @@
+"""What a problem takes for granted: priors that nobody stated, usual sizes of motions, times that begin at zero."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from seatruth.arrays import Indices
+from seatruth.diagnosis.discrepancy.black_box import inertias
+from seatruth.models.black_box import BlackBox
+from seatruth.models.parameter import Parameter, Prior
+from seatruth.simulate import simulator
+from seatruth.trials.trial import Trial
+
+
+def with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
+    """A free coefficient needs a prior, or it takes up any effect."""
+    if not parameter.vary or parameter.prior is not None:
+        return parameter
+    reach = parameter.max - parameter.min
+    wide = reach / 4.0 if math.isfinite(reach) else 1.0
+    sd = relative_sd * abs(parameter.value) if parameter.value != 0.0 else wide
+    return parameter.replace(prior=Prior(parameter.value, sd))
+
+
+def from_zero(trial: Trial) -> Trial:
+    """The trial with times that begin at zero."""
+    return dataclasses.replace(trial, t=trial.t - trial.t[0]) if trial.t[0] != 0.0 else trial
+
+
+def grouped(texts: Sequence[str], equation: Indices) -> list[tuple[Indices, Indices]]:
+    """Terms of one text that stand in the same equations: those (k,), and the places (texts, k) of their terms."""
+    found: dict[tuple[int, ...], list[list[int]]] = {}
+    for text in dict.fromkeys(texts):
+        members = [k for k, other in enumerate(texts) if other == text]
+        found.setdefault(tuple(int(equation[k]) for k in members), []).append(members)
+    return [(np.array(equations), np.array(members)) for equations, members in found.items()]
+
+
+def spread_of(trials: Sequence[Trial], name: str) -> float:
+    """How far a state moves: as recorded, else of the size 1."""
+    values = [np.asarray(t.outputs[name]) for t in trials if name in t.outputs]
+    finite = np.concatenate(values) if values else np.zeros(0)
+    finite = finite[np.isfinite(finite)]
+    size = float(np.ptp(finite)) if finite.size else 0.0
+    return size if size > 0.0 else 1.0
+
+
+def usual_rate(trials: Sequence[Trial], state: str, blocks: int, scale: float) -> float:
+    """Usual acceleration of an equation: root mean square of the rate of the record's means over short blocks.
+
+    `scale` is the usual size of its motion.
+    """
+    parts = []
+    for trial in trials:
+        y = np.asarray(trial.outputs.get(state, np.zeros(0)))
+        valid = np.isfinite(y)
+        if valid.sum() < blocks:
+            continue
+        edges = np.linspace(trial.t[0], trial.t[-1], blocks + 1)
+        block = np.clip(np.digitize(trial.t[valid], edges) - 1, 0, blocks - 1)
+        counts = np.bincount(block, minlength=blocks)
+        means = np.bincount(block, y[valid], minlength=blocks) / np.maximum(counts, 1)
+        full = counts > 0
+        if full.sum() > 3:
+            parts.append(np.gradient(means[full], (0.5 * (edges[1:] + edges[:-1]))[full]))
+    size = float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
+    # A motion that hardly changes has a scale all the same: a hundredth of the motion over a trial.
+    return max(size, 0.01 * scale / min(trial.duration for trial in trials))
+
+
+def inertias_of(
+    model: BlackBox, trials: Sequence[Trial], values: Mapping[str, float], scales: Mapping[str, float]
+) -> dict[str, float]:
+    """The inertia that each force port of a black box shows on the first trial. Raises BadInput where one is dead."""
+    values = {**model.nominal(), **values}
+    states = [channel.name for channel in model.states]
+    x0 = simulator(model, trials[:1], values=values).initial_states[0]
+    return inertias(model, trials[0], values, dict(zip(states, x0.tolist())) if states else None, scales)
