@@ -80,6 +80,11 @@ class LeastSquares(Optimizer):
         return reasons.get(result.status, "the cost and the steps no longer change")
 
 
+_FLAT = 1e-11
+"""Part of the largest singular value of the scaled Jacobian below which a direction counts as flat. Derivatives are exact
+to some 1e-14, certified problems need 1e-9, and along a scale that cancels any step would do: there is no answer."""
+
+
 def polish(problem: Problem, z: Array, steps: int) -> Array:
     """Gauss-Newton steps from z (K,) while each is shorter than the one before; makes the end the answer.
 
@@ -99,7 +104,10 @@ def polish(problem: Problem, z: Array, steps: int) -> Array:
         size = np.linalg.norm(J[:, free], axis=0)
         size[size == 0] = 1.0
         step = np.zeros(len(z))
-        step[free] = np.linalg.lstsq(J[:, free] / size, -r, rcond=1e-14)[0] / size
+        scaled, _, rank, _ = np.linalg.lstsq(J[:, free] / size, -r, rcond=_FLAT)
+        if rank < free.sum():
+            break
+        step[free] = scaled / size
         now = float(np.linalg.norm(J @ step))
         if not now < length:
             break

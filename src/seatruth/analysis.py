@@ -83,6 +83,7 @@ class Analysis:
         self.at_bound = at_bound(self.x, cost.bounds)
         self.uncertainty: Covariance | None = None
         self.identifiability: dict[str, Any] = {"singular_values": [], "condition": math.nan, "weak": []}
+        self._flat = np.zeros(self.size, dtype=np.bool_)
         self.sensitivity = pd.DataFrame()
         self.fit = pd.DataFrame(columns=list(FIT_COLUMNS))
         self.traces = pd.DataFrame()
@@ -196,6 +197,7 @@ class Analysis:
         # A change that free initial states can compensate says nothing about the parameters.
         data = without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
         exact = unidentifiable_directions(self.cost, self.x)
+        self._flat = np.any([np.zeros(self.size), *(entry["step"] for entry in exact)], axis=0)
         steps = np.array([entry.pop("step")[columns] for entry in exact]).reshape(len(exact), len(columns))
         self.identifiability = identifiability(
             data[:, columns], [self.cost.parameters[k] for k in columns], self.inflation, steps
@@ -293,11 +295,14 @@ class Analysis:
         uncertainty = self.uncertainty
         half = np.full(self.size, math.nan) if uncertainty is None else uncertainty.half_width()
         bound = np.full(self.size, math.nan) if uncertainty is None else uncertainty.crlb
-        unseen = np.zeros(self.size, dtype=bool) if uncertainty is None else uncertainty.unidentifiable
+        unseen = np.zeros(self.size, dtype=bool) if uncertainty is None else uncertainty.unidentifiable | self._flat
+        # A member of a flat direction that came to lie on a bound does not determine the others.
+        open_ended = unseen & ~self.at_bound
+        half, bound = np.where(open_ended, math.inf, half), np.where(open_ended, math.inf, bound)
         related = np.zeros(self.size, dtype=bool) if uncertainty is None else strongly_correlated(uncertainty)
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
-            value, stderr = float(self.x[k]), float(self.stderr[k])
+            value, stderr = float(self.x[k]), math.inf if open_ended[k] else float(self.stderr[k])
             signs = (self.at_bound[k], unseen[k], related[k], self._doubted[k])
             judgement = verdict(parameter, value, stderr, *(bool(sign) for sign in signs))
             rows.append(

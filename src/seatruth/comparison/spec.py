@@ -72,7 +72,7 @@ class Comparison:
         >>> problems = [Problem("sample", seatruth.sample.load())]
         >>> comparison = Comparison(problems, ["least_squares", "cma_es"], [Noise("white", 0.01)], seeds=15)
         >>> len(comparison.runs)
-        30
+        120
     """
 
     problems: Sequence[Problem]
