@@ -7,9 +7,9 @@ zigzags and turns of the built-in model with other coefficients and white noise.
 from trials on which nothing else acts; then trials with a current, of which the model knows nothing, are diagnosed with
 the whole library of effects. All four ways are to give the same answer within the tolerances stated below. The black
 box is plain Python that integrates by itself; the FMU is compiled from C (fmu_ship/), which holds the equations a
-second time. Both run in processes of their own, take forces and a current through ports, and keep no run on disk.
-How many evaluations an identification takes is measured for several solvers on the built-in model, whose counts are
-those of any other.
+second time. Both run in processes of their own, take outside forces and a current through ports, and keep no run
+on disk. How many evaluations an identification takes is measured for several solvers on the built-in model, whose
+counts are those of any other.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import time
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -121,8 +121,8 @@ def vehicle(way: str, folder: Path) -> Model:
 def simulate(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:
     """What a user's own simulator does: Runge-Kutta steps of half a second, plain Python."""
     states = [channel.name for channel in load_model("mmg").states]
-    State: Any = namedtuple("State", states)
-    parameters: Any = namedtuple("Parameters", list(p))(**p)
+    State = cast(Any, namedtuple("State", states))
+    parameters = cast(Any, namedtuple("Parameters", list(p)))(**p)
     t, delta, n = trial.t.tolist(), trial.inputs["delta"].tolist(), trial.inputs["n"].tolist()
 
     def rates(time: float, k: int, share: float, x: Sequence[float]) -> tuple[float, ...]:

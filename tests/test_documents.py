@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from documents import ROOT, execute, files, install
+from fmu_ships import ship_fmu
 
 from seatruth import identify, load_model, load_study
 from seatruth.readers import available
@@ -50,6 +51,24 @@ def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert 0.05 < estimate.parameters.loc["K", "value"] < 1.0
     assert (folder / "my_study-result" / "report.html").exists()
     assert (folder / "black_box-result" / "report.html").exists()
+
+
+def test_simulators(folder: Path) -> None:
+    ahead = execute("docs/simulators.md")["ahead"]
+    assert ahead.tolist() == [2.0, 2.0, 2.0, 2.0, 2.0]
+
+
+def test_the_how_to_of_an_fmu(folder: Path) -> None:
+    """A ship whose heading is called `heading` sails a synthetic zigzag, and the page identifies it."""
+    log = pd.read_csv(FOLDER / "zigzag_20_20.csv", comment="#", nrows=200)
+    run = log.rename(columns=lambda title: title.partition(" ")[0])
+    units = [title.partition(" ")[2] for title in log.columns]
+    run = run.assign(n=run["n"] * (60.0 if "rev/s" in str(units) else 1.0))
+    run.to_csv(folder / "zigzag.csv", index=False)
+    shutil.copy(ship_fmu(edit=(('name="psi"', 'name="heading"'),)), folder / "ship.fmu")
+    execute("docs/how-to/fmu.md")
+    assert (folder / "study-result" / "report.html").exists()
+    assert 'inputs = ["delta", "n"]' in (folder / "zigzag.toml").read_text()
 
 
 def test_channels(folder: Path) -> None:

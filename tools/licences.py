@@ -47,6 +47,7 @@ COMPATIBLE = {
 _STATED = {
     "cycler": "BSD-3-Clause",
     "contourpy": "BSD-3-Clause",
+    "fmpy": "BSD-2-Clause",
     "graphemeu": "MIT",
     "kiwisolver": "BSD-3-Clause",
     "matplotlib": "PSF-2.0",

@@ -203,8 +203,9 @@ def build(
                 raise ValueError(f"the description holds no {old!r}")
             text = text.replace(old, new)
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("modelDescription.xml", text)
-            archive.write(library, place(fmi))
+            for name, content in (("modelDescription.xml", text.encode()), (place(fmi), library.read_bytes())):
+                # One date for all, so that the same ship is the same file.
+                archive.writestr(zipfile.ZipInfo(name, (2026, 1, 1, 0, 0, 0)), content)
     return target
 
 

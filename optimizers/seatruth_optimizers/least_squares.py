@@ -81,7 +81,7 @@ class LeastSquares(Optimizer):
 
 
 _FLAT = 1e-11
-"""Part of the largest singular value of the scaled Jacobian below which a direction counts as flat. Derivatives are exact
+"""Part of the largest singular value of the scaled Jacobian below which a direction is flat. Derivatives are exact
 to some 1e-14, certified problems need 1e-9, and along a scale that cancels any step would do: there is no answer."""
 
 

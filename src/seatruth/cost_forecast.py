@@ -23,16 +23,19 @@ from seatruth.study import Study
 _PER_PARAMETER: Mapping[str, int] = MappingProxyType({"least_squares": 12, "newton": 12, "secant": 5})
 """Evaluations over K + 1 that a search of K parameters takes from a fair start, as experiments/one_vehicle_four_ways.py
 measures; other solvers take their budget."""
-_ELSEWHERE = 1e-9
-"""Step over a parameter's size to a place that nobody has simulated before, so that its run can be timed. [S]"""
 
 
 @dataclass(frozen=True)
 class Forecast:
     """About how many evaluations a search takes, and how long.
 
-    `evaluation_s` s of wall time that one simulation of all trials takes in one process; `expected` evaluations, `most`
-    that the budget allows (None for no limit); `processes` that simulate at once.
+    `what` is the search; `evaluation_s` s of wall time that one simulation of all trials takes in one process;
+    `expected` evaluations, `most` that the budget allows (None for no limit); `processes` that simulate at once.
+
+    Example:
+        >>> from seatruth import Forecast
+        >>> print(Forecast("identify", evaluation_s=0.5, expected=40, most=200, processes=2))
+        identify takes about 40 evaluations of the simulator (0.5 s each, 2 processes): 10 s.
     """
 
     what: str
@@ -70,6 +73,12 @@ def forecast(
         evaluations: the budget of the diagnosis; None takes the study's.
         threads: processes that simulate at once, None for all processors.
 
+    Returns:
+        The forecasts of `identify` and of `diagnose`.
+
+    Raises:
+        BadInput: no effect can act on the model, or the study cannot be simulated.
+
     Example:
         >>> import seatruth.sample
         >>> from seatruth import forecast
@@ -102,9 +111,10 @@ def _seconds(study: Study) -> float:
     values: Mapping[str, Any] = study.space.nominal()
     sim = simulator(study.model, list(study.trials), free=free, values=values, threads=1)
     theta = np.array([[values[name] for name in free]])
-    sim.outputs(theta, sim.initial_states)  # starts the process, and says so where nothing can be simulated
-    runs, seconds = box.counts.simulated, box.counts.wall_s
-    sim.outputs(theta * (1.0 + _ELSEWHERE) + (theta == 0.0) * _ELSEWHERE, sim.initial_states)
+    with box.anew():
+        sim.outputs(theta, sim.initial_states)  # starts the process, and says so where nothing can be simulated
+        runs, seconds = box.counts.simulated, box.counts.wall_s
+        sim.outputs(theta, sim.initial_states)
     made = box.counts.simulated - runs
     return (box.counts.wall_s - seconds) / made * len(study.trials) if made else math.nan
 

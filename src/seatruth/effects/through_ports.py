@@ -19,6 +19,7 @@ from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Vehicle
 from seatruth.models.ports import BODY, EARTH, Outside, Ports
+from seatruth.storage.checksum import of_source
 
 Acting = tuple[Effect, Target | None, Any]
 """An effect, the actuator on which it acts, and its parameters."""
@@ -83,7 +84,14 @@ class OutsideEffects:
         """What decides it beside the trial, as plain values."""
         then = getattr(self._then, "describe", None)
         effects = [[_source(type(effect)), effect.name, q, seen, driven] for effect, q, seen, driven in self._acting]
-        return [effects, self._parameters, self._size, self._number, None if then is None else then()]
+        return [
+            of_source(__file__),
+            effects,
+            self._parameters,
+            self._size,
+            self._number,
+            None if then is None else then(),
+        ]
 
     def _make(self) -> Any:
         p = _record("Parameters", tuple(self._parameters))(**self._parameters)

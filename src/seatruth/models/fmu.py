@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import seatruth.models.fmu_simulation as fmu_simulation
 from seatruth.errors import BadInput, nearest
 from seatruth.models.black_box import BlackBox
 from seatruth.models.fmu_description import FLOATS, NUMBERS, Description, Variable, read_description
@@ -21,6 +22,7 @@ from seatruth.models.geometry import Dimensions
 from seatruth.models.isolated import TIME_LIMIT, IsolatedBlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.models.ports import Ports, as_ports, unit_of
+from seatruth.storage.checksum import of_source
 from seatruth.trials.channel import Channel
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.units import Conversion, inside_unit, to_si
@@ -83,6 +85,14 @@ def load_fmu(
     Raises:
         BadInput: the file is no FMU that can be simulated here, or something named is not in it; the message says what
             the FMU has.
+
+    Example:
+        >>> from seatruth import BadInput, load_fmu
+        >>> try:
+        ...     load_fmu("nowhere.fmu", names={"delta": "rudder.angle"}, ports={"force": ["X", "Y", "N"]}, kind="ship")
+        ... except BadInput as problem:
+        ...     print(problem.what)
+        there is no such FMU
     """
     description = read_description(Path(path))
     where = description.path.name
@@ -125,7 +135,8 @@ def load_fmu(
         dimensions=dimensions,
     )
     decided = {key: value for key, value in asdict(plan).items() if key != "folder"}
-    return FMU(base, description, time_limit=time_limit, identity=f"{description.checksum} {decided}")
+    identity = f"{description.checksum} {of_source(fmu_simulation.__file__)} {decided}"
+    return FMU(base, description, time_limit=time_limit, identity=identity)
 
 
 @dataclass

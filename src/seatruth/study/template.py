@@ -18,7 +18,7 @@ from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
-from seatruth.study.template_simulator import simulator_lines
+from seatruth.study.template_simulator import recordable, simulator_lines
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
@@ -71,7 +71,7 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
     extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= required]
     fields = Fields(log)
     clocks = all(table.time is not None for table in log.tables.values())
-    wanted = [*model.inputs, *model.outputs, *observable(model), *extra]
+    wanted = [*recordable(model), *model.outputs, *observable(model), *extra]
     utm = utm_positions(fields) if {"x", "y"} <= required else {}
     wanted = [channel for channel in wanted if not utm or channel.name not in ("x", "y")]
     guesses = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *wanted])

@@ -7,11 +7,19 @@ from collections.abc import Sequence
 
 from seatruth.models.base import Model
 from seatruth.models.fmu import FMU
+from seatruth.models.ports import BODY, EARTH, FORCES
 from seatruth.trials.channel import Channel
 
 _SHOWN = 12
 """Names that a comment lists. Chosen here [S]."""
-_FORCES = {"X", "Y", "Z", "K", "M", "N"}
+_FORCES, _CURRENT = frozenset(FORCES), frozenset((*EARTH, *BODY))
+
+
+def recordable(model: Model) -> list[Channel]:
+    """The inputs that a log may hold: not those of a simulator that look like outside forces or a current."""
+    if not isinstance(model, FMU):
+        return list(model.inputs)
+    return [channel for channel in model.inputs if channel.name not in _FORCES | _CURRENT]
 
 
 def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
@@ -24,7 +32,8 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
     if absent and given:
         lines.append(f"inputs = {json.dumps(given)}   # those that the log holds; others keep their start values")
         lines.append(f"# not in the log: {_listed(sorted(absent))}")
-    forces, current = sorted(absent & _FORCES), sorted(absent & {"north", "east", "down"}, reverse=True)
+    forces = [name for name in FORCES if name in absent]
+    current = [name for name in (*EARTH, *BODY) if name in absent]
     entries = [f"{key} = {json.dumps(names)}" for key, names in (("force", forces), ("current", current)) if names]
     ports = ", ".join(entries) or 'force = { X = "VARIABLE", Y = "-VARIABLE" }, current = { north = "VARIABLE" }'
     channels = [variable.name for variable in model.description.of("input", "output")]

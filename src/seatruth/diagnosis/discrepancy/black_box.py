@@ -21,6 +21,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.models.ports import FORCES, Outside, Ports
 from seatruth.models.wrapper import copy_attributes
+from seatruth.storage.checksum import of_source
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
@@ -148,7 +149,8 @@ class MissingForces:
         then = getattr(self._then, "describe", None)
         inputs = {name: values.tolist() for name, values in self._inputs.items()}
         forces = self._forces.tolist() if self._forces.any() else []
-        return [self._components, self._inertia, forces, inputs, self._terms, None if then is None else then()]
+        acting = [self._components, self._inertia, forces, inputs, self._terms]
+        return [of_source(__file__), self._t.tolist(), *acting, None if then is None else then()]
 
 
 class Push:
