@@ -11,6 +11,7 @@ from known_glide import TRUE, study
 
 from seatruth import Budget, ProgressEvent, compare, identify, load_study, sample
 from seatruth.commands import progress
+from seatruth.commands.common import error_console
 from seatruth.comparison import Comparison, Noise, Problem
 from seatruth.progress import remaining
 
@@ -80,7 +81,7 @@ def test_a_log_has_a_line_a_minute_and_one_too_where_a_step_takes_long(
     clock[0] = 300.0
     waits = iter([False, False, True])
     line._ended = SimpleNamespace(wait=lambda seconds: next(waits))
-    line._keep_alive(progress.error_console())  # the second time nothing is due yet
+    line._keep_alive(error_console())  # the second time nothing is due yet
     (still,) = capsys.readouterr().err.splitlines()
     assert still.startswith("Still at: Search: 199 evaluations")
 

@@ -222,7 +222,7 @@ def test_a_full_disk_ends_in_one_message_and_loses_nothing(tmp_path: Path) -> No
         kept = 0
         with pytest.raises(SeatruthError, match=r"disk is full.*Free some space"):  # noqa: PT012
             for one in done:
-                store.add([one], hashes)
+                store.add(one, hashes)
                 kept += 1
     assert 0 < kept < len(done)
     seen: list[ProgressEvent] = []

@@ -10,7 +10,7 @@ import pytest
 
 from seatruth import simulator
 from seatruth.effects import load_effects, with_effects
-from seatruth.models import IsolatedBlackBox
+from seatruth.models import IsolatedBlackBox, load_model
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
@@ -44,5 +44,5 @@ def test_what_is_put_in_is_stated() -> None:
     true = experiment.true_coefficients(experiment.FREE)
     assert list(true) == list(experiment.FREE)
     assert all(abs(value / nominal - 1.0) <= 0.15 for value, nominal in
-               ((true[name], experiment.load_model("mmg").nominal()[name]) for name in true))  # fmt: skip
+               ((true[name], load_model("mmg").nominal()[name]) for name in true))  # fmt: skip
     assert np.hypot(*experiment.CURRENT) == pytest.approx(0.128, abs=1e-3)
