@@ -162,6 +162,7 @@ def test_a_budget_ends_it_with_what_there_is() -> None:
     spent = full.outcome["evaluations"]
     cut = diagnose(one, ["rudder_offset", "gyro_bias"], evaluations=spent - 20, threads=1, suggest=False)
     assert cut.outcome["code"] == "budget"
+    assert [finding for finding in cut.findings if finding.code == "budget-spent"]
     assert cut.outcome["evaluations"] <= spent - 20
     assert expected_evaluations(one, load_effects(["rudder_offset"]), Settings()) > 100
 

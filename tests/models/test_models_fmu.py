@@ -12,8 +12,9 @@ import pytest
 from fmu_ships import PORTS, ship_fmu, zigzag
 
 from seatruth import Study, load_model, simulator
+from seatruth.costs import cost_of
 from seatruth.errors import BadInput
-from seatruth.models import FMU, load_fmu
+from seatruth.models import FMU, Parameter, load_fmu
 from seatruth.models.fmu_simulation import _grid
 from seatruth.storage.cache_folder import CACHE
 from seatruth.trials.trial import Trials
@@ -81,6 +82,26 @@ def test_a_port_takes_forces_in_its_own_unit() -> None:
     p = model.nominal()
     mass = p["rho"] * (p["nabla"] + 0.5 * p["L"] ** 2 * p["d"] * p["m_x"])  # of the ship and of added mass, kg
     assert u[1] == pytest.approx(-100.0 / mass, rel=0.01)  # the FMU's input is turned round, and is in kN
+
+
+def test_outputs_that_cannot_be_set_start_where_the_simulator_wants() -> None:
+    old = 'causality="output" variability="continuous" initial="exact"'
+    path = ship_fmu(edit=((old, 'causality="output" variability="continuous"'),))
+    model = load_fmu(path, inputs=DRIVEN, names={"surge": "u"}, initial={"surge": "u"})
+    assert [channel.name for channel in model.states] == ["surge"]
+    trial = zigzag(surge=np.full(60, 0.8))
+    sim = simulator(model, [trial], threads=1)
+    found = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0, 0]
+    assert dict(zip((c.name for c in model.outputs), found.tolist())) == {
+        **dict.fromkeys("xyvr", 0.0), "psi": 0.0, "surge": 0.8
+    }  # fmt: skip
+    bare = load_fmu(path, inputs=DRIVEN)
+    assert bare.states == ()
+    assert cost_of(Study("s", bare, Trials([zigzag()]), parameters=free(bare))).values(np.array([[0.02]])).shape == (1,)
+
+
+def free(model: FMU) -> tuple[Parameter, ...]:
+    return tuple(q.replace(vary=q.name == "R_0") for q in model.parameters)
 
 
 def test_fixed_steps_and_samples_between_them() -> None:

@@ -200,7 +200,8 @@ def show(diagnosis: Diagnosis) -> None:
         say(f"! {first}", style="bold red")
     say(f"{text.headline(diagnosis)}. {text.verdict_in_words(diagnosis)}", style="bold")
     outcome = diagnosis.outcome
-    say(f"{len(diagnosis.effects)} effects took part, {outcome['fits']} fits, {outcome['wall_s']:.0f} s\n")
+    runs = f", {outcome['evaluations']} evaluations" if outcome.get("evaluations") else ""
+    say(f"{len(diagnosis.effects)} effects took part, {outcome['fits']} fits{runs}, {outcome['wall_s']:.0f} s\n")
     console().print(_gap(diagnosis))
     say(f"{gap.gap_in_words(diagnosis)}\n")
     if diagnosis.verdict.causes:

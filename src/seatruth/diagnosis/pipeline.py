@@ -140,6 +140,12 @@ def diagnose(
         except OutOfRuns:
             code, reason = "budget", _SPENT
         problem.meter.limit = None  # what is left only puts together what was found
+        if code == "budget":
+            text = (
+                f"The budget of {evaluations} evaluations is used up; what was not reached is weighed by linearization."
+            )
+            do = "Give it a larger budget: --evaluations, or `diagnosis` in [budget]."
+            findings.append(Finding("warning", "budget-spent", text, f"study {study.name!r}", do))
         outcome = {
             "code": code,
             "reason": reason,

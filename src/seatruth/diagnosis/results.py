@@ -105,7 +105,8 @@ class Diagnosis:
     trials: list[dict[str, Any]]
     """Name, samples, duration_s, conditions and steps (what was done to the data) of each trial."""
     outcome: dict[str, Any]
-    """How it ended: code ("done", "interrupted"), reason, wall_s, cpu_s, fits, settings, resumed."""
+    """How it ended: code ("done", "interrupted", "budget"), reason, wall_s, cpu_s, fits, settings, resumed, and the
+    evaluations of a black box."""
     traces: pd.DataFrame
     """trial, t, channel, measured, before, refit, effects."""
     findings: list[Finding] = field(default_factory=list)
