@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -56,3 +57,16 @@ def test_terms_are_those_that_stand_out_and_the_clearest_comes_first(found: Sear
 
 def test_none_where_it_was_not_fitted(found: Search) -> None:
     assert describe(found, ("rudder_offset",)) is None
+
+
+def test_forces_of_no_size_are_told_as_none(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    fit = found.fits[(), True]
+    bare = dataclasses.replace(
+        fit, sizes=dataclasses.replace(fit.sizes, forces=np.full_like(fit.sizes.forces, -math.inf))
+    )
+    monkeypatch.setitem(found.fits, ((), True), bare)
+    described = describe(found, ())
+    assert described is not None
+    for force in described.forces:
+        assert len(force.t) == len(force.value) == len(force.stderr)
+        assert not any(force.stderr)

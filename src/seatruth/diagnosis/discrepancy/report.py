@@ -32,7 +32,9 @@ def describe(search: Search, key: Key) -> Discrepancy | None:
     knots = problem.settings.knots
     forces = []
     for number, trial in enumerate(problem.trials):
-        deviation = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
+        known = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
+        # Where the sizes of forces are none, so are they, and surely.
+        deviation = known if known.size else np.zeros(len(model.equations) * knots)
         t = [k * model.spacing for k in range(knots) if k * model.spacing <= trial.duration + model.spacing]
         for e, (state, equation) in enumerate(model.equations.items()):
             unit = acceleration_unit(problem.study.model, state)
