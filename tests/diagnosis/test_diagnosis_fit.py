@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis.fit import Fit, fit, fit_at, objective, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
+from seatruth.diagnosis.steps import objective
 from seatruth.effects import available, load_effects
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.trial import Trial
@@ -109,7 +110,35 @@ def test_a_delay_that_would_have_to_be_negative_is_none(ship_folder: Path) -> No
     early = small.problem(ship_folder, runs, ("rudder_delay",))
     alone, delayed = fitted(early, ()), fitted(early, ("rudder_delay",))
     assert delayed.point.shared[early.columns["rudder_delay"]] == 0.0
+    assert delayed.stderr(early)[early.columns["rudder_delay"]] > 0.0
     assert alone.evidence - 10.0 < delayed.evidence < alone.evidence
+
+
+def test_a_coefficient_that_would_leave_its_bounds_stays_there(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """The others end where they would if it were known to be there."""
+    study = small.study(ship_folder, offset_runs)
+
+    def ended(parameters: Sequence[Parameter]) -> tuple[Problem, Fit]:
+        bounded = Problem(
+            study.replace(parameters=tuple(parameters)), load_effects(small.EFFECTS), Settings(), threads=1
+        )
+        return bounded, fitted(bounded, ("rudder_offset",))
+
+    free, end = ended(study.parameters)
+    names = [q.name for q in free.unknowns]
+    gain, time = (names.index(name) for name in ("K", "T"))
+    bound = end.point.shared[gain] - 5.0 * end.stderr(free)[gain]
+    at_bound, found = ended(
+        [q.replace(max=bound, value=min(q.value, bound)) if q.name == "K" else q for q in study.parameters]
+    )
+    assert found.settled
+    assert found.point.shared[gain] == bound
+    assert found.stderr(at_bound)[gain] > 0.0
+    known, there = ended(
+        [q.replace(value=bound, prior=Prior(bound, 1e-6 * bound)) if q.name == "K" else q for q in study.parameters]
+    )
+    assert found.point.shared[time] == pytest.approx(there.point.shared[time], abs=0.1 * there.stderr(known)[time])
+    assert abs(found.point.shared[time] - end.point.shared[time]) > end.stderr(free)[time]
 
 
 def test_what_is_not_free_stays(problem: Problem) -> None:

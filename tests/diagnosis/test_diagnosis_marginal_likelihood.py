@@ -210,6 +210,62 @@ def test_a_damped_step_charges_for_the_way_from_the_point(problem: Problem, at: 
         np.testing.assert_allclose(found.local[trial], step[S + trial * L : S + (trial + 1) * L], atol=1e-6, rtol=1e-3)
 
 
+def test_what_is_held_stays_and_pays_its_prior(problem: Problem, at: Linearization) -> None:
+    """As if it had no prior variance and the point were its prior mean, less what its value is off its own prior."""
+    sizes, held = sizes_of(problem, terms=True, forces=True), int(problem.coefficients[1])
+    dense = Dense(problem, at, sizes, EFFECTS)
+    charge = 0.5 * dense.offset[held] ** 2 / dense.P[held, held]
+    assert charge > 0.0
+    dense.P[held, :] = dense.P[:, held] = dense.offset[held] = 0.0
+    likelihood = Likelihood(problem, at, held=(held,))
+    value = likelihood.log_likelihood(sizes, EFFECTS)
+    assert value == pytest.approx(dense.log_density() - charge, rel=1e-7, abs=1e-4)
+    step, _ = dense.posterior()
+    found = likelihood.solve(sizes, EFFECTS)
+    assert found.shared[held] == 0.0
+    np.testing.assert_allclose(found.shared, step[: dense.S], atol=1e-4 * np.abs(step).max(), rtol=1e-3)
+
+
+def test_a_step_ends_at_its_bounds_and_the_others_allow_for_it(
+    problem: Problem, at: Linearization, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes, free = sizes_of(problem), Likelihood(problem, at)
+    whole = free.solve(sizes, EFFECTS).shared
+    first, second = (int(k) for k in problem.coefficients[:2])
+    ends = {first: 0.5 * whole[first], second: -0.1 * whole[second]}
+    low, high = problem.low.copy(), problem.high.copy()
+    for k, end in ends.items():
+        (high if whole[k] > end else low)[k] = at.point.shared[k] + end
+    monkeypatch.setattr(problem, "low", low)
+    monkeypatch.setattr(problem, "high", high)
+    step = free.bounded(sizes, EFFECTS).solve(sizes, EFFECTS).shared
+    dense = Dense(problem, at, sizes, EFFECTS)
+    for k, end in ends.items():
+        assert step[k] == pytest.approx(end, rel=1e-9)
+        # Fixed at that value: no prior variance, and a prior mean there.
+        dense.P[k, :] = dense.P[:, k] = 0.0
+        dense.offset[k] = end
+    expected = dense.posterior()[0][: dense.S]
+    np.testing.assert_allclose(step, expected, atol=1e-4 * np.abs(expected).max(), rtol=1e-3)
+    others = [int(k) for k in problem.coefficients if int(k) not in ends]
+    assert (np.abs(step - whole)[others] > 1e-3 * np.abs(whole)[others]).any()
+
+
+def test_what_stands_at_a_bound_is_held_only_where_the_trials_ask_for_more(
+    problem: Problem, at: Linearization, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes, likelihood = sizes_of(problem), Likelihood(problem, at)
+    step, k = likelihood.solve(sizes, EFFECTS).shared, int(problem.coefficients[0])
+    assert likelihood.held_at_bounds(sizes, EFFECTS) == ()
+    beyond, inward = (problem.high, problem.low) if step[k] > 0.0 else (problem.low, problem.high)
+    for bound, held in ((beyond, (k,)), (inward, ())):
+        with monkeypatch.context() as patch:
+            moved = bound.copy()
+            moved[k] = at.point.shared[k]
+            patch.setattr(problem, "high" if bound is problem.high else "low", moved)
+            assert likelihood.held_at_bounds(sizes, EFFECTS) == held
+
+
 def test_information_is_what_the_likelihood_curves_by(problem: Problem, at: Linearization) -> None:
     """Everything but these effects integrated out: J' (noise + J P J')^-1 J, and its product with the best distance."""
     sizes = sizes_of(problem, terms=True, forces=True)

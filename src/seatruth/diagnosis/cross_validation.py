@@ -82,8 +82,7 @@ def _predictive(problem: Problem, at: Fit) -> Array:
     whole, here = at.likelihood.log_likelihood(at.sizes, at.effects), at.linearized(problem)
     rest = []
     for left in range(_BLOCKS):
-        others = Likelihood(problem, here, keep=block != left)
-        others.held = at.likelihood.held
+        others = Likelihood(problem, here, keep=block != left, held=at.likelihood.held)
         rest.append(others.log_likelihood(at.sizes, at.effects))
     return whole - np.array(rest)
 

@@ -27,15 +27,9 @@ from seatruth.diagnosis.sizes import (
     price_of_sizes,
     proposed_shapes,
 )
-from seatruth.statistics.state_space_noise import whiten
+from seatruth.diagnosis.steps import likelihood_at, objective, step
 from seatruth.trials.prepare.filters import MAD_TO_SD
 
-_PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
-"""Parts of a step that are tried, the longest first."""
-_LARGE_PART = 0.5
-"""Part of a step from which no other step is tried. [S]"""
-_DAMPINGS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
-"""Dampings (Marquardt 1963) that are tried else. [S] At 1e5 hardly anything moves."""
 _CLOSE = 3.0
 """Median error, in noise deviations, from which a channel's noise is no longer inflated."""
 _NO_NEARER = 0.03
@@ -58,8 +52,6 @@ _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _AHEAD_OF_IT = 10.0
 """nats ahead of a fit from which it did not converge. [S] Below, the temperature leaves less than a nat of them."""
-_DIVERGED = 1e8
-"""Error, in SI units, beyond which a run counts as diverged."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +69,11 @@ class Fit:
     likelihood: Likelihood
     """At its optimum, for the noise of these sizes."""
     solution: Solution
+    """The most probable step from there, and its covariance, with nothing held at a bound."""
     evidence: float
     price: float
     settled: bool
-    ahead: float = 0.0
+    ahead: float
     """nats by which the objective would still fall, were the model linear about the point: what the fit did not reach
     because long runs bend. The evidence is as uncertain as this is large."""
 
@@ -100,7 +93,6 @@ class Fit:
         columns = [
             k for k, q in zip(problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
         ]
-        columns = [k for k in columns if k in free]
         place = [free.index(k) for k in columns]
         covariance = self.solution.covariance[np.ix_(place, place)]
         distance = (self.point.shared - problem.mean)[columns]
@@ -150,7 +142,7 @@ def fit(
             if still >= _STILL:
                 settled = True
                 break
-            point, fall = _step(problem, effects, point, sizes, likelihood)
+            point, fall = step(problem, at, sizes, likelihood)
             if fall < settings.settled:
                 settled = True
                 break
@@ -176,7 +168,7 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
         inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
         at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
         likelihood = likelihood_at(problem, at, inflated, effects)
-        moved, _ = _step(problem, effects, point, inflated, likelihood)
+        moved, _ = step(problem, at, inflated, likelihood)
         nearer = _distances(problem, problem.errors(moved), sizes)
         progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
         if progress > 0.0:
@@ -185,44 +177,6 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
             break
     left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
-
-
-def _step(
-    problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes, likelihood: Likelihood
-) -> tuple[Point, float]:
-    """One step: the new point, and the fall of the objective (nats).
-
-    A Gauss-Newton step with backtracking. A long run bends: where only a small part of the step is of use, steps of
-    Levenberg and Marquardt are tried as well. They hold back what the trials hardly determine, and not what they do.
-    """
-    before = objective(problem, point, likelihood.errors, sizes, effects, likelihood)
-    best, reached = point, before
-
-    def better(step: Solution, part: float) -> bool:
-        nonlocal best, reached
-        trial = problem.moved(point, step.shared, step.local, part)
-        after = objective(problem, trial, problem.errors(trial), sizes, effects, likelihood)
-        if not after < reached:
-            return False
-        best, reached = trial, after
-        return True
-
-    try:
-        whole = likelihood.solve(sizes, effects)
-        part = next((part for part in _PARTS if better(whole, part)), 0.0)
-        if part < _LARGE_PART:
-            for damping in _DAMPINGS:
-                better(likelihood.damped(damping).solve(sizes, effects), 1.0)
-    except np.linalg.LinAlgError:
-        pass
-    return best, before - reached
-
-
-def likelihood_at(problem: Problem, at: Linearization, sizes: Sizes, effects: Sequence[str]) -> Likelihood:
-    """The likelihood at a linearization, with what would leave its bounds held there."""
-    found = Likelihood(problem, at)
-    found.hold_at_bounds(sizes, effects, at.point)
-    return found
 
 
 def _final_sizes(
@@ -250,9 +204,9 @@ def _final_sizes(
         sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
         return sizes, value, value - before
     for _ in range(_PROPOSALS):
-        step = likelihood.solve(sizes, effects)
-        residuals = at.errors + at.shared @ step.shared
-        residuals += np.einsum("nl,nl->n", at.local, step.local[problem.trial_of])
+        optimum = likelihood.solve(sizes, effects)
+        residuals = at.errors + at.shared @ optimum.shared
+        residuals += np.einsum("nl,nl->n", at.local, optimum.local[problem.trial_of])
         sizes, _ = maximise(
             evidence, sizes, problem.settings, channels=channels, sweeps=1,
             proposals=proposed_shapes(problem, residuals),
@@ -277,7 +231,9 @@ def fit_at(
     likelihood = likelihood_at(problem, at, sizes, effects)
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
-    solution = likelihood.solve(sizes, effects)
+    # What stands at its bound is known no better for that.
+    free = Likelihood(problem, at) if likelihood.held else likelihood
+    solution = free.solve(sizes, effects)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     settled = settled and ahead < _AHEAD_OF_IT
     likelihood.close(sizes)
@@ -312,44 +268,3 @@ def without_discrepancy(problem: Problem, point: Point) -> Point:
     shared = point.shared.copy()
     shared[problem.terms] = 0.0
     return Point(shared, point.initial, np.zeros_like(point.forces))
-
-
-def objective(
-    problem: Problem,
-    point: Point,
-    errors: Array,
-    sizes: Sizes,
-    effects: Sequence[str],
-    likelihood: Likelihood,
-) -> float:
-    """Minus the log-posterior of a point (nats) up to a constant; inf where the model diverges there."""
-    if not np.isfinite(errors).all() or np.abs(errors).max(initial=0.0) > _DIVERGED:
-        return math.inf
-    total = weighted_squares(problem, errors, sizes)
-    at, root = likelihood.shared_root(sizes, effects)
-    columns = likelihood.columns[at]
-    total += _energy(root, point.shared[columns] - problem.mean[columns])
-    local = -problem.local_offset(point)
-    count = len(problem.initial_names)
-    total += float(((local[:, :count] / problem.initial_sd) ** 2).sum())
-    if np.isfinite(sizes.forces).any():
-        block = likelihood.local_root(sizes)[count:, count:]
-        total += sum(_energy(block, own) for own in local[:, count:])
-    return 0.5 * total
-
-
-def weighted_squares(problem: Problem, errors: Array, sizes: Sizes) -> float:
-    """Sum of the squares of errors (N,) whitened by the noise."""
-    shapes, total = noise_shapes(problem.settings), 0.0
-    for one in problem.series:
-        white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
-        total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel])
-    return total
-
-
-def _energy(root: Array, values: Array) -> float:
-    """Squared distance of values from zero in a normal prior with this square root of its covariance."""
-    if not len(values):
-        return 0.0
-    scaled = np.linalg.lstsq(root, values, rcond=1e-10)[0]
-    return float(scaled @ scaled)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, likelihood_at, of_sizes, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, of_sizes, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import from_equation_error, moved_to, with_effect, without_effects
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
+from seatruth.diagnosis.steps import likelihood_at
 
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of the discrepancy beside the model alone that may be left beside an effect, as linearized."""
@@ -109,8 +110,7 @@ def fit_once(
     `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
     finished one is stored.
     """
-    again = f", renewal {found.renewals}" if found.renewals else ""
-    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}{again}"
+    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))

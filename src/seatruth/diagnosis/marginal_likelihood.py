@@ -17,14 +17,14 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
-from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -32,6 +32,10 @@ _LARGEST_SQUARE = 1e13
 """Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
 _RIDGE = 1e-9
 """Relative ridge on correlation matrices: rounding."""
+_BOUNDS = 10
+"""Times that unknowns are held at bounds in one step. [S] Two or three are usual."""
+_SLACK = 1e-9
+"""Part of the range between bounds by which a step crosses them: rounding."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +67,14 @@ class Likelihood:
     """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
     Terms and forces take part where it has their derivatives. `keep` (N,) says which errors count; all where None.
+    `held` are shared unknowns that stay where the point has them, though the hypothesis has them.
     """
 
-    def __init__(self, problem: Problem, at: Linearization, keep: Flags | None = None) -> None:
-        self.problem, self.errors = problem, at.errors
+    def __init__(
+        self, problem: Problem, at: Linearization, keep: Flags | None = None, held: Sequence[int] = ()
+    ) -> None:
+        self.problem, self.point, self.errors, self.held = problem, at.point, at.errors, tuple(held)
+        self._at: Linearization | None = at
         self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
@@ -85,8 +93,11 @@ class Likelihood:
         self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
         self._last_reduced: tuple[bytes, _Reduced] | None = None
-        # Gram matrices are taken with errors at the prior means of everything.
+        # Gram matrices are taken with errors at the prior means of everything that is not held.
         self._offset = (problem.mean - at.point.shared)[self.columns]
+        own = [self.place[k] for k in self.held]
+        self._charge = 0.5 * float(((self._offset[own] / problem.sd[list(self.held)]) ** 2).sum())
+        self._offset[own] = 0.0
         self._local_offset = problem.local_offset(at.point)[:, : self._locals]
         pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
         self._pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
@@ -94,23 +105,52 @@ class Likelihood:
         memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
         self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
         self._tightness = 1.0
-        self.held: tuple[int, ...] = ()
-        """Unknowns of effects that stay at their prior means, though their effect is in the hypothesis."""
 
-    def hold_at_bounds(self, sizes: Sizes, effects: Sequence[str], point: Point) -> None:
-        """Holds what stands at a null that is a bound, where the trials ask for a value beyond it.
+    def held_at_bounds(self, sizes: Sizes, effects: Sequence[str]) -> tuple[int, ...]:
+        """Shared unknowns that stand at a bound, where the trials ask for a value beyond it.
 
-        A delay, a play, a slowness are not negative. Free, such a value would be credited with what it cannot explain,
-        and everything else, noise included, would be set as if it did.
+        Free, such a value would be credited with what it cannot explain, and everything else, noise included, would be
+        set as if it did. Of effects, those count whose null is the bound: a delay, a play, a slowness are not negative.
         """
-        problem, mean, self.held = self.problem, self.problem.mean, ()
+        problem, at = self.problem, self.point.shared
         own = np.array([int(k) for name in effects for k in problem.columns[name]], dtype=np.intp)
-        low, high = mean[own] == problem.low[own], mean[own] == problem.high[own]
-        if not ((point.shared[own] == mean[own]) & (low | high)).any():
-            return
+        own = np.concatenate([problem.coefficients, own[at[own] == problem.mean[own]]])
+        low, high = at[own] <= problem.low[own], at[own] >= problem.high[own]
+        if not (low | high).any():
+            return ()
         step = self.solve(sizes, effects).shared[own]
-        beyond = (point.shared[own] == mean[own]) & ((low & (step < 0.0)) | (high & (step > 0.0)))
-        self.held = tuple(own[beyond].tolist())
+        return tuple(own[(low & (step < 0.0)) | (high & (step > 0.0))].tolist())
+
+    def bounded(self, sizes: Sizes, effects: Sequence[str]) -> Likelihood:
+        """The same with every unknown held at the bound that its most probable step would cross. For `solve` alone.
+
+        What is held changes the step of all others, which may then cross bounds in turn.
+        """
+        problem, at, found = self.problem, self.point.shared, self
+        for _ in range(_BOUNDS):
+            to = at + found.solve(sizes, effects).shared
+            slack = _SLACK * (problem.high - problem.low)
+            crossed = np.flatnonzero((to < problem.low - slack) | (to > problem.high + slack))
+            crossed = np.array([k for k in crossed if int(k) in self.place and int(k) not in found.held], dtype=np.intp)
+            if not crossed.size:
+                break
+            tighter = copy.copy(found)
+            tighter.held = (*found.held, *crossed.tolist())
+            tighter._offset = found._offset.copy()
+            tighter._offset[[self.place[int(k)] for k in crossed]] = (np.clip(to, problem.low, problem.high) - at)[
+                crossed
+            ]
+            tighter._last_gram = tighter._last_reduced = None
+            found = tighter
+        return found
+
+    def without_priors_pull(self, errors: Array) -> Likelihood:
+        """The same with other errors (N,), which no prior draws anywhere. For `solve` alone."""
+        if self._at is None:
+            raise ValueError("a closed likelihood has no derivatives left")
+        found = Likelihood(self.problem, replace(self._at, errors=errors), held=self.held)
+        found._offset, found._local_offset = np.zeros_like(self._offset), np.zeros_like(self._local_offset)
+        return found
 
     def damped(self, damping: float) -> Likelihood:
         """The same with every prior drawn towards the point: its steps are Levenberg and Marquardt's.
@@ -119,14 +159,15 @@ class Likelihood:
         same metric. What the trials determine is hardly held back, what only the priors hold is. For `solve` alone: it
         is no likelihood of anything.
         """
-        held = copy.copy(self)
-        held._offset, held._local_offset = self._offset / (1.0 + damping), self._local_offset / (1.0 + damping)
-        held._tightness = 1.0 / math.sqrt(1.0 + damping)
-        held._last_gram = held._last_reduced = None
-        return held
+        drawn = copy.copy(self)
+        drawn._offset, drawn._local_offset = self._offset / (1.0 + damping), self._local_offset / (1.0 + damping)
+        drawn._tightness = 1.0 / math.sqrt(1.0 + damping)
+        drawn._last_gram = drawn._last_reduced = None
+        return drawn
 
     def close(self, sizes: Sizes) -> None:
-        """Frees the memory of everything but these sizes' noise: no other shape of noise can be asked for then."""
+        """Frees the memory of everything but these sizes' noise: nothing else can be asked for then."""
+        self._at = None
         self._blocks.clear()
         self._grams = {key: grams for key, grams in self._grams.items() if key in set(enumerate(sizes.shape))}
         self._last_gram = self._last_reduced = None
@@ -136,24 +177,28 @@ class Likelihood:
     def log_likelihood(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
         """Log marginal likelihood (nats) of all trials, or of some; -inf where the algebra fails."""
         try:
-            gram, base, at, root = self._summed(sizes, effects, trials)
-            if not 0.0 <= gram[0, 0] < _LARGEST_SQUARE:
-                return -math.inf
-            factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
-            half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
+            least, base, factor = self._least(sizes, effects, trials)
         except np.linalg.LinAlgError:
             return -math.inf
-        return base - float(np.log(np.diag(factor)).sum()) - 0.5 * float(gram[0, 0] - half @ half)
+        return base - float(np.log(np.diag(factor)).sum()) - least
 
     def least(self, sizes: Sizes, effects: Sequence[str]) -> float:
         """The least value (nats) that the objective of a fit would take, were the model linear about the point.
 
         Raises LinAlgError where the algebra fails.
         """
-        gram, _, at, root = self._summed(sizes, effects, None)
-        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        return self._least(sizes, effects, None)[0]
+
+    def _least(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None) -> tuple[float, float, Array]:
+        """That value, the log-likelihood of noise and own unknowns, and the Cholesky factor of the shared ones."""
+        gram, base, at, root = self._summed(sizes, effects, trials)
+        if not 0.0 <= gram[0, 0] < _LARGEST_SQUARE:
+            raise np.linalg.LinAlgError("rounding decides the sum of squares")
+        factor: Array = np.asarray(
+            np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root), dtype=np.float64
+        )
         half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
-        return 0.5 * float(gram[0, 0] - half @ half)
+        return 0.5 * float(gram[0, 0] - half @ half) + self._charge, base, factor
 
     def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
         """The same, averaged over the unknown order of each effect's magnitude, within its bounds (`evidence.py`)."""
@@ -236,7 +281,7 @@ class Likelihood:
         """Which columns (k,) a hypothesis frees, and a square root (k, k) of their prior covariance."""
         problem = self.problem
         on = bool(np.isfinite(sizes.terms).any())
-        first = [self.place[int(c)] for c in problem.coefficients]
+        first = [self.place[int(c)] for c in problem.coefficients if int(c) not in self.held]
         middle = [self.place[int(c)] for c in problem.terms] if on else []
         own = [self.place[int(c)] for name in effects for c in problem.columns[name] if int(c) not in self.held]
         at = np.array([*first, *middle, *own], dtype=np.intp)

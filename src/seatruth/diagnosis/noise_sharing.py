@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.fit import Fit, likelihood_at, of_sizes
+from seatruth.diagnosis.fit import Fit, of_sizes
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.sizes import Sizes
+from seatruth.diagnosis.steps import likelihood_at
 
 _ROUNDS = 3
 """Times that noise is passed on. [S] One or two are usual."""

@@ -15,11 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, weighted_squares, without_discrepancy
+from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.steps import weighted_squares
 from seatruth.statistics.state_space_noise import whiten
 from seatruth.trials.trial import Trial
 

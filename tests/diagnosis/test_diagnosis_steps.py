@@ -1,0 +1,104 @@
+"""Steps of fits: they fall, keep to their bounds, and follow curved valleys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import small_case as small
+
+import seatruth.diagnosis.steps as module
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import Sizes, first_sizes, noise_prior
+from seatruth.diagnosis.steps import corrected, likelihood_at, objective, step, weighted_squares
+from seatruth.models.base import Model
+from seatruth.models.parameter import Parameter, Prior
+from seatruth.study import Study
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial, Trials
+
+EFFECTS = ("rudder_offset",)
+
+
+@pytest.fixture(scope="module")
+def problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    return small.problem(ship_folder, offset_runs)
+
+
+@pytest.fixture(scope="module")
+def sizes(problem: Problem) -> Sizes:
+    return first_sizes(problem, noise_prior(problem)).without_discrepancy()
+
+
+def far(problem: Problem) -> Point:
+    """A point from which a straight step leads far astray: half the time constant, twice the gain."""
+    shared = problem.start.shared.copy()
+    shared[problem.coefficients] *= (2.0, 0.5)
+    return Point(shared, problem.start.initial, np.zeros_like(problem.start.forces))
+
+
+def test_a_step_falls_by_what_it_says(problem: Problem, sizes: Sizes) -> None:
+    at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
+    likelihood = likelihood_at(problem, at, sizes, EFFECTS)
+    to, fall = step(problem, at, sizes, likelihood)
+    values = [objective(problem, p, problem.errors(p), sizes, EFFECTS, likelihood) for p in (at.point, to)]
+    assert fall == pytest.approx(values[0] - values[1], rel=1e-9)
+    assert fall > 0.0
+    assert (to.shared >= problem.low).all()
+    assert (to.shared <= problem.high).all()
+
+
+def test_corrections_come_nearer_to_where_the_step_was_to_lead(problem: Problem, sizes: Sizes) -> None:
+    at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
+    likelihood = likelihood_at(problem, at, sizes, EFFECTS)
+    whole = likelihood.solve(sizes, EFFECTS)
+    linear = at.errors + 0.2 * (
+        at.shared @ whole.shared + np.einsum("nl,nl->n", at.local, whole.local[problem.trial_of])
+    )
+    left = []
+    for point, errors in corrected(problem, at, sizes, likelihood, whole, 0.2):
+        np.testing.assert_array_equal(errors, problem.errors(point))
+        left.append(weighted_squares(problem, errors - linear, sizes))
+    assert len(left) >= 3
+    assert left[-1] < 0.01 * left[0]
+
+
+class Valley(Model):
+    """Two rates of which one sees sharply how far the parameters are off a parabola (Rosenbrock 1960)."""
+
+    name = "valley"
+    title = "curved valley"
+    states = (Channel("x", "m"), Channel("y", "m"))
+    inputs = (Channel("push", "1"),)
+    outputs = (Channel("x", "m"), Channel("y", "m"))
+    parameters = (
+        Parameter("a", -1.0, "m/s", min=-5.0, max=5.0, vary=True),
+        Parameter("b", 1.0, "m/s", min=-20.0, max=20.0, vary=True),
+    )
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> Any:
+        return p.a * i.push, 1000.0 * (p.b - p.a * p.a) * i.push
+
+
+@pytest.mark.parametrize("corrections", [0, module._CORRECTIONS])
+def test_corrected_steps_follow_a_curved_valley(corrections: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Straight steps leave it at once; the truth is at a = 1."""
+    t, rng = np.arange(20.0), np.random.default_rng(0)
+    outputs = {"x": t + 0.1 * rng.normal(size=20), "y": 0.1 * rng.normal(size=20)}
+    trial = Trial("run", t, {"push": np.ones(20)}, outputs, synthetic=True)
+    wide = tuple(q.replace(prior=Prior(q.value, 10.0)) for q in Valley.parameters)
+    study = Study(name="valley", model=Valley(), trials=Trials([trial]), parameters=wide)
+    problem = Problem(study, [], Settings(), threads=1)
+    nothing = np.zeros(0)
+    sizes = Sizes(np.log([0.1, 0.1]), (0, 0), nothing, nothing, nothing)
+    monkeypatch.setattr(module, "_CORRECTIONS", corrections)
+    point, names = problem.start, [q.name for q in problem.unknowns]
+    for _ in range(8):
+        at = problem.linearize(point, (), discrepancy=False)
+        point, _ = step(problem, at, sizes, likelihood_at(problem, at, sizes, ()))
+    reached = point.shared[names.index("a")]
+    assert reached == pytest.approx(1.0, abs=0.02) if corrections else reached < 0.5
