@@ -60,6 +60,7 @@ class Assembly:
         self.inclusion = posterior.inclusion(self.hypotheses, list(self.problem.effects))
         self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
+        self._gaps: dict[Key, Gap] = {}
 
     @cached_property
     def decision(self) -> Decision:
@@ -74,8 +75,7 @@ class Assembly:
             converged=self.search.null.settled,
             gap=self._leaves_a_gap(),
         )
-        gap = Gap(self.search, self._deviation, said.shown)
-        return without_small(said, self.hypotheses, gap.share, self.settings)
+        return without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
 
     def _leaves_a_gap(self) -> bool:
         """Whether the refitted model without discrepancy leaves more than noise."""
@@ -107,10 +107,15 @@ class Assembly:
     def _deviation(self) -> Array:
         return noise_deviation(self.problem, self.information.at.sizes)
 
-    @cached_property
+    @property
     def gap(self) -> Gap:
         """What is left between the models and the trials."""
-        return Gap(self.search, self._deviation, self.decision.shown)
+        return self._gap_of(self.decision.shown)
+
+    def _gap_of(self, key: Key) -> Gap:
+        if key not in self._gaps:
+            self._gaps[key] = Gap(self.search, self._deviation, key)
+        return self._gaps[key]
 
     # Parts of the diagnosis
 
@@ -269,7 +274,7 @@ class Assembly:
         return max((abs(q.value - q.null) / q.prior_sd for q in parameters if q.prior_sd > 0.0), default=0.0)
 
     def _named(self, cluster: Cluster) -> NamedCause:
-        name = next((n for n in cluster.effects if n in self.decision.shown), cluster.effects[0])
+        name = cluster.member_in(self.decision.shown)
         parameters = self._parameters(name)
         share = self.gap.share(name)
         words = self.problem.effects[name].title

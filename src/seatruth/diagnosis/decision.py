@@ -50,6 +50,10 @@ class Cluster:
     counted: tuple[str, ...]
     """Effects whose probability is the cause's: its own, and the same with a value for each trial."""
 
+    def member_in(self, key: Key) -> str:
+        """Its effect that stands in a set; the most probable one where none does."""
+        return next((name for name in self.effects if name in key), self.effects[0])
+
 
 @dataclass(frozen=True)
 class Decision:
@@ -136,9 +140,7 @@ def without_small(
     that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
     where nobody can say.
     """
-    names = [
-        next(n for n in (*cluster.effects, *decision.shown) if n in decision.shown) for cluster in decision.clusters
-    ]
+    names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
     if not names or not decision.discrepancy or _explains(names, share, settings):
         return decision
     lacking = sum(one.probability for one in found if one.discrepancy)

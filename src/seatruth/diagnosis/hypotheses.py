@@ -34,8 +34,6 @@ class Search:
     """Finished fits and screens, for a run that goes on."""
     rival: float = -math.inf
     """Evidence that a fit has to come near; it changes between fits that run at once, never beside them."""
-    renewals: int = 0
-    """Times that a better optimum of the model alone was found, and all effects were fitted anew from there."""
     interrupted: bool = False
     spent: bool = False
     """Whether it was the budget of evaluations that ended it."""

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, objective
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS, started
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
+from seatruth.diagnosis.steps import objective
 
 _MAGNITUDES = (1.0, 2.5)
 """Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
@@ -24,7 +25,7 @@ def screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
     problem, settings = found.problem, found.problem.settings
     others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
-    name = f"screen {'+'.join(at.effects)}, renewal {found.renewals}"
+    name = f"screen {'+'.join(at.effects)}"
     stored = found.store.get(name)
     if stored is not None:
         for other, (plain, loose, start) in stored.items():

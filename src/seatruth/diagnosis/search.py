@@ -28,10 +28,6 @@ _FAR = 100.0
 """nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
 _ROUNDS = 3
 """Times that a leading set is compared with its parts. [S]"""
-_RENEWALS = 2
-"""Times that all effects are fitted anew from a better optimum of the model alone. [S] Once is usual, and rare."""
-_CLEARLY = 3.0
-"""nats by which the model alone must be better for that: odds of 20."""
 Say = Callable[[str, int, int], None]
 
 
@@ -49,16 +45,13 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
     say("the model alone", 0, expected)
     fit_null(found)
     try:
-        for found.renewals in range(_RENEWALS + 1):
-            # With discrepancy the runs are near their records, where one linearization serves all effects.
-            near = found.fits.get(((), True)) or found.null
-            singles = screen(found, near)[: settings.singles]
-            # The leader first: what it reaches tells which of the others are hopeless.
-            for batch in (singles[:1], singles[1:]):
-                _fit_at_once(found, batch, near, say, expected, workers)
-            share_noise(found, 1)
-            if not _null_rises(found):
-                break
+        # With discrepancy the runs are near their records, where one linearization serves all effects.
+        near = found.fits.get(((), True)) or found.null
+        singles = screen(found, near)[: settings.singles]
+        # The leader first: what it reaches tells which of the others are hopeless.
+        for batch in (singles[:1], singles[1:]):
+            _fit_at_once(found, batch, near, say, expected, workers)
+        share_noise(found, 1)
         count = len(singles)
         for size in range(2, settings.most_effects + 1):
             smaller = [fit for fit in found.sets() if len(fit.effects) == size - 1 and _leads(found, fit)]
@@ -111,22 +104,6 @@ def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expec
     finally:
         # In the order of their names, not of their ends: sums over them have the same digits with any workers.
         found.fits = dict(sorted(found.fits.items()))
-
-
-def _null_rises(found: Search) -> bool:
-    """Fits the model alone again from where effects ended that gain more than they explain; whether it is better there.
-
-    About one optimum, an effect gains at most half of its squared size in standard deviations. One that gains more
-    showed the way to another optimum of the model alone, with which all other effects are to be compared.
-    """
-    before = {on: found.fits[(), on].evidence for on in (False, True) if ((), on) in found.fits}
-    for (key, on), fit in sorted(found.fits.items(), key=lambda entry: (-entry[1].evidence, entry[0])):
-        if len(key) != 1 or on not in before:
-            continue
-        if fit.evidence > before[on] + 0.5 * fit.significance(found.problem, key[0]) + _CLEARLY:
-            point = without_effects(found.problem, fit.point, key)
-            fit_once(found, (), on, point, fit.sizes, attempt=f"from the end of {key[0]}")
-    return any(found.fits[(), on].evidence > value + _CLEARLY for on, value in before.items())
 
 
 def _fit_each_trial(found: Search) -> None:
