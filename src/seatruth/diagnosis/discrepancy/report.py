@@ -33,7 +33,7 @@ def describe(search: Search, key: Key) -> Discrepancy | None:
     forces = []
     for number, trial in enumerate(problem.trials):
         known = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
-        # Where the sizes of forces are none, so are they, and surely.
+        # Forces of no size are zero, with certainty, and have no covariance.
         deviation = known if known.size else np.zeros(len(model.equations) * knots)
         t = [k * model.spacing for k in range(knots) if k * model.spacing <= trial.duration + model.spacing]
         for e, (state, equation) in enumerate(model.equations.items()):
