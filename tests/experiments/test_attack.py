@@ -36,7 +36,7 @@ def test_whatever_is_neither_an_answer_nor_a_refusal_gives_way(
 ) -> None:
     monkeypatch.setattr(guard, "SECONDS", 0.2)
     monkeypatch.setattr(guard, "WAITING", 2.0)
-    verdict = guard.call(function, (BadInput,))  # type: ignore[arg-type]
+    verdict = guard.call(function, (BadInput,))
     assert verdict.kind == kind
     assert reason in verdict.reason
 

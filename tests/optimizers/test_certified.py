@@ -154,7 +154,8 @@ def test_a_start_that_diverges_is_replaced(optimizer: str) -> None:
     class Cliff(ResidualCost):
         def __init__(self) -> None:
             inner = known.cost
-            super().__init__("cliff", inner.parameters, inner._residuals, inner._derivative)  # type: ignore[attr-defined]
+            assert isinstance(inner, ResidualCost)
+            super().__init__("cliff", inner.parameters, inner._residuals, inner._derivative)
 
         def residuals(self, x: Array) -> Array:
             return np.full(2, np.nan) if x[0] < -1.0 else super().residuals(x)
