@@ -80,11 +80,6 @@ class LeastSquares(Optimizer):
         return reasons.get(result.status, "the cost and the steps no longer change")
 
 
-_FLAT = 1e-11
-"""Part of the largest singular value of the scaled Jacobian below which a direction is flat. Derivatives are exact
-to some 1e-14, certified problems need 1e-9, and along a scale that cancels any step would do: there is no answer."""
-
-
 def polish(problem: Problem, z: Array, steps: int) -> Array:
     """Gauss-Newton steps from z (K,) while each is shorter than the one before; makes the end the answer.
 
@@ -104,10 +99,8 @@ def polish(problem: Problem, z: Array, steps: int) -> Array:
         size = np.linalg.norm(J[:, free], axis=0)
         size[size == 0] = 1.0
         step = np.zeros(len(z))
-        scaled, _, rank, _ = np.linalg.lstsq(J[:, free] / size, -r, rcond=_FLAT)
-        if rank < free.sum():
-            break
-        step[free] = scaled / size
+        # The shortest step: along a scale that cancels, any other would do as well.
+        step[free] = np.linalg.lstsq(J[:, free] / size, -r, rcond=None)[0] / size
         now = float(np.linalg.norm(J @ step))
         if not now < length:
             break
