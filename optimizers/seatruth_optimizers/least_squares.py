@@ -44,14 +44,7 @@ class LeastSquares(Optimizer):
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         from scipy.optimize import least_squares
 
-        z = problem.start
-        for _ in range(self.tries):
-            if np.isfinite(problem.residuals(z)).all():
-                break
-            z = problem.sample(rng, 1)[0]
-        else:
-            if not np.isfinite(problem.residuals(z)).all():
-                problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
+        z, _ = problem.simulated_start(rng, self.tries)
         # A rough solution is enough while the weights still change.
         tolerance = self.tolerance if problem.noise_known else max(self.tolerance, _FIRST_TOLERANCE)
         while True:
