@@ -7,8 +7,6 @@ a file are wrong. In a process of its own they take nothing with them.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from io import BufferedReader
 from pathlib import Path
@@ -17,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.errors import BadInput
+from seatruth.processes import search_path, started
 from seatruth.readers import child
 from seatruth.readers.base import Content, Topic
 
@@ -42,16 +41,9 @@ def read_isolated(reader: str, options: Mapping[str, Any], path: Path, progress:
         "path": str(path),
         "memory": MEMORY_BYTES + MEMORY_PER_BYTE * size,
         "seconds": int(seconds),
-        # An empty entry is the working directory, whose files must not be taken for modules.
-        "modules": [entry for entry in sys.path if entry],
+        "modules": search_path(),
     }
-    with subprocess.Popen(
-        [sys.executable, "-P", str(Path(child.__file__))],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=child.environment(),
-    ) as process:
+    with started(child.__file__) as process:
         assert process.stdin is not None
         assert isinstance(process.stdout, BufferedReader)
         try:
