@@ -1,4 +1,4 @@
-"""What a search with a dear simulator will cost, said before it begins."""
+"""What a search with an expensive simulator will cost, said before it begins."""
 
 from __future__ import annotations
 
