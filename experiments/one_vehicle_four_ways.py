@@ -68,7 +68,7 @@ SAME_SIZE, SAME_COURSE = 0.02, 1.0
 """The same of the current's speed (part of it) and of its direction (deg). [S]"""
 SOLVERS = ("secant", "least_squares", "nelder_mead", "cma_es")
 CLOSE = 0.5
-"""Cost (nats) above the best known at which a search has arrived: a tenth of a standard error in each direction."""
+"""Cost (nats) above the best known at which a search has arrived: one standard error in one direction. [S]"""
 
 
 def trials(free: Sequence[str], effects: Mapping[str, float], *, seconds: float, count: int) -> Trials:
