@@ -81,7 +81,7 @@ types: $(DEV)
 	$(PY) -m mypy
 	$(PY) -m mypy experiments
 	$(PY) -m mypy tools
-	MYPYPATH=tools:tools/documentation $(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --no-warn-unused-ignores --exclude 'tests/(diagnosis|report)/conftest.py' tests
+	MYPYPATH=tools:tools/documentation $(PY) -m mypy $(addprefix --disable-error-code=,$(TESTS_MAY)) --exclude 'tests/(diagnosis|report)/conftest.py' tests
 
 imports: $(DEV)
 	$(VENV)/bin/lint-imports --no-logo

@@ -22,8 +22,9 @@ import tempfile
 import time
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 import pandas as pd
@@ -67,7 +68,7 @@ SAME_SIZE, SAME_COURSE = 0.02, 1.0
 """The same of the current's speed (part of it) and of its direction (deg). [S]"""
 SOLVERS = ("secant", "least_squares", "nelder_mead", "cma_es")
 CLOSE = 0.5
-"""Cost (nats) above the best known at which a search has arrived: a tenth of a standard error in each direction."""
+"""Cost (nats) above the best known at which a search has arrived: one standard error in one direction. [S]"""
 
 
 def trials(free: Sequence[str], effects: Mapping[str, float], *, seconds: float, count: int) -> Trials:
@@ -216,10 +217,10 @@ def diagnosed(
     }
 
 
-def counted(count: int, initial: str, runs: Trials, seed: int) -> list[dict[str, Any]]:
+def counted(count: int, initial: Literal["fixed", "free"], runs: Trials, seed: int) -> list[dict[str, Any]]:
     """Evaluations of each solver for the first `count` coefficients: until it ends, and until it is near the best."""
     free = (*FREE, "X_vr")[:count]
-    one = study(load_model("mmg"), runs, free).replace(cost=TrajectoryOptions(initial=initial))  # type: ignore[arg-type]
+    one = study(load_model("mmg"), runs, free).replace(cost=TrajectoryOptions(initial=initial))
     found = {}
     for solver in SOLVERS if initial == "fixed" else SOLVERS[:2]:
         found[solver] = minimise(cost_of(one), solver, budget=Budget(4000), seed=seed)
@@ -254,21 +255,16 @@ def body(options: Options, results: Results) -> None:
         moved = trials(free[:3], current, seconds=seconds, count=count)
         what = {"seconds": seconds, "count": count, "free": free, "effects": effects, "seed": SEED, "workers": workers}
         estimates = {
-            way: results.stage(
-                f"identify {way}",
-                what,
-                lambda way=way: identified(way, folder, calm, free, workers),  # type: ignore[misc]
-            )
+            way: results.stage(f"identify {way}", what, partial(identified, way, folder, calm, free, workers))
             for way in WAYS
         }
         verdicts = {
             way: results.stage(
-                f"diagnose {way}",
-                what,
-                lambda way=way: diagnosed(way, folder, moved, free[:3], effects, workers),  # type: ignore[misc]
+                f"diagnose {way}", what, partial(diagnosed, way, folder, moved, free[:3], effects, workers)
             )
             for way in WAYS
         }
+    sizes: tuple[tuple[int, Literal["fixed", "free"]], ...]
     sizes = ((4, "fixed"),) if options.quick else ((4, "fixed"), (5, "fixed"), (6, "fixed"), (5, "free"))
     rows = results.stage("solvers", what, lambda: [row for k, i in sizes for row in counted(k, i, calm, SEED)])
     report(results, estimates, verdicts, free)

@@ -29,7 +29,7 @@ def diagnosis(kind: str = "effects") -> Diagnosis:
     verdict_kind: Kind = {
         **{"no_gap": "no_gap", "underpowered": "underpowered", "unknown": "unknown", "unknown_small": "unknown"},
         "inseparable": "inseparable",
-    }.get(kind, "effects")  # type: ignore[assignment]  # the literals above are kinds
+    }.get(kind, "effects")
     causes = _causes(kind)
     names = tuple(cause.effects[0] for cause in causes)
     shares = fake_parts.shares(kind)

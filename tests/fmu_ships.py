@@ -15,7 +15,7 @@ from seatruth import Trial
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-from fmu_ship.build import build  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+from fmu_ship.build import build  # noqa: E402
 
 PORTS: dict[str, list[str]] = {"force": ["X", "Y", "N"], "current": ["north", "east"]}
 

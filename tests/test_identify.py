@@ -171,8 +171,8 @@ def test_a_prior_that_knows_more_than_the_data_is_said() -> None:
     assert row["stderr"] == pytest.approx(1e-4, rel=0.05)
 
 
-def test_parameters_that_trade_off_are_named() -> None:
-    """Without a known push, drag and mass times one factor are the same motion."""
+def coasting(**changes: Any) -> Study:
+    """A study of a run without a push, where drag and mass times one factor are the same motion."""
     from seatruth.simulate import simulator
 
     t = np.arange(100) * 0.1
@@ -180,15 +180,24 @@ def test_parameters_that_trade_off_are_named() -> None:
     y = simulator(Glide(), [bare]).outputs(np.zeros((1, 0)), np.array([[2.0, 0.0]])).y[0]
     noise = np.random.default_rng(1).normal(size=y.shape) * list(NOISE.values())
     outputs = {name: y[:, k] + noise[:, k] for k, name in enumerate(NOISE)}
-    free = tuple(parameter.replace(vary=True) for parameter in Glide.parameters)
-    coasting = Study(
-        "coasting", Glide(), Trials([Trial("coasting", t, bare.inputs, outputs)]), parameters=free, noise=NOISE
-    )
-    found = identify(coasting, threads=1)
+    free = tuple(q.replace(vary=True, **changes.get(q.name, {})) for q in Glide.parameters)
+    trials = Trials([Trial("coasting", t, bare.inputs, outputs)])
+    return Study("coasting", Glide(), trials, parameters=free, noise=NOISE)
+
+
+def test_parameters_that_trade_off_are_named() -> None:
+    found = identify(coasting(), threads=1)
     (first, *_) = found.identifiability["weak"]
     assert first["sentence"].startswith("Scales cancel: a, b and m can be multiplied by one factor")
     assert first["combination"] == {"a": 1.0, "b": 1.0, "m": 1.0}
     assert set(found.parameters["verdict"]) <= {"not identifiable", "weak", "at bound"}
+
+
+def test_a_scale_that_ends_at_a_bound_is_as_free_as_before() -> None:
+    """The bound holds one parameter, and the others then fit it alone: that says nothing of their values."""
+    found = identify(coasting(b={"value": 1.1, "max": 1.1}), "newton", threads=1).parameters
+    assert found["verdict"].to_dict() == {"a": "not identifiable", "b": "at bound", "m": "not identifiable"}
+    assert found.loc[["a", "m"], "stderr"].tolist() == [math.inf, math.inf]
 
 
 def test_coarse_steps_are_warned_of() -> None:

@@ -157,7 +157,7 @@ ELSEWHERE = {
     "storage/test_storage_kept_runs.py": ("storage/cache_folder",),
     # What an FMU says and does is read from the model that it becomes.
     "models/test_models_fmu.py": ("models/fmu_description", "models/fmu_simulation"),
-    "study/test_study_simulators.py": ("commands/dear_runs", "cost_forecast", "study/template_simulator"),
+    "study/test_study_simulators.py": ("commands/cost_notice", "cost_forecast", "study/template_simulator"),
     "diagnosis/test_diagnosis_few_runs.py": ("diagnosis/discrepancy/black_box", "simulate/meter"),
     "diagnosis/test_diagnosis_problem.py": ("diagnosis/usual_sizes",),
     "readers/test_readers_nmea.py": ("readers/nmea_clock", "readers/nmea_sentences"),

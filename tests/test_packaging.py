@@ -136,7 +136,7 @@ def test_every_package_that_is_installed_has_an_exact_version() -> None:
     pinned = {}
     for line in (ROOT / "constraints.txt").read_text().splitlines():
         if line and not line.startswith("#"):
-            name, version = re.fullmatch(r"([\w.-]+)==([\w.]+)", line).groups()  # type: ignore[union-attr]
+            name, version = re.fullmatch(r"([\w.-]+)==([\w.]+)", line).groups()
             pinned[canonicalize_name(name)] = version
     wanted = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], "editables"]
     for extra in ("dev", "docs", "dask", "benchmark"):

@@ -6,11 +6,12 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import psutil
 import pytest
 
-from seatruth.processes import interrupt_at_signals, safe_search_path
+from seatruth.processes import interrupt_at_signals, safe_search_path, search_path, started
 
 
 def test_inside_another_the_environment_is_restored_by_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,6 +28,19 @@ def test_inside_another_the_environment_is_restored_by_the_last(monkeypatch: pyt
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there a process keeps the number of its parent")
+def test_a_script_of_ours_computes_alone_and_sees_no_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = tmp_path / "script.py"
+    script.write_text("import os, sys\nprint(sys.flags.safe_path, os.environ['OMP_NUM_THREADS'], sys.stdin.read())")
+    with started(str(script)) as process:
+        said, complaints = process.communicate(b"hello")
+    assert said.decode().split() == ["True", "1", "hello"]
+    assert complaints is None
+    monkeypatch.setattr(sys, "path", ["", "/lib"])
+    assert search_path() == ["/lib"]
+
+
 def test_a_worker_ends_with_its_parent() -> None:
     worker = "import os, time; from seatruth.processes import end_with; end_with(os.getppid()); time.sleep(60)"
     parent = (

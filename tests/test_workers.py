@@ -73,6 +73,6 @@ def test_a_function_that_cannot_be_loaded_there_is_said() -> None:
         def __reduce__(self) -> Any:
             return exec, ("raise ImportError('not here')",)
 
-    answer = Workers(Bad()).call((), 30.0)  # type: ignore[arg-type]  # it is none
+    answer = Workers(Bad()).call((), 30.0)
     assert "cannot be started" in answer.failure
     assert "not here" in answer.failure

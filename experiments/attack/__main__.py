@@ -3,8 +3,9 @@
     python experiments/attack [--quick] [--cases N] [--minutes M] [--only PART ...] [--seed S] [--guided] [--out FOLDER]
 
 `--minutes` ends each part after that time; the table counts what was tried by then. `--guided` lets coverage lead the
-mutations (needs `pip install 'seatruth[attack]'`). The exit code is 1 where anything gave way; those inputs are then
-kept in the folder "gave way" of the results. All data are SYNTHETIC.
+mutations (needs `pip install 'seatruth[attack]'`), from the folder "corpus" of the results, where it keeps what reached
+new lines. The exit code is 1 where anything gave way; those inputs are then kept in the folder "gave way" of the
+results. All data are SYNTHETIC.
 """
 
 from __future__ import annotations

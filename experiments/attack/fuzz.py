@@ -60,11 +60,12 @@ def run(target: Target, cases: int, seed: int, kept: Path, seconds: float = math
 
 
 def guided(
-    target: Target, cases: int, seed: int, kept: Path, seconds: float, ended: Callable[[Tally], NoReturn]
+    target: Target, cases: int, seed: int, kept: Path, corpus: Path, seconds: float, ended: Callable[[Tally], NoReturn]
 ) -> NoReturn:
     """The same, led by what of seatruth is covered (atheris, that is libFuzzer).
 
-    libFuzzer does not give the process back: `ended` gets the tally after the last case, and leaves the process.
+    Inputs that reached new lines are kept in the folder `corpus`, from which a later run goes on. libFuzzer does not
+    give the process back: `ended` gets the tally after the last case, and leaves the process.
     """
     import atheris  # an extra: there are no wheels for every system
 
@@ -78,7 +79,6 @@ def guided(
             tally.seconds = time.perf_counter() - begun
             ended(tally)
 
-    corpus = kept / f"corpus {target.name}"
     corpus.mkdir(parents=True, exist_ok=True)
     for k, example in enumerate(target.examples):
         (corpus / str(k)).write_bytes(example)

@@ -71,7 +71,7 @@ def run(part: str, cases: int, seed: int, out: Path, guided: bool, seconds: floa
     if guided:
         warnings.simplefilter("ignore")
         (target,) = inputs.targets(place, [part])
-        fuzz.guided(target, cases, seed, out / "gave way", seconds, ended)
+        fuzz.guided(target, cases, seed, out / "gave way", out / "corpus" / part, seconds, ended)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -93,7 +93,7 @@ def _tally(part: str, cases: int, seed: int, place: Path, kept: Path, seconds: f
         return _hostile(place)
     if part in KILLED:
         return kills.run(part.removeprefix("kill -9: "), cases, seed, place, seconds)
-    (target,) = (one for one in inputs.targets(place, [part]))
+    (target,) = inputs.targets(place, [part])
     return fuzz.run(target, cases, seed, kept, seconds)
 
 

@@ -30,6 +30,8 @@ FOLDER = Path(__file__).parent
 TROUBLE = ("trouble", "trouble_above")
 STEP = 0.25
 """s: the longest step inside, LONGEST_STEP of ship.c."""
+TIME = 9999
+"""Value reference of the time, which version 3 of the FMI asks for: beyond those of all other variables."""
 
 
 class Variable(NamedTuple):
@@ -80,11 +82,6 @@ def header(ship: Sequence[Variable], token: str) -> str:
     )
 
 
-def description(ship: Sequence[Variable], token: str, fmi: int) -> str:
-    """modelDescription.xml."""
-    return _second(ship, token) if fmi == 2 else _third(ship, token)
-
-
 def _attributes(one: Variable) -> str:
     bounds = {"min": one.low, "max": one.high}
     found = {"unit": one.unit, "start": "1e300" if math.isinf(one.start) else repr(one.start)}
@@ -94,6 +91,8 @@ def _attributes(one: Variable) -> str:
     return " ".join(f"{key}={quoteattr(value)}" for key, value in found.items())
 
 
+_KINDS = {2: ("Real", "Integer"), 3: ("Float64", "Int32")}
+"""Types of numbers, and of whole numbers, by version of the FMI."""
 _VARIABILITY = {"parameter": "tunable", "input": "continuous", "output": "continuous"}
 _BASE = {
     **{"m": 'm="1"', "m/s": 'm="1" s="-1"', "rad": 'rad="1"', "rad/s": 'rad="1" s="-1"', "kg/m^3": 'kg="1" m="-3"'},
@@ -119,36 +118,31 @@ def _head(token: str, fmi: int) -> str:
     )
 
 
-def _second(ship: Sequence[Variable], token: str) -> str:
+def description(ship: Sequence[Variable], token: str, fmi: int) -> str:
+    """modelDescription.xml."""
     lines = [f"<UnitDefinitions>{_units(ship)}</UnitDefinitions>", f'<DefaultExperiment stepSize="{STEP}"/>']
     lines.append("<ModelVariables>")
+    if fmi == 3:
+        lines.append(f'<Float64 name="time" valueReference="{TIME}" causality="independent"/>')
     for reference, one in enumerate(ship):
-        kind = "Integer" if one.whole else "Real"
         initial = ' initial="exact"' if one.causality != "input" else ""
-        lines.append(
-            f'<ScalarVariable name={quoteattr(one.name)} valueReference="{reference}" causality="{one.causality}" '
-            f'variability="{_VARIABILITY[one.causality]}"{initial}><{kind} {_attributes(one)}/></ScalarVariable>'
+        said = (
+            f'name={quoteattr(one.name)} valueReference="{reference}" causality="{one.causality}" '
+            f'variability="{_VARIABILITY[one.causality]}"{initial}'
         )
-    outputs = [k for k, one in enumerate(ship, start=1) if one.causality == "output"]
-    unknowns = "".join(f'<Unknown index="{k}"/>' for k in outputs)
-    lines.append(f"</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs></ModelStructure>")
-    return _head(token, 2) + "\n".join(lines) + "\n</fmiModelDescription>\n"
-
-
-def _third(ship: Sequence[Variable], token: str) -> str:
-    lines = [f"<UnitDefinitions>{_units(ship)}</UnitDefinitions>", f'<DefaultExperiment stepSize="{STEP}"/>']
-    lines += ["<ModelVariables>", '<Float64 name="time" valueReference="9999" causality="independent"/>']
-    for reference, one in enumerate(ship):
-        kind = "Int32" if one.whole else "Float64"
-        initial = ' initial="exact"' if one.causality != "input" else ""
-        lines.append(
-            f'<{kind} name={quoteattr(one.name)} valueReference="{reference}" causality="{one.causality}" '
-            f'variability="{_VARIABILITY[one.causality]}"{initial} {_attributes(one)}/>'
-        )
+        kind = _KINDS[fmi][one.whole]
+        if fmi == 2:
+            lines.append(f"<ScalarVariable {said}><{kind} {_attributes(one)}/></ScalarVariable>")
+        else:
+            lines.append(f"<{kind} {said} {_attributes(one)}/>")
     outputs = [k for k, one in enumerate(ship) if one.causality == "output"]
-    unknowns = "".join(f'<Output valueReference="{k}"/>' for k in outputs)
-    lines.append(f"</ModelVariables><ModelStructure>{unknowns}</ModelStructure>")
-    return _head(token, 3) + "\n".join(lines) + "\n</fmiModelDescription>\n"
+    if fmi == 2:
+        unknowns = "".join(f'<Unknown index="{k + 1}"/>' for k in outputs)
+        structure = f"<Outputs>{unknowns}</Outputs>"
+    else:
+        structure = "".join(f'<Output valueReference="{k}"/>' for k in outputs)
+    lines.append(f"</ModelVariables><ModelStructure>{structure}</ModelStructure>")
+    return _head(token, fmi) + "\n".join(lines) + "\n</fmiModelDescription>\n"
 
 
 def compiler() -> list[str]:

@@ -2,8 +2,8 @@
 
 The equations are those of src/seatruth/models/mmg.py, written a second time by hand, so that a test can hold both
 together. Every variable is an entry of `value`, whose index is its value reference; build.py writes these indices into
-variables.h, and the same numbers into modelDescription.xml. Inputs come in units of the bridge: deg, rpm, kN. Compile with -DFMI_VERSION=2 or 3. The prototypes are those
-of the standards' own headers, which come with fmpy.
+variables.h, and the same numbers into modelDescription.xml. Inputs come in units of the bridge: deg, rpm, kN. Compile
+with -DFMI_VERSION=2 or 3. The prototypes are those of the standards' own headers, which come with fmpy.
 
 The parameter `trouble` makes it misbehave where the resistance R_0 exceeds `trouble_above`, as foreign simulators do:
 1 ends the process, 2 never returns, 3 gives numbers that are none, 4 reports an error, 5 ends it at the first step. */
@@ -109,10 +109,29 @@ static bool step(Ship *ship, double h) {
     return true;
 }
 
+static void restart(Ship *ship) {
+    memcpy(ship->value, STARTS, sizeof STARTS);
+    ship->t = 0.0;
+}
+
 static Ship *made(void) {
     Ship *ship = calloc(1, sizeof(Ship));
-    if (ship) memcpy(ship->value, STARTS, sizeof STARTS);
+    if (ship) restart(ship);
     return ship;
+}
+
+/* Value references, and real and whole numbers, are of the same C types in both versions of the FMI. */
+static void set_reals(Ship *ship, const unsigned vr[], size_t n, const double value[]) {
+    for (size_t k = 0; k < n; k++) ship->value[vr[k]] = value[k];
+}
+static void get_reals(const Ship *ship, const unsigned vr[], size_t n, double value[]) {
+    for (size_t k = 0; k < n; k++) value[k] = ship->value[vr[k]];
+}
+static void set_whole(Ship *ship, const unsigned vr[], size_t n, const int value[]) {
+    for (size_t k = 0; k < n; k++) ship->value[vr[k]] = value[k];
+}
+static void get_whole(const Ship *ship, const unsigned vr[], size_t n, int value[]) {
+    for (size_t k = 0; k < n; k++) value[k] = (int)ship->value[vr[k]];
 }
 
 #if FMI_VERSION == 2
@@ -125,25 +144,24 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
-    for (size_t k = 0; k < n; k++) ((Ship *)c)->value[vr[k]] = value[k];
+    set_reals(c, vr, n, value);
     return fmi2OK;
 }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
-    for (size_t k = 0; k < n; k++) value[k] = ((Ship *)c)->value[vr[k]];
+    get_reals(c, vr, n, value);
     return fmi2OK;
 }
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
-    for (size_t k = 0; k < n; k++) ((Ship *)c)->value[vr[k]] = value[k];
+    set_whole(c, vr, n, value);
     return fmi2OK;
 }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
-    for (size_t k = 0; k < n; k++) value[k] = (int)((Ship *)c)->value[vr[k]];
+    get_whole(c, vr, n, value);
     return fmi2OK;
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no) { return step(c, h) ? fmi2OK : fmi2Error; }
 fmi2Status fmi2Reset(fmi2Component c) {
-    memcpy(((Ship *)c)->value, STARTS, sizeof STARTS);
-    ((Ship *)c)->t = 0.0;
+    restart(c);
     return fmi2OK;
 }
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -192,19 +210,19 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
     fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) { return NULL; }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
 fmi3Status fmi3SetFloat64(fmi3Instance c, REFERENCES, const fmi3Float64 value[], size_t m) {
-    for (size_t k = 0; k < n; k++) ((Ship *)c)->value[vr[k]] = value[k];
+    set_reals(c, vr, n, value);
     return fmi3OK;
 }
 fmi3Status fmi3GetFloat64(fmi3Instance c, REFERENCES, fmi3Float64 value[], size_t m) {
-    for (size_t k = 0; k < n; k++) value[k] = ((Ship *)c)->value[vr[k]];
+    get_reals(c, vr, n, value);
     return fmi3OK;
 }
 fmi3Status fmi3SetInt32(fmi3Instance c, REFERENCES, const fmi3Int32 value[], size_t m) {
-    for (size_t k = 0; k < n; k++) ((Ship *)c)->value[vr[k]] = value[k];
+    set_whole(c, vr, n, value);
     return fmi3OK;
 }
 fmi3Status fmi3GetInt32(fmi3Instance c, REFERENCES, fmi3Int32 value[], size_t m) {
-    for (size_t k = 0; k < n; k++) value[k] = (int)((Ship *)c)->value[vr[k]];
+    get_whole(c, vr, n, value);
     return fmi3OK;
 }
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no, fmi3Boolean *event,
@@ -214,8 +232,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     return step(c, h) ? fmi3OK : fmi3Error;
 }
 fmi3Status fmi3Reset(fmi3Instance c) {
-    memcpy(((Ship *)c)->value, STARTS, sizeof STARTS);
-    ((Ship *)c)->t = 0.0;
+    restart(c);
     return fmi3OK;
 }
 const char *fmi3GetVersion(void) { return fmi3Version; }

@@ -44,14 +44,7 @@ class LeastSquares(Optimizer):
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
         from scipy.optimize import least_squares
 
-        z = problem.start
-        for _ in range(self.tries):
-            if np.isfinite(problem.residuals(z)).all():
-                break
-            z = problem.sample(rng, 1)[0]
-        else:
-            if not np.isfinite(problem.residuals(z)).all():
-                problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
+        z, _ = problem.simulated_start(rng, self.tries)
         # A rough solution is enough while the weights still change.
         tolerance = self.tolerance if problem.noise_known else max(self.tolerance, _FIRST_TOLERANCE)
         while True:
@@ -80,11 +73,6 @@ class LeastSquares(Optimizer):
         return reasons.get(result.status, "the cost and the steps no longer change")
 
 
-_FLAT = 1e-11
-"""Part of the largest singular value of the scaled Jacobian below which a direction is flat. Derivatives are exact
-to some 1e-14, certified problems need 1e-9, and along a scale that cancels any step would do: there is no answer."""
-
-
 def polish(problem: Problem, z: Array, steps: int) -> Array:
     """Gauss-Newton steps from z (K,) while each is shorter than the one before; makes the end the answer.
 
@@ -104,10 +92,8 @@ def polish(problem: Problem, z: Array, steps: int) -> Array:
         size = np.linalg.norm(J[:, free], axis=0)
         size[size == 0] = 1.0
         step = np.zeros(len(z))
-        scaled, _, rank, _ = np.linalg.lstsq(J[:, free] / size, -r, rcond=_FLAT)
-        if rank < free.sum():
-            break
-        step[free] = scaled / size
+        # The shortest step: along a scale that cancels, any other would do as well.
+        step[free] = np.linalg.lstsq(J[:, free] / size, -r, rcond=None)[0] / size
         now = float(np.linalg.norm(J @ step))
         if not now < length:
             break

@@ -47,7 +47,7 @@ class Newton(Optimizer):
     tries: int = option(20, "random starts to try where the start diverges", low=0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
-        z = self._start(problem, rng)
+        z, _ = problem.simulated_start(rng, self.tries)
         scale = np.zeros(problem.dimension)
         damping = self.initial_damping if self.damping == "levenberg" else 0.0
         for _ in range(self.iterations):
@@ -76,14 +76,6 @@ class Newton(Optimizer):
             if predicted <= self.tolerance * value or step <= self.tolerance * (1 + np.abs(z).max()):
                 return "the cost and the steps no longer change"
         problem.finish("budget", f"the limit of {self.iterations} steps is reached")
-
-    def _start(self, problem: Problem, rng: np.random.Generator) -> Array:
-        z = problem.start
-        for _ in range(self.tries + 1):
-            if np.isfinite(problem.residuals(z)).all():
-                return z
-            z = problem.sample(rng, 1)[0]
-        problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
 
     def _damped(
         self,

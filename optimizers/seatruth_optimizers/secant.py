@@ -38,15 +38,7 @@ class Secant(Optimizer):
     tries: int = option(20, "random starts to try where the start diverges", low=0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:
-        z = np.clip(problem.start, problem.lower, problem.upper)
-        r = problem.residuals(z)
-        for _ in range(self.tries):
-            if np.isfinite(r).all():
-                break
-            z = np.clip(problem.sample(rng, 1)[0], problem.lower, problem.upper)
-            r = problem.residuals(z)
-        if not np.isfinite(r).all():
-            problem.finish("failed", f"the start and {self.tries} random starts could not be simulated")
+        z, r = problem.simulated_start(rng, self.tries)
         J, fresh, failed, damping = problem.jacobian(z), True, 0, _DAMPING
         for _ in range(self.iterations):
             step, predicted = _step(J, r, z, damping, problem)

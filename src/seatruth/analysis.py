@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.costs.formula import FormulaCost
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
@@ -24,7 +23,7 @@ from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
-from seatruth.uncertainty.fit_table import FIT_COLUMNS, fit_row
+from seatruth.uncertainty.fit_table import FIT_COLUMNS, compare_with_records
 from seatruth.uncertainty.identifiability import (
     correlated_pairs,
     identifiability,
@@ -33,7 +32,6 @@ from seatruth.uncertainty.identifiability import (
     without,
 )
 from seatruth.uncertainty.optima import optima, optima_findings
-from seatruth.uncertainty.prediction import prediction_intervals
 from seatruth.uncertainty.reliability import (
     far_initial_states,
     short_of_minimum,
@@ -212,40 +210,7 @@ class Analysis:
         ]
 
     def _compare(self) -> None:
-        start = self.cost.start
-        start = np.clip(start, *self.cost.bounds)
-        fitted, before = self.cost.predict(self.x), self.cost.predict(start)
-        held = list(self.study.holdout)
-        self._fitted = fitted
-        later, later_before = (self.cost.predict(x, held) for x in (self.x, start)) if held else ([], [])
-        rows: list[dict[str, Any]] = []
-        parts: list[pd.DataFrame] = []
-        runs = [*zip(self.cost.trials, fitted, before), *zip(held, later, later_before)]
-        for number, (trial, y, y_start) in enumerate(runs):
-            held_out = number >= len(fitted)
-            for column, channel in enumerate(self.study.model.outputs):
-                measured = trial.outputs.get(channel.name)
-                if measured is None or not np.isfinite(measured).any():
-                    continue
-                rows.append(
-                    fit_row(self.cost, trial, channel.name, measured, y[:, column], y_start[:, column], held_out)
-                )
-                part = {
-                    "trial": trial.name,
-                    "t": trial.t,
-                    "channel": channel.name,
-                    "measured": measured,
-                    "fitted": y[:, column],
-                    "start": y_start[:, column],
-                    "held_out": held_out,
-                }
-                if isinstance(self.cost, FormulaCost):
-                    half = prediction_intervals(self.cost, self.x, [trial])[0].half_width
-                    part |= {"lower": y[:, column] - half, "upper": y[:, column] + half}
-                    part |= {f"input {name}": values for name, values in trial.inputs.items()}
-                parts.append(pd.DataFrame(part))
-        self.fit = pd.DataFrame(rows, columns=list(FIT_COLUMNS))
-        self.traces = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+        self.fit, self.traces, self._fitted = compare_with_records(self.cost, self.x, list(self.study.holdout))
 
     def _strays(self) -> None:
         """Finds simulated runs, and initial states, that are far from the record."""

@@ -1,4 +1,4 @@
-"""What a search with a dear simulator will cost, said before it begins."""
+"""What a search with an expensive simulator will cost, said before it begins."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from seatruth.study import Study
 
 _PER_PARAMETER: Mapping[str, int] = MappingProxyType({"least_squares": 12, "newton": 12, "secant": 5})
 """Evaluations over K + 1 that a search of K parameters takes from a fair start, as experiments/one_vehicle_four_ways.py
-measures; other solvers take their budget."""
+measures. Newton is not among them: by experiments/standard_comparison.py it takes about as many as least_squares. Other
+solvers take their budget."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,7 @@ def forecast(
         return ()
     evaluations = study.diagnosis_budget if evaluations is None else evaluations
     seconds = _seconds(study)
+    # A single candidate keeps one process a trial busy, and a Jacobian all; searches are made of both. [S]
     processes = max(1, min(thread_count(threads), 2 * len(study.trials)))
     K = len(cost_of(study, threads=1).parameters) if study.free else 0
     solver = as_optimizer(study.optimizer)

@@ -1,4 +1,4 @@
-"""How a run starts and ends processes: safe paths for those that it starts, and its own end on a signal.
+"""How a run starts and ends processes: scripts of its own, safe paths for workers, and its own end on a signal.
 
 Python's own workers (loky's, dask's, the trackers of their resources) start with the working directory in front of
 their search path: a file called pickle.py beside a study would be run instead of Python's own.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -21,6 +23,26 @@ _WATCH_S = 0.5
 _SAFE_DEPTH_LOCK = threading.Lock()
 _safe_depth = 0
 _before: str | None = None
+
+
+def started(script: str) -> subprocess.Popen[bytes]:
+    """A script of ours in a process of its own, whose input and output are pipes.
+
+    It imports nothing from the working directory, computes in one thread, and what it complains of goes nowhere. Its
+    parent sends it `search_path()`, so that it finds what the parent does.
+    """
+    return subprocess.Popen(
+        [sys.executable, "-P", script],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
+    )
+
+
+def search_path() -> list[str]:
+    """Folders of modules without the working directory, whose files must not be taken for modules."""
+    return [entry for entry in sys.path if entry]
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import signal
 import struct
 import sys
 import time
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 
 def main() -> None:
@@ -52,19 +52,19 @@ def main() -> None:
     os._exit(0)  # foreign code may hang on the way out
 
 
-def send(stream: BinaryIO, message: Any) -> None:
+def send(stream: IO[bytes], message: Any) -> None:
     """Writes one message of plain values and arrays."""
     send_bytes(stream, pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
 
 
-def send_bytes(stream: BinaryIO, data: bytes) -> None:
+def send_bytes(stream: IO[bytes], data: bytes) -> None:
     """Writes one message that is pickled already."""
     stream.write(struct.pack("<Q", len(data)))
     stream.write(data)
     stream.flush()
 
 
-def receive(stream: BinaryIO) -> bytes:
+def receive(stream: IO[bytes]) -> bytes:
     """The bytes of one message; EOFError where the other side has ended."""
     head = stream.read(8)
     if len(head) < 8:

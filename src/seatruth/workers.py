@@ -20,14 +20,14 @@ import time
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from types import ModuleType
-from typing import Any, BinaryIO, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import cloudpickle
 
 from seatruth import worker_child
 from seatruth.errors import PluginError
+from seatruth.processes import search_path, started
 
 START_S = 60.0
 """s that a process may take until its function is there: libraries may load slowly from a cold disk (chosen here [S]).
@@ -118,16 +118,8 @@ class _Worker:
     """One process."""
 
     def __init__(self, function: bytes) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", str(Path(worker_child.__file__))],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-        )
-        # An empty entry is the working directory, whose files must not be taken for modules.
-        modules = [entry for entry in sys.path if entry]
-        first = {"modules": modules, "parent": os.getpid(), "function": function}
+        self._process = started(worker_child.__file__)
+        first = {"modules": search_path(), "parent": os.getpid(), "function": function}
         ready, _ = self._ask(pickle.dumps(first), START_S)
         if ready[0] != "ready":
             self.end()
@@ -169,8 +161,8 @@ class _Worker:
         alarm.daemon = True
         alarm.start()
         try:
-            worker_child.send_bytes(cast(BinaryIO, self._process.stdin), message)
-            return pickle.loads(worker_child.receive(cast(BinaryIO, self._process.stdout))), True
+            worker_child.send_bytes(self._process.stdin, message)
+            return pickle.loads(worker_child.receive(self._process.stdout)), True
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             why = f"it took longer than {seconds:g} s" if late.is_set() else self._death()
             return ("ended", why), False

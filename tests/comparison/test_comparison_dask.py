@@ -35,9 +35,9 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
     before = os.environ.get("PYTHONPATH")
     paths = [str(HERE), str(HERE.parent), *([before] if before else [])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment}
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment}
     port = address.rpartition(":")[2]
-    scheduler = subprocess.Popen([*DASK, "--host", "127.0.0.1", "--port", port, "--no-dashboard"], **quiet)  # type: ignore[call-overload]
+    scheduler = subprocess.Popen([*DASK, "--host", "127.0.0.1", "--port", port, "--no-dashboard"], **quiet)
     options = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
     workers = []
     for name in ("one", "other"):

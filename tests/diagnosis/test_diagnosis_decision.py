@@ -183,7 +183,7 @@ def test_probabilities_stay_within_their_bounds() -> None:
         [(("current",), 0.5, True), (("current",), 0.5)],
         [(("current",), 0.5, True), ((), 0.5, True)],
     ):
-        assert 0.0 <= decided(*entries).probability <= 1.0  # type: ignore[arg-type]  # a list of both forms
+        assert 0.0 <= decided(*entries).probability <= 1.0
 
 
 def test_what_needs_an_effect_that_is_refused_falls_with_it() -> None:

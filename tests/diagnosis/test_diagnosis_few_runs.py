@@ -95,7 +95,7 @@ def test_a_port_shows_the_inertia_behind_it() -> None:
     one = study(box(), trials())
     scales = {"u": 1.5, "v": 0.2, "r": 0.1}
     first = {"u": 1.5, "v": 0.0, "r": 0.0, "psi": 0.0}
-    found = inertias(one.model, one.trials[0], one.model.nominal(), first, scales)  # type: ignore[arg-type]
+    found = inertias(one.model, one.trials[0], one.model.nominal(), first, scales)
     assert found == pytest.approx({"u": 100.0, "v": 100.0, "r": 300.0}, rel=0.07)
 
     def deaf(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import pickle
+import sys
 from collections import namedtuple
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -129,6 +132,45 @@ def test_what_acts_can_be_sent_and_described() -> None:
     assert there.describe() == law.describe()
     assert law(1.0, still)["Y"] != 0.0
     assert law(1.0, {**still, "u": math.nan}) == dict.fromkeys(PORTS["force"] + PORTS["current"], 0.0)
+
+
+def test_an_effect_that_changed_is_described_otherwise(tmp_path: Path) -> None:
+    """A kept run of another effect of the same name would be taken for its own."""
+
+    def described(kind: type[Any]) -> str:
+        effect = load_effects(["wind"])[0]
+        effect.__class__ = kind
+        values = effect.typical(ship())
+        law = OutsideEffects(
+            *(ship(), [(effect, None, namedtuple("Effect", list(values))(**values))], ship().nominal()),
+            *(np.arange(5.0), np.zeros((5, 2)), -1.0, None),
+        )
+        return str(law.describe()[1])
+
+    parent = type(load_effects(["wind"])[0])
+    typed = []
+    for _ in range(2):
+        space: dict[str, Any] = {"Wind": parent, "__name__": "typed"}
+        exec("class Own(Wind): pass", space)
+        typed.append(space["Own"])
+    assert described(typed[0]) == described(typed[0]) != described(typed[1])
+    file = tmp_path / "own_wind.py"
+    seen = []
+    for text in ("", "", "# another"):
+        file.write_text(f"from seatruth.effects.weather import Wind\nclass Own(Wind): pass\n{text}\n")
+        seen.append(described(loaded(file).Own))
+    assert seen[0] == seen[1] != seen[2]
+
+
+def loaded(file: Path) -> Any:
+    """The module of a file, loaded anew."""
+    spec = spec_from_file_location(file.stem, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules[file.stem] = module  # where a class looks for its file
+    spec.loader.exec_module(module)
+    return module
 
 
 def test_ports_behind_what_instruments_measure() -> None:

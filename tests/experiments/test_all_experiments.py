@@ -13,7 +13,7 @@ import pytest
 EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
 sys.path.insert(0, str(EXPERIMENTS))
 
-import all as driver  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import all as driver  # noqa: E402
 
 SCRIPT = (
     'import sys\nif __name__ == "__main__":\n    print("{name}", *sys.argv[1:], flush=True)\n    sys.exit({code})\n'

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
+import types
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -36,7 +40,7 @@ def test_whatever_is_neither_an_answer_nor_a_refusal_gives_way(
 ) -> None:
     monkeypatch.setattr(guard, "SECONDS", 0.2)
     monkeypatch.setattr(guard, "WAITING", 2.0)
-    verdict = guard.call(function, (BadInput,))  # type: ignore[arg-type]
+    verdict = guard.call(function, (BadInput,))
     assert verdict.kind == kind
     assert reason in verdict.reason
 
@@ -55,6 +59,36 @@ def test_commands_are_judged_by_what_a_user_sees(tmp_path: Path, monkeypatch: py
     assert guard.command(["identify", str(tmp_path / "none.toml")]).kind == "refused"
     monkeypatch.setattr("seatruth.commands.list_installed.console", lambda: 1 / 0)
     assert guard.command(["list", "models"]).kind == "gave way"
+
+
+def test_coverage_leads_from_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What gave way is kept alone: a corpus beside it would look like inputs that did."""
+
+    class Ended(Exception):
+        pass
+
+    class Atheris(types.ModuleType):
+        """Stands in for libFuzzer: gives what it finds in the folder of its last argument."""
+
+        def instrument_func(self, function: object) -> None: ...
+
+        def Setup(self, line: list[str], one: Callable[[bytes], None]) -> None:
+            self.corpus, self.one = Path(line[-1]), one
+
+        def Fuzz(self) -> None:
+            for file in sorted(self.corpus.iterdir()):
+                self.one(file.read_bytes())
+
+    def ended(tally: fuzz.Tally) -> NoReturn:
+        raise Ended(tally.tried, tally.failed)
+
+    monkeypatch.setitem(sys.modules, "atheris", Atheris("atheris"))
+    target = inputs.Target("numbers", (b"1", b"x"), (), float)
+    kept, corpus = tmp_path / "gave way", tmp_path / "corpus" / "numbers"
+    with pytest.raises(Ended, match="2, 1"):
+        fuzz.guided(target, 2, 1, kept, corpus, math.inf, ended)
+    assert [file.read_bytes() for file in kept.iterdir()] == [b"x"]
+    assert len(list(corpus.iterdir())) == 2
 
 
 def test_the_same_seed_makes_the_same_inputs(tmp_path: Path) -> None:

@@ -16,12 +16,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import chen2011  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import chen2011_coupled as coupled  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import chen2011_design as design  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import chen2011_runs as runs  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import chen2011_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import chen2011  # noqa: E402
+import chen2011_coupled as coupled  # noqa: E402
+import chen2011_design as design  # noqa: E402
+import chen2011_runs as runs  # noqa: E402
+import chen2011_system as system  # noqa: E402
+import common  # noqa: E402
 
 from seatruth.models.longitudinal_plane import READINGS  # noqa: E402
 

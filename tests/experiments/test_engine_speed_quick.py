@@ -17,9 +17,9 @@ import seatruth.simulate
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-from engines.flops import COSTS, Tape, count  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-from engines.python_peers import NumPyPopulation, PlainPython, SciPy  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-from engines.workloads import workload  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+from engines.flops import COSTS, Tape, count  # noqa: E402
+from engines.python_peers import NumPyPopulation, PlainPython, SciPy  # noqa: E402
+from engines.workloads import workload  # noqa: E402
 
 HAS_ENGINE = hasattr(seatruth.simulate, "simulator")
 

@@ -13,8 +13,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]
-import provenance  # type: ignore[import-not-found,unused-ignore]
+import common
+import provenance
 
 from seatruth.errors import BadInput
 

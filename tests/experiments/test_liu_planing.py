@@ -20,11 +20,11 @@ from seatruth.uncertainty import unidentifiable_directions
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import liu_planing  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import liu_planing_folds as cross  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import liu_planing_solvers as solvers  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import liu_planing_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import liu_planing  # noqa: E402
+import liu_planing_folds as cross  # noqa: E402
+import liu_planing_solvers as solvers  # noqa: E402
+import liu_planing_system as system  # noqa: E402
 
 
 @pytest.mark.parametrize("name", ["M1", "M2"])
@@ -115,7 +115,7 @@ def test_quick_version(quick: tuple[dict[str, Any], Path]) -> None:
 
 
 def test_real_turning_circles() -> None:
-    import liu_planing_turns as circles  # type: ignore[import-not-found,unused-ignore]
+    import liu_planing_turns as circles
 
     folder = ROOT.parent / "shared" / "data" / "esso_osaka"
     if not folder.is_dir():

@@ -11,8 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 sys.path.insert(0, str(ROOT / "tests" / "optimizers"))
 
-import nist_strd  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-from test_certified import MISRA1A  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import nist_strd  # noqa: E402
+from test_certified import MISRA1A  # noqa: E402
 
 
 def test_a_file_of_nist_is_read_and_fitted(tmp_path: Path) -> None:

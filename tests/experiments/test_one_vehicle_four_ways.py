@@ -15,7 +15,7 @@ from seatruth.models import IsolatedBlackBox, load_model
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import one_vehicle_four_ways as experiment  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import one_vehicle_four_ways as experiment  # noqa: E402
 
 
 def test_all_ways_sail_the_same_runs(tmp_path: Path) -> None:

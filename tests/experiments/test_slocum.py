@@ -17,9 +17,9 @@ from seatruth.testing.models import ModelConformance
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import slocum  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import slocum_glide as glide  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import slocum  # noqa: E402
+import slocum_glide as glide  # noqa: E402
 
 FILE = ROOT.parent / "shared" / "data" / slocum.FILE
 real = pytest.mark.skipif(not FILE.exists(), reason="the real trials (../shared/data) are not on this machine")

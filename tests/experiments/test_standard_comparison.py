@@ -11,9 +11,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import standard_comparison  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import standard_comparison_systems as systems  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import standard_comparison  # noqa: E402
+import standard_comparison_systems as systems  # noqa: E402
 
 from seatruth.comparison.realisation import NoisyProblem, RealisationSettings  # noqa: E402
 

@@ -15,9 +15,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import sun2019  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import sun2019_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import sun2019  # noqa: E402
+import sun2019_system as system  # noqa: E402
 
 from seatruth.manoeuvres import Trim  # noqa: E402
 

@@ -16,9 +16,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import xu2012  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import xu2012_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import xu2012  # noqa: E402
+import xu2012_system as system  # noqa: E402
 
 STRONG = ("Z_0", "Z_w", "Z_q", "Z_ds", "M_w", "M_q", "M_ds")
 WEAK = ("Z_aw", "Z_waw", "Z_qaq", "M_aw", "M_waw", "M_qaq")

@@ -16,11 +16,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import common  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import zhao2018  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import zhao2018_channels as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import zhao2018_runs as runs  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
-import zhao2018_sensors as sensors  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import common  # noqa: E402
+import zhao2018  # noqa: E402
+import zhao2018_channels as system  # noqa: E402
+import zhao2018_runs as runs  # noqa: E402
+import zhao2018_sensors as sensors  # noqa: E402
 
 from seatruth.models.torpedo_channels import FREE  # noqa: E402
 

@@ -39,7 +39,7 @@ DATA = Path(__file__).parents[3] / "shared" / "data"
 
 def sail(plan: object, **options: object) -> Trial:
     given = {"dt": 0.1, "first_state": {"u": 1.179}, "inputs": {"n": 11.85}, "rudder_rate": deg(15.8)}
-    return run_manoeuvre(SHIP, plan, **{**given, **options})  # type: ignore[arg-type]
+    return run_manoeuvre(SHIP, plan, **{**given, **options})
 
 
 def circle(radius: float = 20.0, speed: float = 1.0, drift: float = 0.2, turns: float = 2.0, side: int = 1) -> Trial:
@@ -122,7 +122,7 @@ def test_zigzag_figures_bear_noise() -> None:
 @given(rudder=st.sampled_from([5, 10, 20, 30]), heading=st.sampled_from([5, 10, 20]), first=st.booleans())
 def test_zigzag_is_sailed_as_planned(rudder: float, heading: float, first: bool) -> None:
     side = "starboard" if first else "port"
-    trial = sail(Zigzag(deg(rudder), deg(heading), side, approach=3.0), limit=300)  # type: ignore[arg-type]
+    trial = sail(Zigzag(deg(rudder), deg(heading), side, approach=3.0), limit=300)
     figures = zigzag_figures(trial)
     assert figures.first == side
     assert figures.rudder == pytest.approx(deg(rudder))

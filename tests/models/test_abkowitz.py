@@ -60,7 +60,7 @@ def test_speed_in_the_turn(rudder: float, ratio: float) -> None:
     ],
 )
 def test_zigzags(angle: float, first: str, overshoots: tuple[float, float]) -> None:
-    plan = Zigzag(deg(angle), deg(angle), first, approach=0)  # type: ignore[arg-type]
+    plan = Zigzag(deg(angle), deg(angle), first, approach=0)
     trial = run_manoeuvre(AbkowitzShip(), plan, dt=0.2, first_state={"u": U0}, rudder_rate=RATE)
     figures = zigzag_figures(trial)
     found = (math.degrees(figures.first_overshoot), math.degrees(figures.second_overshoot))

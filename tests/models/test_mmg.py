@@ -80,7 +80,7 @@ def test_drift_angle_in_the_turn(rudder: float) -> None:
     ],
 )
 def test_zigzags(angle: float, first: str, overshoots: tuple[float, float]) -> None:
-    figures = zigzag_figures(sail(Zigzag(deg(angle), deg(angle), first, approach=2)))  # type: ignore[arg-type]
+    figures = zigzag_figures(sail(Zigzag(deg(angle), deg(angle), first, approach=2)))
     assert figures.first == first
     found = (math.degrees(figures.first_overshoot), math.degrees(figures.second_overshoot))
     # Printed past the nominal heading, which the ship passes by up to r dt before the rudder is ordered over.

@@ -17,7 +17,7 @@ from motion import deg, rates
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import chen2011_system as system  # type: ignore[import-not-found,unused-ignore]  # noqa: E402
+import chen2011_system as system  # noqa: E402
 
 from seatruth.errors import BadInput  # noqa: E402
 from seatruth.manoeuvres import Straight, run_manoeuvre  # noqa: E402

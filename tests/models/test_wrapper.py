@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
-from seatruth.effects import ExtendedBlackBox, ExtendedModel, available
+from seatruth.effects import ExtendedModel, available
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Stepper
-from seatruth.models import BlackBox, Channel, Model, Observation, Parameter
+from seatruth.models import Channel, Model, Observation, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.base import Environment, Equations, record
 from seatruth.models.observed import ObservedModel
@@ -137,18 +137,6 @@ def records(model: Model) -> tuple[Any, Any, Any]:
     s = record("States", model.states)(*(values.get(channel.name, 0.0) for channel in model.states))
     i = record("Inputs", model.inputs)(*(values.get(channel.name, 0.0) for channel in model.inputs))
     return s, i, record("Parameters", model.parameters)(**model.nominal())
-
-
-def test_a_wrapped_black_box_keeps_every_attribute() -> None:
-    class Tank(BlackBox):
-        standard = {"y": ("y", 1)}  # noqa: RUF012
-        longest_step = 0.5
-
-    channels = [Channel("y", "m")]
-    box = Tank("tank", lambda trial, p, s: {}, inputs=[Channel("delta", "rad")], outputs=channels, parameters=[])
-    wrapper = ExtendedBlackBox(box, [available()["rudder_offset"]])
-    for name in set(MODEL_ATTRIBUTES) - {"title", "parameters"}:
-        assert getattr(wrapper, name) == getattr(box, name), name
 
 
 def test_a_wrapper_adds_states_inputs_and_parameters() -> None:

@@ -141,20 +141,21 @@ def test_damping_is_what_keeps_newton_from_diverging() -> None:
     assert minimise(THURBER.cost(0), "newton").value == pytest.approx(THURBER.rss / 2, rel=1e-9)
 
 
-@pytest.mark.parametrize("optimizer", ["least_squares", "newton"])
+@pytest.mark.parametrize("optimizer", ["least_squares", "newton", "secant"])
 def test_minimum_at_a_bound(optimizer: str) -> None:
     known = at_bound()
     assert minimise(known.cost, optimizer).x == pytest.approx(known.x, abs=1e-7)
 
 
-@pytest.mark.parametrize("optimizer", ["least_squares", "newton"])
+@pytest.mark.parametrize("optimizer", ["least_squares", "newton", "secant"])
 def test_a_start_that_diverges_is_replaced(optimizer: str) -> None:
     known = rosenbrock()
 
     class Cliff(ResidualCost):
         def __init__(self) -> None:
             inner = known.cost
-            super().__init__("cliff", inner.parameters, inner._residuals, inner._derivative)  # type: ignore[attr-defined]
+            assert isinstance(inner, ResidualCost)
+            super().__init__("cliff", inner.parameters, inner._residuals, inner._derivative)
 
         def residuals(self, x: Array) -> Array:
             return np.full(2, np.nan) if x[0] < -1.0 else super().residuals(x)
@@ -162,6 +163,15 @@ def test_a_start_that_diverges_is_replaced(optimizer: str) -> None:
     outcome = minimise(Cliff(), optimizer, seed=2)
     assert outcome.x == pytest.approx([1.0, 1.0], abs=1e-6)
     assert outcome.diverged >= 1
+
+
+@pytest.mark.parametrize("optimizer", ["least_squares", "newton", "secant"])
+def test_a_search_without_a_start_has_failed(optimizer: str) -> None:
+    inner = rosenbrock().cost
+    nowhere = ResidualCost("nowhere", inner.parameters, lambda X: np.full((len(X), 2), np.nan), inner.jacobian)
+    outcome = minimise(nowhere, make(optimizer, tries=3))
+    assert (outcome.code, outcome.evaluations) == ("failed", 4)
+    assert "the start and 3 random starts" in outcome.reason
 
 
 def test_newton_keeps_signs() -> None:

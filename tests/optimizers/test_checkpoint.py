@@ -194,7 +194,7 @@ def noting(calls: list[Array]) -> Any:
         calls.append(X)
         return plain(X)
 
-    cost.values = values  # type: ignore[method-assign]
+    cost.values = values
     return cost
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from seatruth.optimizers import Budget, Chain, Optimizer, from_callable, make, minimise
+from seatruth.optimizers import Budget, Chain, Optimizer, Problem, from_callable, make, minimise
 from seatruth.testing.optimizers import OptimizerConformance
 from seatruth.testing.problems import rosenbrock
 
@@ -152,7 +152,7 @@ class TestPlainFunction(OptimizerConformance):
 
     @pytest.fixture
     def optimizer(self) -> Optimizer:
-        def search(problem, rng):  # type: ignore[no-untyped-def]
+        def search(problem: Problem, rng: np.random.Generator) -> str:
             z, value, step = problem.start, math.inf, 0.25
             while step > 1e-9:
                 corners = z + step * np.vstack([np.eye(problem.dimension), -np.eye(problem.dimension)])

@@ -103,7 +103,7 @@ class Blocks(Cost):
 
 def block(name: str, A: Array, y: Array, columns: list[int], **more: object) -> Block:
     weights = more.pop("weights", np.ones(len(y)))
-    return Block(name, y, A, np.array(columns), weights, **more)  # type: ignore[arg-type]
+    return Block(name, y, A, np.array(columns), weights, **more)
 
 
 def test_separate_blocks_are_the_estimator_block_by_block() -> None:

@@ -57,7 +57,7 @@ def test_each_round_is_one_population() -> None:
     sizes: list[int] = []
     whole = type(cost).residuals_of
 
-    class Counted(type(cost)):  # type: ignore[misc]
+    class Counted(type(cost)):
         def residuals_of(self, X: Array) -> Any:
             sizes.append(len(X))
             return whole(self, X)

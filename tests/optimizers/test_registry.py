@@ -216,4 +216,4 @@ def test_a_function_is_an_optimizer(site: Path) -> None:
 
 def test_needs_of_a_function_are_checked() -> None:
     with pytest.raises(BadInput, match="Did you mean 'residuals'"):
-        from_callable(lambda problem, rng: "", needs=("residual",))  # type: ignore[arg-type]
+        from_callable(lambda problem, rng: "", needs=("residual",))

@@ -166,7 +166,7 @@ def _complex_run(model: Model, trial: Trial, x0: Any, values: dict[str, Any]) ->
     from seatruth.models.base import Environment, record
 
     names = {"max": lambda a, b: a if complex(a).real > complex(b).real else b, "math": cmath}
-    function = types.FunctionType(model.rhs.__code__, {**vars(abkowitz), **names})  # type: ignore[attr-defined]
+    function = types.FunctionType(model.rhs.__code__, {**vars(abkowitz), **names})
     p = record("P", model.parameters)(*[values[q.name] for q in model.parameters])
     state, inputs = record("S", model.states), record("I", model.inputs)
 

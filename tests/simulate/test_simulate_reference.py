@@ -254,6 +254,6 @@ def test_a_broken_model_is_said() -> None:
 
 def test_an_unknown_backend_is_said() -> None:
     with pytest.raises(BadInput, match="Did you mean 'compiled'"):
-        simulator(Lag(), [record_of(np.arange(4.0), np.ones_like)], backend="compile")  # type: ignore[arg-type]
+        simulator(Lag(), [record_of(np.arange(4.0), np.ones_like)], backend="compile")
     with pytest.raises(BadInput, match="Did you mean 'reference'"):
-        evaluate_rhs(Lag(), np.zeros(0), (), Lag().nominal(), np.ones((1, 2)), np.ones((1, 1)), backend="referenc")  # type: ignore[arg-type]
+        evaluate_rhs(Lag(), np.zeros(0), (), Lag().nominal(), np.ones((1, 2)), np.ones((1, 1)), backend="referenc")

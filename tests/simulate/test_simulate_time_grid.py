@@ -21,7 +21,7 @@ def test_hold_of_inputs() -> None:
     trial = record_of(t, lambda x: x)
     ends = {}
     for hold in ("foh", "zoh"):
-        sim = simulator(Lag(), [trial], hold=hold, max_step=0.02)  # type: ignore[arg-type]
+        sim = simulator(Lag(), [trial], hold=hold, max_step=0.02)
         ends[hold] = sim.outputs(np.zeros((1, 0)), np.zeros((1, 2))).x_end[0, 0, 0]
     assert ends["foh"] == pytest.approx(1.5 * (20.0 - 2.0 + 2.0 * math.exp(-10.0)), rel=1e-9)
     held = 0.0

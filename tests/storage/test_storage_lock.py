@@ -52,7 +52,7 @@ class Windows:
 def windows_lock(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """The module as Windows loads it: without fcntl, with msvcrt."""
     monkeypatch.setitem(sys.modules, "fcntl", None)
-    monkeypatch.setitem(sys.modules, "msvcrt", Windows())  # type: ignore[arg-type]  # stands in for a module
+    monkeypatch.setitem(sys.modules, "msvcrt", Windows())  # stands in for a module
     monkeypatch.setattr(sys, "platform", "win32")
     specification = importlib.util.spec_from_file_location("lock_on_windows", lock.__file__)
     assert specification is not None

@@ -79,7 +79,7 @@ def plans(vehicle: Vehicle, rng: np.random.Generator) -> Manoeuvre:
     approach = 0.06 * short
     horizontal: list[Manoeuvre] = [
         TurningCircle(sign * rudder, deg(700), approach),
-        Zigzag(rudder, deg(float(rng.choice([5, 10, 20]))), side, 6, approach),  # type: ignore[arg-type]
+        Zigzag(rudder, deg(float(rng.choice([5, 10, 20]))), side, 6, approach),
         Spiral(tuple(sign * rudder * k for k in (1.0, 0.5, 0.0, -0.5, -1.0)), short / 5),
         Straight(0.5 * short),
         Straight(0.5 * short, sign * deg(2.0)),

@@ -39,7 +39,7 @@ def test_unknown_steps_and_options_name_the_nearest() -> None:
         ([("hampel", {"channels": ["ps"]})], "Did you mean 'psi'?"),
     ]:
         with pytest.raises(BadInput) as caught:
-            apply_steps(trial(), steps)  # type: ignore[arg-type]
+            apply_steps(trial(), steps)
         assert says in str(caught.value)
 
 

@@ -9,7 +9,7 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
-from seatruth.commands.dear_runs import say_cost
+from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.study import Study
 from seatruth.trials.finding import Finding

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
-from seatruth.commands.dear_runs import say_cost
+from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.identify import names
 from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable

@@ -12,7 +12,7 @@ import pandas as pd
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, result_folder, say, table
-from seatruth.commands.dear_runs import say_cost
+from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.commands.resumable import resumable
 from seatruth.storage.atomic import CannotWrite

@@ -14,11 +14,11 @@ results = compare(comparison, "zigzags-result", workers=4)
 results.overall, results.ranking("accuracy"), results.conclusions
 """
 
-from seatruth.comparison.forecast import forecast
 from seatruth.comparison.noise import KINDS, Noise
 from seatruth.comparison.problem import Problem, Run
 from seatruth.comparison.results import Results
 from seatruth.comparison.runner import compare, merge, standing
 from seatruth.comparison.spec import Comparison
+from seatruth.comparison.time_forecast import forecast
 
 __all__ = ["KINDS", "Comparison", "Noise", "Problem", "Results", "Run", "compare", "forecast", "merge", "standing"]

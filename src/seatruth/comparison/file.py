@@ -160,8 +160,8 @@ def read_comparison(path: str | Path, *, progress: Progress = silent) -> tuple[C
         problems.add(("comparison", "budgets"), "the list of budgets is empty", "Give one or more.")
     targets: Sequence[float] = ()
     with problems.at("comparison", "targets"):
-        named = isinstance(table.targets, str)
-        targets = read_targets(source.parent / str(table.targets)) if named else table.targets  # type: ignore[assignment]  # not a text
+        given = table.targets
+        targets = read_targets(source.parent / given) if isinstance(given, str) else given
     problems.stop()
     name = table.name or source.stem
     comparison: Comparison | None = None

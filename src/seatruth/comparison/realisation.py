@@ -59,6 +59,10 @@ class NoisyProblem:
         """True values of the free parameters; None where they are not known."""
         return None if self.problem.truth is None else dict(self.problem.truth)
 
+    def simulate(self) -> None:
+        """Simulates all trials now: an error in them is raised here, and no worker has to do it again."""
+        _ = self.clean_trials, self.holdout
+
     @cached_property
     def clean_trials(self) -> Trials:
         """The fitted trials without added noise: simulated at the truth, or as recorded."""

@@ -10,7 +10,6 @@ parameters and its source: one that does not fit (a changed digit) is left out w
 from __future__ import annotations
 
 import json
-import math
 import sqlite3
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,13 +23,11 @@ from urllib.parse import quote
 
 import pandas as pd
 
-from seatruth.comparison.store_schema import SCHEMA, columns, own_columns
+from seatruth.comparison.store_schema import SCHEMA, cell, columns, own_columns, row_checksum
 from seatruth.comparison.worker import RunResult
 from seatruth.errors import BadInput, SeatruthError, SeatruthWarning
 from seatruth.provenance import provenance
-from seatruth.storage.checksum import checksum
 from seatruth.storage.lock import lock_file
-from seatruth.storage.values import to_text
 
 VERSION = 3
 _APPLICATION = 0x5EA7C0DE & 0x7FFFFFFF
@@ -203,12 +200,12 @@ class Store:
         self._delete(table, _PARAMETERS[table], run.key)
         if run.solver:
             row = common | {"solver": run.solver, "budget": run.budget, "history": json.dumps(result.history)}
-            row |= {name: _cell(numbers.get(name)) for name in _NUMBERS}
+            row |= {name: cell(numbers.get(name)) for name in _NUMBERS}
             self._insert("runs", row)
             self._parameters("estimates", run.key, result.estimates, ("value", "stderr", "lower", "upper"))
         else:
             names = ("value", "value_at_truth", "n_data", "dimension")
-            self._insert("fits", common | {name: _cell(numbers.get(name)) for name in names})
+            self._insert("fits", common | {name: cell(numbers.get(name)) for name in names})
             self._parameters("fit_parameters", run.key, result.estimates, ("unit", "value", "truth", "crlb"))
         self._seal(table, run.key)
 
@@ -220,7 +217,7 @@ class Store:
 
     def _parameters(self, table: str, key: str, frame: pd.DataFrame, names: Sequence[str]) -> None:
         for parameter, row in frame.iterrows():
-            content = {"key": key, "parameter": str(parameter)} | {name: _cell(row[name]) for name in names}
+            content = {"key": key, "parameter": str(parameter)} | {name: cell(row[name]) for name in names}
             self._insert(table, content)
 
     def _insert(self, table: str, row: Mapping[str, Any]) -> None:
@@ -267,7 +264,8 @@ class Store:
         sources = dict(self._base.execute("SELECT id, provenance FROM sources"))
         # The last columns are source, finished_utc and checksum.
         rows = self._base.execute(f"SELECT * FROM {table}{where}", values)
-        return {row[0]: _checksum([row[:-1], parameters.get(row[0], []), sources.get(row[-3])], table) for row in rows}
+        contents = {row[0]: [row[:-1], parameters.get(row[0], []), sources.get(row[-3])] for row in rows}
+        return {key: row_checksum(content, table) for key, content in contents.items()}
 
     def _provenance(self) -> int:
         if self._source is None:
@@ -334,22 +332,6 @@ class Store:
             raise SeatruthError(
                 f"the store cannot be written ({problem})", where=str(self.path), do="Free some space."
             ) from None
-
-
-def _checksum(row: list[Any], table: str) -> str:
-    """Checksum of a row; none for a row that holds what no run writes, such as bytes."""
-    try:
-        return checksum(to_text(row), table)
-    except TypeError:
-        return "it has none"
-
-
-def _cell(value: Any) -> Any:
-    """A value as SQLite keeps it: NaN is NULL."""
-    if value is None or isinstance(value, str):
-        return value
-    number = value.item() if hasattr(value, "item") else value
-    return None if isinstance(number, float) and math.isnan(number) else number
 
 
 def _quoted(path: Path) -> str:

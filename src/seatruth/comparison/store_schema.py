@@ -1,10 +1,15 @@
-"""The tables of a comparison's store."""
+"""The tables of a comparison's store, and how values and checksums stand in them."""
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from contextlib import closing
 from functools import cache
+from typing import Any
+
+from seatruth.storage.checksum import checksum
+from seatruth.storage.values import to_text
 
 SCHEMA = """
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT);
@@ -40,3 +45,19 @@ def own_columns() -> set[tuple[str, str]]:
     with closing(sqlite3.connect(":memory:")) as base:
         base.executescript(SCHEMA)
         return columns(base)
+
+
+def cell(value: Any) -> Any:
+    """A value as SQLite keeps it: NaN is NULL."""
+    if value is None or isinstance(value, str):
+        return value
+    number = value.item() if hasattr(value, "item") else value
+    return None if isinstance(number, float) and math.isnan(number) else number
+
+
+def row_checksum(row: list[Any], table: str) -> str:
+    """Checksum of a row; none for a row that holds what no run writes, such as bytes."""
+    try:
+        return checksum(to_text(row), table)
+    except TypeError:
+        return "it has none"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,6 +27,7 @@ from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.models.black_box import BlackBox
 from seatruth.optimizers import Budget, Optimizer, Outcome, Snapshot, minimise
+from seatruth.workers import by_value
 
 _REFERENCE_BUDGET = Budget(evaluations=20_000)
 """Far more than a local fit from the truth needs. Chosen here [S]."""
@@ -62,9 +62,9 @@ class PackedProblem:
         Trials are simulated here, once, so that an error in them is raised at once. Kernels are compiled here.
         """
         noisy = NoisyProblem(problem, settings)
-        assert len(noisy.clean_trials) + len(noisy.holdout)
+        noisy.simulate()
         _compile_kernels(noisy, runs)
-        data = _pickled(noisy)
+        data = by_value(noisy)
         return cls(joblib.hash(data), data)
 
 
@@ -300,16 +300,3 @@ def _unpack(packed: PackedProblem) -> NoisyProblem:
     if packed.digest not in _unpacked:
         _unpacked[packed.digest] = cloudpickle.loads(packed.data)
     return _unpacked[packed.digest]
-
-
-def _pickled(problem: NoisyProblem) -> bytes:
-    """The problem as bytes. The model of a user's file is included, as no other process knows that file's module."""
-    module = sys.modules.get(type(problem.study.model).__module__)
-    by_value = module is not None and module.__name__.startswith(("seatruth_user_", "__main__"))
-    if by_value:
-        cloudpickle.register_pickle_by_value(module)
-    try:
-        return bytes(cloudpickle.dumps(problem))
-    finally:
-        if by_value:
-            cloudpickle.unregister_pickle_by_value(module)

@@ -100,20 +100,7 @@ class TrajectoryCost(StudyCost):
 
     def residuals(self, x: Array) -> Array:
         """Errors over noise, then priors, then defects: (M,); all inf where x diverges or breaks a constraint."""
-        x = np.asarray(x, dtype=np.float64)
-        model_x, free = x[None, : self._K], x[None, self._K :]
-        theta, x0 = self.space.varying_values(model_x), self._initial.of(free)
-        outputs = self._simulator.outputs(theta, x0)
-        if outputs.diverged.any() or not self.space.feasible(model_x)[0]:
-            return np.full(self._first_defect + self._continuity.size, np.inf)
-        with np.errstate(all="ignore"):
-            parts = [
-                self._noise.residuals(self._simulator.measured - outputs.y[0]),
-                self.space.prior_residuals(model_x)[0],
-                self._initial_residuals(free)[0],
-                self._defects(outputs.x_end, x0)[0],
-            ]
-        return np.concatenate(parts)
+        return np.asarray(self.residuals_of(np.asarray(x, dtype=np.float64)[None])[0])
 
     def residuals_of(self, X: Array) -> Array:
         """`residuals` of each candidate, (P, K) -> (P, M), in one simulation of the whole population."""

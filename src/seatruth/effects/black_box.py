@@ -20,44 +20,31 @@ from seatruth.effects.through_ports import OutsideEffects
 from seatruth.errors import BadInput
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.ports import Outside
 from seatruth.models.servo import stages
-from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.trial import Trial
 
 Row = tuple[float, ...]
 
 
-class ExtendedBlackBox(BlackBox):
+class ExtendedBlackBox(BlackBoxWrapper):
     """A black box with effects on its inputs and outputs, and through its ports; made by `with_effects`.
 
     An effect whose parameters stand at their null leaves everything as it is. The states of effects start at their
     `initial_state`; inputs and outputs are linear between samples.
     """
 
-    base: BlackBox
-
     def __init__(self, base: BlackBox, effects: Sequence[Effect]) -> None:
-        self.base, self.effects = base, tuple(effects)
-        copy_attributes(base, self)
+        self.effects = tuple(effects)
         self._targets = [targets(effect, base) if effect.actuator else (None,) for effect in effects]
         super().__init__(
-            base.name,
+            base,
             self._around,
-            inputs=base.inputs,
-            outputs=base.outputs,
-            parameters=(*base.parameters, *(parameter for effect in effects for parameter in effect.null_parameters())),
-            states=base.states,
-            kind=base.kind,
+            parameters=[parameter for effect in effects for parameter in effect.null_parameters()],
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
-            source=base.source,
-            ports=base.ports,
         )
         self.trials = trials_of(base, effects)
-
-    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
-        """See `Model.complete`; what the black box itself says."""
-        return self.base.complete(outputs, inputs)
 
     def _around(
         self,

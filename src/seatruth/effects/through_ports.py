@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import math
+import uuid
 from bisect import bisect_right
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from seatruth.arrays import Array
@@ -19,7 +20,7 @@ from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Vehicle
 from seatruth.models.ports import BODY, EARTH, Outside, Ports
-from seatruth.storage.checksum import of_source
+from seatruth.storage.checksum import checksum, of_source
 
 Acting = tuple[Effect, Target | None, Any]
 """An effect, the actuator on which it acts, and its parameters."""
@@ -133,13 +134,16 @@ _SOURCES: dict[type[Any], str] = {}
 
 
 def _source(kind: type[Any]) -> str:
-    """A checksum of a class's text, so that a changed effect is simulated anew."""
+    """What a changed effect does not share: checksums of the files of its class and of those that it inherits from.
+
+    A class without a file (typed into a session) shares its runs with no other class, nor with a later session.
+    """
     if kind not in _SOURCES:
         try:
-            text = inspect.getsource(kind)
+            files = sorted({inspect.getfile(one) for one in kind.__mro__[:-1]})
+            content = " ".join(checksum(Path(file).read_bytes()) for file in files)
         except (OSError, TypeError):
-            text = ""
-        content = hashlib.sha256(text.encode()).hexdigest()[:16]
+            content = uuid.uuid4().hex
         _SOURCES[kind] = f"{kind.__module__}.{kind.__qualname__} {content}"
     return _SOURCES[kind]
 

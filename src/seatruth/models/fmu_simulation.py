@@ -195,7 +195,7 @@ class _Instance:
         for kind, group in groupby(zip(links, values), key=lambda pair: pair[0].kind):
             pairs = list(group)
             numbers: list[Any] = [link.outside(value) for link, value in pairs]
-            if kind in ("Boolean",):
+            if kind == "Boolean":
                 numbers = [value != 0.0 for value in numbers]
             elif kind not in ("Real", "Float64", "Float32"):
                 numbers = [round(value) for value in numbers]

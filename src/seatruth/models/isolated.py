@@ -19,8 +19,8 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.ports import Outside
-from seatruth.models.wrapper import copy_attributes
 from seatruth.storage.kept_runs import KeptRuns
 from seatruth.trials.trial import Trial
 from seatruth.workers import Workers
@@ -51,7 +51,7 @@ class RunCounts:
         return self.simulated + self.kept - sum(self.failures.values())
 
 
-class IsolatedBlackBox(BlackBox):
+class IsolatedBlackBox(BlackBoxWrapper):
     """A black box that runs in processes of its own, as many at once as there are threads to simulate.
 
     A run that ends its process, takes too long or raises gives NaN: it has diverged. Runs are kept in memory, and on
@@ -83,21 +83,9 @@ class IsolatedBlackBox(BlackBox):
     def __init__(self, base: BlackBox, *, time_limit: float = TIME_LIMIT, identity: str | None = None) -> None:
         if not (time_limit > 0.0 and math.isfinite(time_limit)):
             raise BadInput(f"{time_limit!r} s is no time limit", where=f"model {base.name!r}", do="Give a number > 0.")
-        self.base, self.time_limit, self.identity = base, time_limit, identity
+        self.time_limit, self.identity = time_limit, identity
         self._number = uuid.uuid4().hex if identity is None else identity
-        copy_attributes(base, self)
-        super().__init__(
-            base.name,
-            base.function,
-            inputs=base.inputs,
-            outputs=base.outputs,
-            parameters=base.parameters,
-            states=base.states,
-            kind=base.kind,
-            title=base.title,
-            source=base.source,
-            ports=base.ports,
-        )
+        super().__init__(base, base.function)
 
     @property
     def counts(self) -> RunCounts:
@@ -170,7 +158,6 @@ class _Home:
     """Processes, kept runs and counts of one simulator, shared by all copies of its model in this process."""
 
     def __init__(self, model: IsolatedBlackBox) -> None:
-        assert model.base is not None
         self.workers = Workers(model.base.run)
         self.counts = RunCounts()
         self._disk = KeptRuns() if model.identity is not None else None

@@ -18,10 +18,11 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.initial_motion import initial_motion
 from seatruth.models.measures import MEASURES, Measure, Motion, Place, Water
 from seatruth.models.ports import Outside
-from seatruth.models.wrapper import ModelWrapper, copy_attributes
+from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
@@ -257,14 +258,11 @@ def shows_accelerations(model: Model) -> bool:
     return any(one.measure.accelerates for one in model.observations)
 
 
-class ObservedBlackBox(BlackBox):
+class ObservedBlackBox(BlackBoxWrapper):
     """A black box with the outputs that a log holds, computed from the outputs that it returns; made by `observed`."""
 
-    base: BlackBox
-
     def __init__(self, base: BlackBox, observations: Sequence[Observation]) -> None:
-        self.base, self.observations = base, tuple(observations)
-        copy_attributes(base, self)
+        self.observations = tuple(observations)
         self._motion = _Sources(base).motion(False)
         shared = [one.channel for one in observations if one.channel in {channel.name for channel in base.states}]
         if shared:
@@ -273,18 +271,7 @@ class ObservedBlackBox(BlackBox):
                 where=f"model {base.name!r}",
                 do="Give the channel another name, with `measures`.",
             )
-        super().__init__(
-            base.name,
-            self._around,
-            inputs=base.inputs,
-            outputs=_outputs(base, observations, lambda name: True),
-            parameters=base.parameters,
-            states=base.states,
-            kind=base.kind,
-            title=base.title,
-            source=base.source,
-            ports=base.ports,
-        )
+        super().__init__(base, self._around, outputs=_outputs(base, observations, lambda name: True))
         self.standard = {
             **base.standard,
             **{one.channel: (one.measured, 1) for one in observations if one.channel != one.measured},

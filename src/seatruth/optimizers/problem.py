@@ -106,6 +106,20 @@ class Problem:
         Z[0] = self.start
         return Z
 
+    def simulated_start(self, rng: np.random.Generator, tries: int) -> tuple[Array, Array]:
+        """A start (K,) that can be simulated, and its residuals (M,): `start`, else the first of `tries` random ones.
+
+        Where none can be, the search ends as failed.
+        """
+        z = self.start
+        for tried in range(tries + 1):
+            r = self.residuals(z)
+            if np.isfinite(r).all():
+                return z, r
+            if tried < tries:
+                z = self.sample(rng, 1)[0]
+        self.finish("failed", f"the start and {tries} random starts could not be simulated")
+
     def values(self, Z: Array) -> Array:
         """Cost of each candidate, (P, K) -> (P,), in one call of the cost. Counts P evaluations."""
         return self._evaluator.values(np.asarray(Z, dtype=float))

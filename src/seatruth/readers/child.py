@@ -120,10 +120,5 @@ def limit(memory: int, seconds: int) -> None:
         return
 
 
-def environment() -> dict[str, str]:
-    """Variables of the process: one thread each, no settings of libraries from the working directory."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-
-
 if __name__ == "__main__":
     main()

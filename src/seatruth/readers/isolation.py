@@ -7,15 +7,15 @@ a file are wrong. In a process of its own they take nothing with them.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
+from io import BufferedReader
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from seatruth.errors import BadInput
+from seatruth.processes import search_path, started
 from seatruth.readers import child
 from seatruth.readers.base import Content, Topic
 
@@ -41,18 +41,11 @@ def read_isolated(reader: str, options: Mapping[str, Any], path: Path, progress:
         "path": str(path),
         "memory": MEMORY_BYTES + MEMORY_PER_BYTE * size,
         "seconds": int(seconds),
-        # An empty entry is the working directory, whose files must not be taken for modules.
-        "modules": [entry for entry in sys.path if entry],
+        "modules": search_path(),
     }
-    with subprocess.Popen(
-        [sys.executable, "-P", str(Path(child.__file__))],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=child.environment(),
-    ) as process:
+    with started(child.__file__) as process:
         assert process.stdin is not None
-        assert process.stdout is not None
+        assert isinstance(process.stdout, BufferedReader)
         try:
             process.stdin.write(json.dumps(order).encode())
             process.stdin.close()
@@ -69,7 +62,7 @@ def read_isolated(reader: str, options: Mapping[str, Any], path: Path, progress:
     return content
 
 
-def _receive(stream: IO[bytes], progress: Callable[[float], None]) -> Content | BadInput:
+def _receive(stream: BufferedReader, progress: Callable[[float], None]) -> Content | BadInput:
     """The child's answer: lines of JSON, then the bytes of all columns in their order."""
     while True:
         line = stream.readline()
@@ -91,13 +84,13 @@ def _receive(stream: IO[bytes], progress: Callable[[float], None]) -> Content | 
     return Content(topics, message["notes"], None if start is None else (float(start[0]), str(start[1])))
 
 
-def _array(stream: IO[bytes], kind: str, count: int) -> np.ndarray[Any, Any]:
+def _array(stream: BufferedReader, kind: str, count: int) -> np.ndarray[Any, Any]:
     values = np.empty(count, dtype=np.dtype(kind))
     bytes_of: Any = values.view(np.uint8) if values.nbytes else b""
     view = memoryview(bytes_of)
     done = 0
     while done < values.nbytes:
-        got = stream.readinto(view[done:])  # type: ignore[attr-defined]  # a pipe's reader has it, IO[bytes] does not
+        got = stream.readinto(view[done:])
         if not got:
             raise EOFError
         done += got

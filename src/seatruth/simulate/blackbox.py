@@ -30,7 +30,7 @@ class BlackBoxSimulator(SerialSimulator):
     """Runs a BlackBox: one call of its function for each candidate and trial.
 
     A state is the output of the same name. `steps` counts the intervals between samples, as a black box does not say
-    how it integrates. One that runs in processes of its own is dear: it is run on `threads` processes at once, its
+    how it integrates. One that runs in processes of its own is expensive: it is run on `threads` processes at once, its
     derivatives are forward differences, and their step is chosen by the noise of its outputs.
     """
 

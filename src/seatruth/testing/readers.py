@@ -19,7 +19,7 @@ import hashlib
 import random
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -121,7 +121,9 @@ class ReaderConformance:
         assert all(suffix.startswith(".") and suffix == suffix.lower() for suffix in info.suffixes)
         if info.missing:
             pytest.fail(f"{', '.join(info.missing)} is not installed, so that nothing was tested")
-        undocumented = [field.name for field in fields(self._kind()) if not field.metadata.get("doc")]  # type: ignore[arg-type]  # a dataclass, as the registry checks
+        kind = self._kind()
+        assert is_dataclass(kind)
+        undocumented = [field.name for field in fields(kind) if not field.metadata.get("doc")]
         assert not undocumented, f"options without a word on what they do: {undocumented}"
 
     def _kind(self) -> type[Reader]:

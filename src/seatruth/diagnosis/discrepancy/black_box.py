@@ -14,15 +14,13 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.model import force_input, hats
-from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
+from seatruth.diagnosis.discrepancy.model import MissingForces, force_input, hats
+from seatruth.diagnosis.discrepancy.terms import Term, equations
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
-from seatruth.models.parameter import Parameter
+from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.ports import FORCES, Outside, Ports
-from seatruth.models.wrapper import copy_attributes
 from seatruth.storage.checksum import of_source
-from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 _SEEN = 1e-6
@@ -36,7 +34,7 @@ _BEGINNING = 0.02
 """Part of a trial over which the acceleration is taken, three samples at least. [S]"""
 
 
-class DiscrepancyBlackBox(BlackBox):
+class DiscrepancyBlackBox(MissingForces, BlackBoxWrapper):
     """A black box with missing forces.
 
     Args:
@@ -47,36 +45,12 @@ class DiscrepancyBlackBox(BlackBox):
         inertia: of each motion: kg, or kg m2.
     """
 
-    base: BlackBox
-
     def __init__(
         self, base: BlackBox, knots: int, duration: float, scales: Mapping[str, float], inertia: Mapping[str, float]
     ) -> None:
-        self.base, self.scales, self.inertia = base, dict(scales), dict(inertia)
-        self.knots, self.spacing = knots, duration / (knots - 1)
-        self.equations = equations(base)
-        self.terms: tuple[Term, ...] = tuple(terms_of(base))
-        self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
-        units = {state: acceleration_unit(base, state) for state in self.equations}
-        parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
-        parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
-        copy_attributes(base, self)
-        super().__init__(
-            base.name,
-            self._around,
-            inputs=[*base.inputs, *(Channel(force_input(state), units[state]) for state in self.equations)],
-            outputs=base.outputs,
-            parameters=[*base.parameters, *parameters],
-            states=base.states,
-            kind=base.kind,
-            title=base.title,
-            source=base.source,
-            ports=base.ports,
-        )
-
-    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
-        """See `Model.complete`; what the black box itself says."""
-        return self.base.complete(outputs, inputs)
+        self.inertia = dict(inertia)
+        inputs, parameters = self.declare(base, knots, duration, scales)
+        super().__init__(base, self._around, inputs=inputs, parameters=parameters)
 
     def _around(
         self,
@@ -93,13 +67,13 @@ class DiscrepancyBlackBox(BlackBox):
                 forces[:, column] += hats(np.asarray(trial.t), self.spacing, self.knots) @ own
         acting = [(term, parameters[term.name]) for term in self.terms if parameters[term.name] != 0.0]
         if forces.any() or acting:
-            outside = MissingForces(self, trial, forces, acting, outside)
+            outside = AddedForces(self, trial, forces, acting, outside)
         plain = {q.name: parameters[q.name] for q in self.base.parameters}
         y = self.base.run(trial, plain, first_state, outside)
         return {channel.name: y[:, k] for k, channel in enumerate(self.outputs)}
 
 
-class MissingForces:
+class AddedForces:
     """Missing forces as a function of (time, outputs), see `Outside`; it holds plain values, to be sent anywhere."""
 
     def __init__(

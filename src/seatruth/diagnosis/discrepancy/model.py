@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +29,41 @@ from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 
-class DiscrepancyModel(ModelWrapper):
+class MissingForces:
+    """What a model with missing forces says of them, whether its equations are known or not.
+
+    Attributes:
+        equations: words for the equations that have them, by state.
+        knots, spacing: how many knots there are, and s between two of them.
+        knot_names: the parameters of each equation's function of time, by state.
+        terms: the terms of all equations; each has a parameter of its name.
+        scales: usual size of each motion and input, which makes the terms dimensionless.
+    """
+
+    equations: dict[str, str]
+    knots: int
+    spacing: float
+    knot_names: dict[str, tuple[str, ...]]
+    terms: tuple[Term, ...]
+    scales: dict[str, float]
+
+    def declare(
+        self, base: Model, knots: int, duration: float, scales: Mapping[str, float]
+    ) -> tuple[list[Channel], list[Parameter]]:
+        """Sets the attributes; returns the inputs and parameters that `base` gets besides its own.
+
+        `duration` (s) is that of the longest trial.
+        """
+        self.equations, self.terms = equations(base), tuple(terms_of(base))
+        self.knots, self.spacing, self.scales = knots, duration / (knots - 1), dict(scales)
+        self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
+        units = {state: acceleration_unit(base, state) for state in self.equations}
+        parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
+        parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
+        return [Channel(force_input(state), unit) for state, unit in units.items()], parameters
+
+
+class DiscrepancyModel(MissingForces, ModelWrapper):
     """A model with missing forces.
 
     Args:
@@ -40,15 +74,7 @@ class DiscrepancyModel(ModelWrapper):
     """
 
     def __init__(self, base: Model, knots: int, duration: float, scales: Mapping[str, float]) -> None:
-        self.scales = dict(scales)
-        self.knots, self.spacing = knots, duration / (knots - 1)
-        self.equations = equations(base)
-        self.terms: tuple[Term, ...] = tuple(terms_of(base))
-        self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
-        units = {state: acceleration_unit(base, state) for state in self.equations}
-        parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
-        parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
-        inputs = [Channel(force_input(state), units[state]) for state in self.equations]
+        inputs, parameters = self.declare(base, knots, duration, scales)
         super().__init__(base, inputs=inputs, parameters=parameters)
         # Held forces would lag the knots, by which derivatives are taken, by half a sample.
         self.linear = (*base.linear, *(channel.name for channel in inputs))
@@ -126,23 +152,7 @@ def hats(t: Array, spacing: float, knots: int) -> Array:
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(t[:, None] / spacing - np.arange(knots))))
 
 
-class Carries(Protocol):
-    """What a model with missing forces shows of them: `DiscrepancyModel`, or that of a black box."""
-
-    @property
-    def equations(self) -> Mapping[str, str]:
-        """Words for the equations that have them, by state."""
-
-    @property
-    def spacing(self) -> float:
-        """s between two knots."""
-
-    @property
-    def knots(self) -> int:
-        """How many knots there are."""
-
-
-def with_forces(trial: Trial, model: Carries, forces: Array | None = None) -> Trial:
+def with_forces(trial: Trial, model: MissingForces, forces: Array | None = None) -> Trial:
     """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None."""
     basis = hats(np.asarray(trial.t), model.spacing, model.knots)
     extra = {

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
-from seatruth.diagnosis.discrepancy.model import DiscrepancyModel
+from seatruth.diagnosis.discrepancy.model import MissingForces
 from seatruth.diagnosis.discrepancy.terms import acceleration_unit
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
@@ -57,7 +56,7 @@ def _size(found: Fit, equation: int) -> float:
     return math.hypot(math.exp(float(found.sizes.terms[equation])), math.exp(float(found.sizes.forces[equation])))
 
 
-def _terms(problem: Problem, model: DiscrepancyModel | DiscrepancyBlackBox, found: Fit) -> tuple[MissingTerm, ...]:
+def _terms(problem: Problem, model: MissingForces, found: Fit) -> tuple[MissingTerm, ...]:
     error = found.stderr(problem)
     rows = []
     for term, k in zip(model.terms, problem.terms):

@@ -63,6 +63,17 @@ def _over_budgets(results: Results, album: Album) -> list[Block]:
     return blocks
 
 
+_MOSTLY = 0.9
+"""Share of runs that must converge for the error to be called the data's. Chosen here [S]."""
+
+
+def _whose(converged: float) -> str:
+    """Whose error it is where this share of the runs converged."""
+    if converged >= _MOSTLY:
+        return "the data's"
+    return "the search's" if converged <= 1 - _MOSTLY else "the search's and the data's"
+
+
 def _stood(results: Results) -> list[list[str]]:
     """By condition and solver, with the largest budget: whether the search or the data make the error."""
     overall = results.overall
@@ -77,15 +88,7 @@ def _stood(results: Results) -> list[list[str]]:
             percent(r["converged"], 3) or "0 %",
             number(r["error_percent"], 3),
             number(r["left_percent"], 3) if math.isfinite(r["left_percent"]) else "",
-            "the data's"
-            if r["converged"] >= _MOSTLY
-            else "the search's"
-            if r["converged"] <= 1 - _MOSTLY
-            else "both's",
+            _whose(r["converged"]),
         ]
         for r in overall.to_dict("records")
     ]
-
-
-_MOSTLY = 0.9
-"""Share of runs that must converge for the error to be called the data's. Chosen here [S]."""

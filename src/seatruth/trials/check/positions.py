@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +122,7 @@ def _motion(
     return _Motion(expected, np.asarray(measured, dtype=np.complex128), turned, w.seconds)
 
 
-_FAULTS: tuple[tuple[str, str, str, dict[str, Callable[..., object]]], ...] = (
+_FAULTS: tuple[tuple[str, str, str, dict[str, Callable[[Any], Any]]], ...] = (
     ("x and y are swapped.", "Swap their columns.", "x", {"earth": lambda z: z.imag + 1j * z.real}),
     ("y counts the other way.", "Set sign = -1 for y.", "y", {"earth": np.conj}),
     ("x counts the other way.", "Set sign = -1 for x.", "x", {"earth": lambda z: -np.conj(z)}),
@@ -159,7 +160,7 @@ def _named_fault(trial: Trial, w: Windows, plain: _Motion, mismatch: float) -> F
     for number, (_, _, channel, undo) in enumerate(_FAULTS):
         if channel == "v" and not has_channels(trial, "v"):
             continue
-        motion = _motion(trial, w, **undo)  # type: ignore[arg-type]
+        motion = _motion(trial, w, **undo)
         scores.append((rms(np.abs(motion.measured - motion.expected)) / rms(np.abs(motion.measured)), number))
     scores.sort()
     best, number = scores[0]

@@ -1,4 +1,4 @@
-"""What a command says of a dear simulator before it starts: how many runs, and how long."""
+"""What a command says of an expensive simulator before it starts: how many runs, and how long."""
 
 from __future__ import annotations
 

@@ -1,0 +1,100 @@
+"""Black boxes around a black box keep what it declares, add their own behind it, and run it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
+from seatruth.effects import ExtendedBlackBox, available
+from seatruth.models import BlackBox, Channel, IsolatedBlackBox, Observation, Parameter
+from seatruth.models.black_box_wrapper import BlackBoxWrapper
+from seatruth.models.geometry import Dimensions
+from seatruth.models.observed import ObservedBlackBox
+from seatruth.models.wrapper import MODEL_ATTRIBUTES
+from seatruth.trials import Trial
+
+MOTION = (Channel("u", "m/s"), Channel("v", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad", angle=True))
+TRIAL = Trial("run", np.arange(4.0), {"delta": np.full(4, 0.2), "force_u": np.zeros(4)}, {})
+
+
+class Boat(BlackBox):
+    """A black box that declares something for every attribute that a wrapper could forget."""
+
+    standard = {"psi": ("psi", 1)}  # noqa: RUF012
+    longest_step = 0.5
+
+    def __init__(self) -> None:
+        super().__init__(
+            "boat",
+            turning,
+            inputs=[Channel("delta", "rad")],
+            outputs=MOTION,
+            states=MOTION,
+            parameters=[Parameter("K", 0.5, "1/s")],
+            kind="ship",
+            title="a boat",
+            source="here",
+            ports={"force": ["X"]},
+            dimensions=Dimensions(7.0, 2.0, 0.5, 5000.0, 1000.0),
+        )
+
+    def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
+        return {"u": 1.0, "v": 0.0, "r": 0.0, "psi": 0.0, **outputs}
+
+
+def turning(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:
+    rate = p["K"] * trial.inputs["delta"]
+    return {"u": np.full(len(trial), first["u"]), "v": np.zeros(len(trial)), "r": rate, "psi": rate * trial.t}
+
+
+def lacking(box: BlackBox) -> BlackBoxWrapper:
+    scales = {channel.name: 1.0 for channel in (*box.outputs, *box.inputs)}
+    return DiscrepancyBlackBox(box, 3, 10.0, scales, {"u": 5000.0})
+
+
+WRAPPERS: dict[type[BlackBoxWrapper], Callable[[BlackBox], BlackBoxWrapper]] = {
+    IsolatedBlackBox: IsolatedBlackBox,
+    ExtendedBlackBox: lambda box: ExtendedBlackBox(box, [available()["rudder_offset"]]),
+    DiscrepancyBlackBox: lacking,
+    ObservedBlackBox: lambda box: ObservedBlackBox(box, [Observation("sog")]),
+}
+
+
+def test_every_wrapper_is_in_this_file() -> None:
+    found = {kind for kind in BlackBoxWrapper.__subclasses__() if kind.__module__.startswith("seatruth")}
+    assert found == set(WRAPPERS)
+
+
+@pytest.mark.parametrize("kind", WRAPPERS)
+def test_every_attribute_is_kept(kind: type[BlackBoxWrapper]) -> None:
+    """What the wrapper adds stands behind what the wrapped one has; the rest is the same."""
+    box = Boat()
+    wrapper = WRAPPERS[kind](box)
+    for name in set(MODEL_ATTRIBUTES) - {"title"}:
+        theirs, ours = getattr(box, name), getattr(wrapper, name)
+        if name in ("inputs", "outputs", "parameters"):
+            assert ours[: len(theirs)] == theirs, name
+        elif name == "standard":
+            assert theirs.items() <= ours.items()
+        else:
+            assert ours == theirs, name
+    assert wrapper.title.startswith("a boat")
+    assert wrapper.ports == box.ports
+    assert wrapper.innermost is box
+
+
+@pytest.mark.parametrize("kind", WRAPPERS)
+def test_it_runs_the_wrapped_one(kind: type[BlackBoxWrapper]) -> None:
+    box, first = Boat(), {"u": 2.0, "v": 0.0, "r": 0.0, "psi": 0.0}
+    wrapper = WRAPPERS[kind](box)
+    found = wrapper.run(TRIAL, wrapper.nominal(), first)
+    assert found[:, : len(MOTION)] == pytest.approx(box.run(TRIAL, box.nominal(), first))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in WRAPPERS if kind is not ObservedBlackBox])
+def test_a_start_that_was_not_recorded_is_the_wrapped_one_s(kind: type[BlackBoxWrapper]) -> None:
+    assert WRAPPERS[kind](Boat()).complete({"r": 0.1}, {})["u"] == 1.0
