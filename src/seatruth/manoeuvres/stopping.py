@@ -61,7 +61,7 @@ def stopping_figures(trial: Trial, *, drive: str = "n") -> StoppingFigures:
         >>> plan = CrashStop(revolutions=-8.0)
         >>> run = run_manoeuvre(load_model("mmg"), plan, dt=0.2, first_state={"u": 1.18}, inputs={"n": 10.4})
         >>> round(stopping_figures(run).track_reach)
-        29
+        39
     """
     where = f"stopping figures of trial {trial.name!r}"
     if drive not in trial.inputs:
