@@ -167,9 +167,7 @@ class Fleet:
             taken.append(now)
         return [lost.get(k) or self._trial(k, int(steps[k]) + 1, states, taken, plan, how.dt) for k in range(size)]
 
-    def _orders(
-        self, helm: Any, t: float, seen: Mapping[str, float], plan: Manoeuvre
-    ) -> Mapping[str, float] | None:
+    def _orders(self, helm: Any, t: float, seen: Mapping[str, float], plan: Manoeuvre) -> Mapping[str, float] | None:
         try:
             orders: Mapping[str, float] | None = helm(t, seen)
         except KeyError as missing:
