@@ -18,9 +18,22 @@ _MOVED = 0.05
 """Share of draws on a bound from which the intervals are doubtful. Chosen here [S]."""
 
 
-def findings(figures: pd.DataFrame, measured: pd.DataFrame, drawn: ParameterDraws, level: float) -> list[Finding]:
+def findings(
+    figures: pd.DataFrame, measured: pd.DataFrame, drawn: ParameterDraws, level: float, widened: float
+) -> list[Finding]:
     """Findings of a prediction, gravest first."""
     found = [*_doubts(drawn), *_by_priors(figures), *_missing(figures), *_outside(measured, level)]
+    if widened > 1.0:
+        found.append(
+            Finding(
+                "note",
+                "intervals-widened",
+                f"Figures of the fitted trials miss their predictions by {widened:.2g} times what the parameters leave "
+                "open: all intervals are that much wider.",
+                "prediction",
+                "`seatruth diagnose` looks for what the model lacks.",
+            )
+        )
     if math.isnan(drawn.lack_of_fit):
         found.append(
             Finding(
@@ -123,8 +136,8 @@ def _outside(measured: pd.DataFrame, level: float) -> list[Finding]:
             "warning",
             "intervals-miss",
             f"{len(outside)} of {len(known)} measured figures lie outside their {100 * level:.0f} % intervals: "
-            f"{listed(names[:4])}{' and others' if len(names) > 4 else ''}. The model lacks something that no parameter "
-            "of it can hold.",
+            f"{listed(names[:4])}{' and others' if len(names) > 4 else ''}. The model lacks something that none of its "
+            "parameters can hold.",
             "prediction",
             "Do not rely on the intervals of other manoeuvres; `seatruth diagnose` looks for what is missing.",
         )

@@ -1,4 +1,9 @@
-"""From the figures of many drawn ships to an interval, and to what holds it: the trials or the priors."""
+"""From the figures of many drawn ships to an interval, and to what holds it: the trials or the priors.
+
+Where the figures of the fitted trials miss their predictions by more than the draws let expect, the model lacks
+something that none of its parameters holds. All intervals are then wider by the root mean square of those misses, in
+standard deviations (the scale factor of Birge 1932, by which weighted means that disagree are given wider errors).
+"""
 
 from __future__ import annotations
 
@@ -6,12 +11,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
+import scipy
 
 from seatruth.arrays import Array
 from seatruth.prediction.parameter_draws import ParameterDraws
 
 _FEW = 20
 """Draws below which quantiles mean nothing. Chosen here [S]."""
+_FEW_FIGURES = 5
+"""Measured figures below which their misses say nothing of the size of the next one. Chosen here [S]."""
 _CONSTANT = 1e-9
 """Spread over size below which a figure is constant: rounding."""
 _BY_TRIALS, _BY_PRIORS = 0.25, 0.75
@@ -59,6 +68,26 @@ def interval(values: Array, drawn: ParameterDraws, level: float) -> Interval:
     ends = np.where(known, values, ends)
     lower, upper = (float(np.quantile(ends, q, method="nearest")) for q in (tail, 1.0 - tail))
     return Interval(lower, upper, missing, prior_share(values, drawn))
+
+
+def widening(measured: pd.DataFrame, level: float) -> float:
+    """The factor, 1 or more, by which intervals must be wider, from the rows of the fitted trials (`measured_rows`)."""
+    fitted = measured[(measured.role == "fit") & np.isfinite(measured.measured) & np.isfinite(measured.predicted)]
+    half = 0.5 * (fitted.upper - fitted.lower)
+    known = np.isfinite(half) & (half > _CONSTANT * fitted.predicted.abs())
+    if int(known.sum()) < _FEW_FIGURES:
+        return 1.0
+    sd = half[known] / float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
+    misses = (fitted.measured - fitted.predicted)[known] / sd
+    return max(1.0, float(np.sqrt(np.mean(misses**2))))
+
+
+def widened(frame: pd.DataFrame, center: str, factor: float) -> pd.DataFrame:
+    """The table with its intervals wider about the column `center`."""
+    if factor == 1.0 or not len(frame):
+        return frame
+    middle = frame[center].where(np.isfinite(frame[center]), 0.5 * (frame.lower + frame.upper))
+    return frame.assign(lower=middle + factor * (frame.lower - middle), upper=middle + factor * (frame.upper - middle))
 
 
 def prior_share(values: Array, drawn: ParameterDraws) -> float:

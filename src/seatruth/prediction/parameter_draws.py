@@ -13,7 +13,8 @@ their distance over sqrt(12). It does not move the estimate and hardly counts wh
 lacks something, trials pull the parameters apart by more than that. The scores of the single trials show it: their
 scatter, T / (T - 1) sum_t (s_t - mean)(...)', estimates M as well, from whole trials (cluster-robust, Liang and Zeger
 1986). The trials' part is multiplied by the mean ratio of both over the directions that M holds, where it is above 1.
-What all trials lack alike, and what another manoeuvre asks of the model beyond them, no residual shows.
+What is still missing then shows in the figures of the fitted trials (intervals.py). What all trials lack alike, and
+what another manoeuvre asks of the model beyond them, shows nowhere.
 """
 
 from __future__ import annotations
@@ -168,12 +169,12 @@ def _drawn(
     count, batch, outside = 0, max(256, 4 * draws), np.zeros((0, len(x)))
     for _ in range(max(1, _TRIES * draws // batch)):
         t = np.sqrt(freedom / rng.chisquare(freedom, (batch, 1)))
-        X = x + t * (rng.standard_normal((batch, len(x))) @ roots[0].T)
-        X = X + rng.standard_normal((batch, len(x))) @ roots[1].T
-        inside = ((X >= low) & (X <= high)).all(axis=1)
-        inside[inside] &= cost.space.feasible(X[inside])
-        kept.append(X[inside])
-        outside = X[~inside]
+        made = x + t * (rng.standard_normal((batch, len(x))) @ roots[0].T)
+        made = made + rng.standard_normal((batch, len(x))) @ roots[1].T
+        inside = ((made >= low) & (made <= high)).all(axis=1)
+        inside[inside] &= cost.space.feasible(made[inside])
+        kept.append(made[inside])
+        outside = made[~inside]
         count += int(inside.sum())
         if count >= draws:
             break

@@ -23,12 +23,12 @@ from seatruth.prediction.conditions import (
     time_step,
 )
 from seatruth.prediction.findings import findings
-from seatruth.prediction.intervals import Interval, interval
+from seatruth.prediction.intervals import Interval, interval, widened, widening
 from seatruth.prediction.measured import measured_rows
 from seatruth.prediction.parameter_draws import ParameterDraws, parameter_draws
 from seatruth.prediction.population import Fleet, Sailing
 from seatruth.prediction.quantities import QUANTITIES, figures_of, kind_of
-from seatruth.prediction.results import FIGURE_COLUMNS, MEASURED_COLUMNS, TRACK_COLUMNS, Predictions
+from seatruth.prediction.results import FIGURE_COLUMNS, MEASURED_COLUMNS, TRACK_COLUMNS, Predictions, table_of
 from seatruth.progress import Progress, ProgressEvent, silent
 from seatruth.provenance import provenance
 from seatruth.study.study import Study
@@ -76,8 +76,9 @@ def predict(
 
     Parameters are drawn from the estimate: the trials' part of its covariance, widened where trials disagree by more
     than their residuals let expect, and the priors' part (`seatruth.prediction.parameter_draws`). Each draw sails
-    each manoeuvre; the interval lies between quantiles of its figures. It holds what the parameters leave open. What
-    all trials of the study lack alike, and what the model's structure lacks in another manoeuvre, is not in it.
+    each manoeuvre; the interval lies between quantiles of its figures. Where the figures of the fitted trials miss
+    their predictions by more than that, all intervals are wider by so much. What the model lacks in another manoeuvre
+    alone is not in them.
 
     Args:
         study: the study that was identified, with trajectory or regression cost.
@@ -91,7 +92,7 @@ def predict(
         seed: seed of the draws; default: the study's.
         scale: length of the ship over that of the model; above 1, figures are of the full-scale ship (Froude).
         calm: take away the effects of the environment that the study's model has, as a current.
-        measured: also predict the manoeuvres that the study's trials hold.
+        measured: also predict the manoeuvres that the study's trials hold; without them no interval is widened.
         dt: step, s; default: that of the trials.
         limit: time after which a manoeuvre ends, s; default: five times the longest trial.
         threads: threads of the simulation of recorded runs. They do not change the result.
@@ -160,8 +161,10 @@ def predict(
             _scaled(row, scale, ("measured", "predicted", "lower", "upper"))
             for row in measured_rows(study, values, drawn, level, how, threads)
         ]
-    figures = pd.DataFrame(rows, columns=list(FIGURE_COLUMNS))
-    compared = pd.DataFrame(beside, columns=list(MEASURED_COLUMNS))
+    figures, compared = table_of(rows, FIGURE_COLUMNS), table_of(beside, MEASURED_COLUMNS)
+    factor = widening(compared, level)
+    figures, compared = widened(figures, "value", factor), widened(compared, "predicted", factor)
+    compared["inside"] = (compared.lower <= compared.measured) & (compared.measured <= compared.upper)
     return Predictions(
         study=study.name,
         model=study.model.name,
@@ -175,7 +178,8 @@ def predict(
         scale=scale,
         conditions=conditions,
         lack_of_fit=drawn.lack_of_fit,
-        findings=findings(figures, compared, drawn, level),
+        widened=factor,
+        findings=findings(figures, compared, drawn, level, factor),
         provenance={**provenance(), "study_hash": study.content_hash, "estimate": _behind(estimate), "scale": scale},
     )
 

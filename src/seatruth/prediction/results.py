@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,7 +18,14 @@ MEASURED_COLUMNS = (
     *("trial", "role", "manoeuvre", "kind", "figure", "title", "unit", "measured", "predicted", "lower", "upper"),
     *("inside", "held_by", "prior_share", "missing", "why"),
 )
+_NUMBERS = ("value", "measured", "predicted", "lower", "upper", "prior_share", "missing")
 TRACK_COLUMNS = ("manoeuvre", "ship", "t", "x", "y", "psi", "delta")
+
+
+def table_of(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> pd.DataFrame:
+    """A table whose columns of numbers are numbers, also where it has no rows."""
+    frame = pd.DataFrame(list(rows), columns=list(columns))
+    return frame.astype({name: "float64" for name in columns if name in _NUMBERS})
 
 
 @dataclass(eq=False)
@@ -39,6 +47,8 @@ class Predictions:
         conditions: approach speed (m/s), inputs, rudder rate (rad/s), step and time limit (s), and whether effects of
             the environment were taken away.
         lack_of_fit: factor in the variance of the trials' part of the covariance; NaN where one trial shows none.
+        widened: factor by which all intervals are wider, as the figures of the fitted trials miss their predictions by
+            more than parameters leave open; 1 where they do not, or where no manoeuvre of the trials was predicted.
         findings: what a user should read.
         provenance: versions, study and estimate behind it.
     """
@@ -55,6 +65,7 @@ class Predictions:
     scale: float
     conditions: dict[str, Any]
     lack_of_fit: float
+    widened: float
     findings: list[Finding] = field(default_factory=list)
     provenance: dict[str, Any] = field(default_factory=dict)
 
