@@ -182,11 +182,11 @@ def body(options: Options, results: Results) -> None:
         )  # fmt: skip
     lines = ["| form | figure | ships | inside, % | median error, % | median half width, % | held by priors |"]
     lines.append("|---|---|---|---|---|---|---|")
-    for row in summary.reset_index().to_dict("records"):
-        lines.append(
-            f"| {row['form']} | {row['figure']} | {row['cases']} | {100 * row['coverage']:.0f} | {row['error']:.1f} "
-            f"| {row['half_width']:.1f} | {100 * row['prior_share']:.0f} % |"
-        )
+    lines += [
+        f"| {row['form']} | {row['figure']} | {row['cases']} | {100 * row['coverage']:.0f} | {row['error']:.1f} "
+        f"| {row['half_width']:.1f} | {100 * row['prior_share']:.0f} % |"
+        for row in summary.reset_index().to_dict("records")
+    ]
     results.add_text("\n".join(lines))
     results.add_picture("coverage", _picture(known))
 

@@ -1,8 +1,8 @@
 """From the figures of many drawn ships to an interval, and to what holds it: the trials or the priors.
 
 Where the figures of the fitted trials miss their predictions by more than the draws let expect, the model lacks
-something that none of its parameters holds. All intervals are then wider by the root mean square of those misses, in
-standard deviations (the scale factor of Birge 1932, by which weighted means that disagree are given wider errors).
+something that none of its parameters holds. All intervals are then wider by the usual size of those misses, in standard
+deviations (as Birge 1932 widens the error of means that disagree; by the median, so that one odd figure is not all).
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ _FEW = 20
 """Draws below which quantiles mean nothing. Chosen here [S]."""
 _FEW_FIGURES = 5
 """Measured figures below which their misses say nothing of the size of the next one. Chosen here [S]."""
+_MEDIAN = 0.6745
+"""Median size of a standard normal variable."""
 _CONSTANT = 1e-9
 """Spread over size below which a figure is constant: rounding."""
 _BY_TRIALS, _BY_PRIORS = 0.25, 0.75
@@ -79,7 +81,7 @@ def widening(measured: pd.DataFrame, level: float) -> float:
         return 1.0
     sd = half[known] / float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
     misses = (fitted.measured - fitted.predicted)[known] / sd
-    return max(1.0, float(np.sqrt(np.mean(misses**2))))
+    return max(1.0, float(np.median(np.abs(misses))) / _MEDIAN)
 
 
 def widened(frame: pd.DataFrame, center: str, factor: float) -> pd.DataFrame:

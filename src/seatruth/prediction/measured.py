@@ -20,11 +20,12 @@ from seatruth.errors import BadInput
 from seatruth.manoeuvres import Manoeuvre, zigzag_figures
 from seatruth.manoeuvres.plans import Helm, Orders
 from seatruth.manoeuvres.recognise import recognise
+from seatruth.manoeuvres.recording import noise
 from seatruth.models.black_box import BlackBox
 from seatruth.prediction.intervals import interval
 from seatruth.prediction.parameter_draws import ParameterDraws
 from seatruth.prediction.population import Fleet, Sailing
-from seatruth.prediction.quantities import QUANTITIES, figures_of
+from seatruth.prediction.quantities import QUANTITIES, Quantity, figures_of
 from seatruth.simulate import simulator
 from seatruth.study.study import Study
 from seatruth.trials.prepare.base import bridged
@@ -33,6 +34,8 @@ from seatruth.trials.trial import Trial
 _KINDS = {"turning circle": "turn", "zigzag": "zigzag", "stop": "stop"}
 _AT_EXECUTE = 0.5
 """s to either side of the first execute over which the measured motion is averaged; chosen here [S]."""
+_SIGMAS = 2.0
+"""Standard deviations of a channel's white noise to which a figure read from it is known; about 95 %."""
 
 
 def measured_rows(
@@ -55,6 +58,7 @@ def measured_rows(
                         continue
                     ends = interval(np.array([one[0][name] for one in read[1:]]), drawn, level)
                     true = measured[name]
+                    late = _resolution(quantity, run, how)
                     rows.append(
                         {
                             "trial": trial.name,
@@ -66,9 +70,9 @@ def measured_rows(
                             "unit": quantity.unit,
                             "measured": true,
                             "predicted": read[0][0][name],
-                            "lower": ends.lower,
-                            "upper": ends.upper,
-                            "inside": bool(ends.lower <= true <= ends.upper),
+                            "lower": ends.lower - late,
+                            "upper": ends.upper + late,
+                            "inside": False,  # until the intervals have their final width
                             "held_by": ends.held_by,
                             "prior_share": ends.prior_share,
                             "missing": ends.missing,
@@ -76,6 +80,22 @@ def measured_rows(
                         }
                     )
     return rows
+
+
+def _resolution(quantity: Quantity, run: Trial, how: Sailing) -> float:
+    """How well a figure of a record is known: by the steps of time between which helmsmen act, and by its noise."""
+    step = max(how.dt, float(np.median(np.diff(run.t))))
+    x, y, psi = (run.outputs.get(name) for name in ("x", "y", "psi"))
+    speed = 0.0 if x is None or y is None else float(np.median(np.hypot(np.diff(x), np.diff(y)) / np.diff(run.t)))
+    if quantity.unit == "s":
+        return step
+    if quantity.unit == "m" and x is not None:
+        return step * speed + _SIGMAS * noise(x)
+    if quantity.unit == "rad" and psi is not None:
+        return _SIGMAS * noise(psi)
+    if quantity.unit == "1" and "u" in run.outputs and speed > 0:
+        return _SIGMAS * noise(run.outputs["u"]) / speed
+    return 0.0
 
 
 def manoeuvres_of(trial: Trial) -> list[tuple[str, str, Trial]]:
@@ -139,7 +159,9 @@ def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing) -> list[
     near = np.abs(run.t - found.executes[0]) <= _AT_EXECUTE
     if not near.any():
         near[np.argmin(np.abs(run.t - found.executes[0]))] = True
-    first = {name: float(np.mean(run.outputs[name][near])) for name in ("u", "v", "r") if name in run.outputs}
+    # Place and heading as well: a current and waves have a direction.
+    names = ("x", "y", "psi", "u", "v", "r")
+    first = {name: float(np.mean(run.outputs[name][near])) for name in names if name in run.outputs}
     inputs = {
         channel.name: np.full(len(values), float(np.median(run.inputs[channel.name])))
         for channel in study.model.inputs

@@ -152,7 +152,7 @@ def predict(
         for number, (plan, kind) in enumerate(zip(manoeuvres, kinds)):
             show(ProgressEvent("Prediction", number, len(manoeuvres), "manoeuvres", message=plan.label))
             runs = fleet.sail(plan, how, first={"u": ahead}, inputs=drive)
-            rows += _rows(plan.label, kind, runs, drawn, level, scale)
+            rows += _rows(plan.label, kind, runs, drawn, level, scale, how.dt)
             tracks.append(_tracks(plan.label, runs, scale))
     beside: list[dict[str, Any]] = []
     if measured:
@@ -209,7 +209,7 @@ def _input_power(name: str) -> float:
 
 
 def _rows(
-    label: str, kind: str, runs: Sequence[Trial | str], drawn: ParameterDraws, level: float, scale: float
+    label: str, kind: str, runs: Sequence[Trial | str], drawn: ParameterDraws, level: float, scale: float, dt: float
 ) -> list[dict[str, Any]]:
     """One row a figure; runs are those of the estimate and of each draw."""
     read = [figures_of(kind, run) for run in runs]
@@ -217,6 +217,8 @@ def _rows(
     for quantity in QUANTITIES[kind]:
         values: Array = np.array([values[quantity.name] for values, _ in read])
         ends: Interval = interval(values[1:], drawn, level)
+        # Helmsmen act at steps: the times of a zigzag are known to half of one.
+        late = 0.5 * dt if kind == "zigzag" and quantity.unit == "s" else 0.0
         row: dict[str, Any] = {
             "manoeuvre": label,
             "kind": kind,
@@ -224,8 +226,8 @@ def _rows(
             "title": quantity.title,
             "unit": quantity.unit,
             "value": float(values[0]),
-            "lower": ends.lower,
-            "upper": ends.upper,
+            "lower": ends.lower - late,
+            "upper": ends.upper + late,
             "held_by": ends.held_by,
             "prior_share": ends.prior_share,
             "missing": ends.missing,
