@@ -88,6 +88,15 @@ ELSEWHERE = {
     "test_cli.py": ("commands/*", "__main__", "errors"),
     "test_init_command.py": ("commands/init",),
     "test_list_command.py": ("commands/list_installed",),
+    "test_predict_command.py": ("commands/predict",),
+    # What is asked, read and found, tested by what is predicted.
+    "prediction/test_prediction_pipeline.py": (
+        "prediction/conditions",
+        "prediction/findings",
+        "prediction/measured",
+        "prediction/quantities",
+        "prediction/results",
+    ),
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
