@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import (
@@ -104,7 +105,7 @@ def figures_of(kind: str, run: Trial | str) -> tuple[dict[str, float], dict[str,
     return values, {name: why.get(name, text) for name, text in missing.items()}
 
 
-_READ = {
+_READ: Mapping[str, Callable[[Trial], Any]] = {
     "turn": turning_circle_figures,
     "zigzag": zigzag_figures,
     "stop": stopping_figures,

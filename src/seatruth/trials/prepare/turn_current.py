@@ -140,9 +140,9 @@ def _without(trial: Trial, north: float, east: float) -> dict[str, Array]:
         if "psi" not in outputs:
             raise BadInput("u and v over the water need the heading 'psi'", do="Map a column to 'psi'.")
         cos, sin = np.cos(outputs["psi"]), np.sin(outputs["psi"])
-        for name, part in (("u", north * cos + east * sin), ("v", east * cos - north * sin)):
+        for name, along in (("u", north * cos + east * sin), ("v", east * cos - north * sin)):
             if name in outputs:
-                found[name] = outputs[name] - part
+                found[name] = outputs[name] - along
     if {"sog", "cog"} & set(outputs):
         raise BadInput(
             "speed and course over ground are not those over the water",
