@@ -31,8 +31,9 @@ def text(name: str, found: dict[str, Any], groups: dict[str, list[str]]) -> str:
     """Tables in words: the planned manoeuvres; measured beside predicted by set of runs (names of trials by set)."""
     lines = [
         f"### {name}: figures with 95 % intervals",
-        f"Variance of the trials' part times {max(1.0, found['lack_of_fit']):.2g} for their disagreement; intervals times "
-        f"{found['widened']:.2g} for misses of the fitted figures. Approach {found['conditions']['speed']:.3g} m/s.",
+        f"Variance of the trials' part times {max(1.0, found['lack_of_fit']):.2g} for their disagreement; intervals "
+        f"times {found['widened']:.2g} for misses of the fitted figures. "
+        f"Approach {found['conditions']['speed']:.3g} m/s.",
         "| manoeuvre | figure | value | interval | half width | held by (share of priors) |\n|---|---|---|---|---|---|",
     ]
     for row in found["planned"]:

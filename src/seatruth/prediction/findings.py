@@ -107,7 +107,7 @@ def _missing(figures: pd.DataFrame) -> list[Finding]:
     found = []
     chosen = figures[(figures.missing > _MISSING) | (figures.why != "")]
     for label, part in chosen.groupby("manoeuvre", sort=False):
-        worst = part.loc[part.missing.idxmax()]
+        worst = part.iloc[int(part.missing.to_numpy().argmax())]
         reason = f" At the estimate: {worst.why}." if worst.why else ""
         found.append(
             Finding(

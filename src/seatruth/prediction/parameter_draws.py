@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from seatruth.arrays import Array
+from seatruth.arrays import Array, Flags
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.errors import BadInput
@@ -171,7 +171,7 @@ def _drawn(
         t = np.sqrt(freedom / rng.chisquare(freedom, (batch, 1)))
         made = x + t * (rng.standard_normal((batch, len(x))) @ roots[0].T)
         made = made + rng.standard_normal((batch, len(x))) @ roots[1].T
-        inside = ((made >= low) & (made <= high)).all(axis=1)
+        inside: Flags = np.all((made >= low) & (made <= high), axis=1)
         inside[inside] &= cost.space.feasible(made[inside])
         kept.append(made[inside])
         outside = made[~inside]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.arrays import Array
+from seatruth.arrays import Array, Indices
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import Manoeuvre
 from seatruth.models.base import Equations, Model, record
@@ -87,7 +87,7 @@ class Fleet:
     def __len__(self) -> int:
         return len(self.values)
 
-    def rates(self, states: Array, inputs: Array, ships: Array, t: float) -> Array:
+    def rates(self, states: Array, inputs: Array, ships: Indices, t: float) -> Array:
         """Rates (A, S) of some ships (A,): states (A, S), inputs as they act (A, I)."""
         rows = np.concatenate([inputs, self.values[np.ix_(ships, self._own)]], axis=1)
         time = np.full(len(states), t)
@@ -187,7 +187,7 @@ class Fleet:
             rows.append(self.model.first_state(outputs, dict(zip(names, row)), p._asdict()))
         return np.array(rows, dtype=np.float64)
 
-    def _step(self, t: float, state: Array, start: Array, end: Array, ships: Array, h: float) -> Array:
+    def _step(self, t: float, state: Array, start: Array, end: Array, ships: Indices, h: float) -> Array:
         """States after one classical Runge-Kutta step, inputs linear; servos exact, as the engine solves them."""
         names = [channel.name for channel in self.model.states]
         at = {"start": start.copy(), "middle": 0.5 * (start + end), "end": end.copy()}
@@ -223,7 +223,7 @@ class Fleet:
         rows, acted = (np.array([part[ship] for part in parts[:count]]) for parts in (states, taken))
         return Trial(
             name=plan.label,
-            t=np.arange(count) * dt,
+            t=dt * np.arange(count, dtype=np.float64),
             inputs={channel.name: acted[:, k] for k, channel in enumerate(self.model.inputs)},
             outputs={channel.name: rows[:, k] for k, channel in enumerate(self.model.states)},
             conditions={"manoeuvre": plan.label, "model": self.model.name},

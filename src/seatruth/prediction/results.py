@@ -51,6 +51,14 @@ class Predictions:
             more than parameters leave open; 1 where they do not, or where no manoeuvre of the trials was predicted.
         findings: what a user should read.
         provenance: versions, study and estimate behind it.
+
+    Example:
+        >>> import seatruth.sample
+        >>> from seatruth import Budget, identify, predict
+        >>> study = seatruth.sample.load()
+        >>> found = predict(study, identify(study, budget=Budget(evaluations=40)), [], draws=60)
+        >>> sorted(set(found.measured["kind"]))
+        ['turn', 'zigzag']
     """
 
     study: str

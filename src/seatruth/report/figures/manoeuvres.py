@@ -78,10 +78,10 @@ def measured_beside_predicted(found: Predictions, kind: str) -> Figure:
         axes.plot([_cut(low), _cut(high)], [k, k], color=MEASURED, linewidth=4, solid_capstyle="butt", zorder=1)
         axes.plot(0, k, "|", color=BLUE, markersize=7, zorder=2)
         inside = bool(row["inside"])
-        look = {"marker": "o" if inside else "X", "color": INK if inside else VERMILLION}
-        hollow = "white" if row["role"] == "holdout" else look["color"]
+        colour = INK if inside else VERMILLION
+        face = "white" if row["role"] == "holdout" else colour
         place = _cut(float(row["measured"]) * scale - 100)
-        axes.plot(place, k, markersize=4.5, linestyle="", markerfacecolor=hollow, zorder=3, **look)
+        axes.plot(place, k, "o" if inside else "X", color=colour, markersize=4.5, markerfacecolor=face, zorder=3)
     rows(axes, [name[:_TITLE] for name in names])
     axes.axvline(0, color=GREY, linewidth=0.7, zorder=0)
     axes.set_xlabel("difference from the predicted value (%)")
