@@ -42,7 +42,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent)]
 from common import COLOURS, Options, Results, main  # noqa: E402
 
 SEED = 20261
-CASES, QUICK = 24, 2
+CASES, QUICK = 16, 2
 DRAWS = 200
 SPEED = 1.18
 RUDDER_RATE = math.radians(15.8)

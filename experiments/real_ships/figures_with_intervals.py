@@ -9,7 +9,7 @@ import pandas as pd
 
 from seatruth import Estimate, Study, predict
 
-DRAWS, QUICK_DRAWS = 300, 60
+DRAWS, QUICK_DRAWS = 120, 60
 SHOWN = ("advance", "transfer", "tactical_diameter", "steady_diameter", "first_overshoot", "second_overshoot")
 """Figures of the table; the CSV holds all."""
 

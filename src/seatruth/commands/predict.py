@@ -57,7 +57,7 @@ def predict(
         float, typer.Option("--scale", help="Length of the ship over that of the model: figures at full scale.")
     ] = 1.0,
     level: Annotated[float, typer.Option("--level", help="Probability of the intervals.")] = 0.95,
-    draws: Annotated[int, typer.Option("--draws", help="Draws of the parameters.")] = 400,
+    draws: Annotated[int | None, typer.Option("--draws", help="Draws of the parameters [400].")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Replaces the study's seed.")] = None,
     limit: Annotated[
         float | None, typer.Option("--limit", help="Time after which a manoeuvre ends, s [5 times the longest trial].")
@@ -97,7 +97,7 @@ def predict(
             inputs=inputs,
             rudder_rate_limit=None if rudder_rate is None else math.radians(rudder_rate),
             level=level,
-            draws=draws,
+            draws=prediction.DRAWS if draws is None else draws,
             seed=seed,
             scale=scale,
             calm=not keep_environment,
