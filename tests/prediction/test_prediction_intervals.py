@@ -16,7 +16,7 @@ from seatruth.prediction.parameter_draws import ParameterDraws
 RNG = np.random.default_rng(0)
 TRIALS, PRIORS = np.diag([1.0, 0.0]), np.diag([0.0, 4.0])
 X = RNG.standard_normal((4000, 2)) * [1.0, 2.0]
-DRAWN = ParameterDraws(("a", "b"), np.zeros(2), TRIALS, PRIORS, 1e6, 1.0, (), X)
+DRAWN = ParameterDraws(("a", "b"), np.zeros(2), TRIALS, PRIORS, TRIALS + PRIORS, 1e6, 1.0, (), X)
 
 
 @settings(max_examples=25, deadline=None)

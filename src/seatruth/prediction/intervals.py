@@ -37,8 +37,8 @@ class Interval:
         lower, upper: quantiles; NaN where too few draws have the figure, -inf or inf where draws without it reach
             past the quantile.
         missing: share of the draws that do not have the figure (another one never comes round, or diverges).
-        prior_share: part of its variance from directions of the parameters that the trials leave to the priors; NaN
-            where the figure does not vary.
+        prior_share: part of its variance from directions of the parameters that the trials leave to the priors, as
+            the fit weighs both; NaN where the figure does not vary.
     """
 
     lower: float
@@ -93,9 +93,11 @@ def widened(frame: pd.DataFrame, center: str, factor: float) -> pd.DataFrame:
 
 
 def prior_share(values: Array, drawn: ParameterDraws) -> float:
-    """Part of a figure's variance that the priors' part of the covariance makes, to first order.
+    """How far a figure rests on priors, to first order: their part of its variance, as the fit weighs both.
 
-    The figure's slopes come from a regression on the draws.
+    H^-1 = H^-1 (D + P) H^-1: D is the information of the trials by the noise that the fit takes them to have, P that
+    of the priors. The part of P does not depend on how large the residuals turned out; else trials that fit badly
+    would seem to hold more. The figure's slopes come from a regression on the draws.
     """
     known = np.isfinite(values)
     y = values[known]
@@ -109,6 +111,5 @@ def prior_share(values: Array, drawn: ParameterDraws) -> float:
     columns = np.column_stack([np.ones(y.size), X[:, used] / scale[used]])
     slopes = np.linalg.lstsq(columns, y, rcond=None)[0][1:] / scale[used]
     own = np.ix_(used, used)
-    trials, priors = (float(slopes @ part[own] @ slopes) for part in (drawn.trials, drawn.priors))
-    whole = trials + priors
+    whole, priors = (float(slopes @ part[own] @ slopes) for part in (drawn.weighed, drawn.priors))
     return min(1.0, max(0.0, priors / whole)) if whole > 0 else math.nan

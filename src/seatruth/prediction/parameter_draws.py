@@ -50,6 +50,7 @@ class ParameterDraws:
         names: the free parameters.
         center: (K,), the estimate.
         trials, priors: (K, K), the two parts of the covariance, the first with the lack of fit.
+        weighed: (K, K), the covariance H^-1 that the fit's own weights of trials and priors stand for.
         freedom: degrees of freedom of the trials' part.
         lack_of_fit: the factor in the variance of the trials' part, 1 where there is none; NaN with one trial.
         fixed_by_nothing: parameters that neither trials nor priors nor bounds hold; they stay at the estimate.
@@ -61,6 +62,7 @@ class ParameterDraws:
     center: Array
     trials: Array
     priors: Array
+    weighed: Array
     freedom: float
     lack_of_fit: float
     fixed_by_nothing: tuple[str, ...]
@@ -110,7 +112,9 @@ def parameter_draws(study: Study, estimate: Estimate, draws: int, seed: int, thr
     X, moved = _drawn(cost, x[:count], trials, priors, freedom, draws, rng)
     names = tuple(cost.space.free_names)
     held = tuple(name for name in names if name in lost)
-    return ParameterDraws(names, x[:count], trials, priors, freedom, factor, held, X, moved, dict(cost.sigma))
+    return ParameterDraws(
+        names, x[:count], trials, priors, inverse[own], freedom, factor, held, X, moved, dict(cost.sigma)
+    )
 
 
 def _answer(cost: StudyCost, estimate: Estimate) -> Array:

@@ -91,8 +91,8 @@ def _planned(found: Predictions, album: Album) -> Section | None:
     wider = f", {found.widened:.2g} times wider as the figures of the fitted trials miss by more"
     words = (
         "Value: at the estimate. Interval: what the trials and the priors leave open of the parameters"
-        f"{wider if found.widened > 1.0 else ''}. Held by: where the variance comes from; the trials hold a figure "
-        "whose direction they move, the priors the others. A figure held by priors is as good as these are."
+        f"{wider if found.widened > 1.0 else ''}. Held by: on what a figure rests, by the priors' share of its "
+        "variance as the fit weighs trials and priors. A figure held by priors is as good as these are."
     )
     blocks: list[Block] = [Text(words)]
     pictures = []
