@@ -9,7 +9,7 @@ and 20 deg, with noise; a model with the same priors is fitted to them, and pred
 - "same form": the ship is one of the model's family. Intervals should hold 95 % of the figures.
 - "other form": coefficients that the fit takes as known (wake, thrust deduction, added masses, rudder's lift, the
   propeller's inflow in a turn) are off by 10 % each, so that the model lacks something. What the intervals then hold
-  says how far the widening by misses of the fitted figures goes.
+  says how far the error that the misses of the fitted figures show goes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import math
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import joblib
 import numpy as np
@@ -65,6 +65,7 @@ TAKEN_AS_KNOWN = ("w_P0", "t_P", "m_y", "J_z", "f_alpha", "C_1", "C_2_plus", "C_
 OFF = 0.1
 """Standard deviation, relative, of what the model takes as known in the cases of another form. [S]"""
 FIGURES = ("advance", "transfer", "tactical_diameter", "steady_diameter", "drift_angle", "rate", "speed_loss")
+SIDES: tuple[Literal["starboard", "port"], ...] = ("starboard", "port")
 FORMS = ("same form", "other form")
 
 
@@ -103,10 +104,9 @@ def case(form: str, number: int) -> list[dict[str, Any]]:
             limit=300.0,
         )
         plans = [
-            Zigzag(math.radians(angle), math.radians(angle), side, executes=4)
-            for angle, side in ((10, "starboard"), (10, "port"), (20, "starboard"), (20, "port"))
+            Zigzag(math.radians(angle), math.radians(angle), side, executes=4) for angle in (10, 20) for side in SIDES
         ]
-        runs = [sail(plan) for plan in plans]  # type: ignore[arg-type]  # mypy takes "starboard" as any text
+        runs = [sail(plan) for plan in plans]
         if min(len(zigzag_figures(run).executes) for run in runs) < 4:
             return []
         turn = turning_circle_figures(sail(TurningCircle(math.radians(35))))
@@ -147,7 +147,7 @@ def case(form: str, number: int) -> list[dict[str, Any]]:
             rows.append(
                 {"form": form, "case": number, "figure": row["figure"], "true": true, "predicted": row["value"]}
                 | {name: row[name] for name in ("lower", "upper", "prior_share", "missing")}
-                | {"widened": found.widened, "lack_of_fit": found.lack_of_fit, "failed": ""}
+                | {"model_error": found.model_error, "lack_of_fit": found.lack_of_fit, "failed": ""}
             )
     return rows
 

@@ -21,7 +21,7 @@ def predicted(study: Study, estimate: Estimate, draws: int, threads: int | None)
         "planned": found.figures.to_dict("records"),
         "measured": found.measured.to_dict("records"),
         "lack_of_fit": found.lack_of_fit,
-        "widened": found.widened,
+        "model_error": found.model_error,
         "conditions": found.conditions,
         "findings": [str(finding) for finding in found.findings],
     }
@@ -32,7 +32,7 @@ def text(name: str, found: dict[str, Any], groups: dict[str, list[str]]) -> str:
     lines = [
         f"### {name}: figures with 95 % intervals",
         f"Variance of the trials' part times {max(1.0, found['lack_of_fit']):.2g} for their disagreement; intervals "
-        f"times {found['widened']:.2g} for misses of the fitted figures. "
+        f"hold {100 * found['model_error']:.2g} % besides (standard deviation) for misses of the fitted figures. "
         f"Approach {found['conditions']['speed']:.3g} m/s.",
         "| manoeuvre | figure | value | interval | half width | held by (share of priors) |\n|---|---|---|---|---|---|",
     ]

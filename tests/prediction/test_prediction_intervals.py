@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seatruth.prediction.intervals import interval, widened, widening
+from seatruth.prediction.intervals import interval, model_error, widened
 from seatruth.prediction.parameter_draws import ParameterDraws
 
 RNG = np.random.default_rng(0)
@@ -56,14 +56,25 @@ def test_draws_without_the_figure_count_as_larger_than_all() -> None:
     assert none.missing == 1.0
 
 
-def test_intervals_widen_by_what_the_fitted_figures_miss() -> None:
-    rows = {"role": ["fit"] * 8, "predicted": np.full(8, 10.0), "lower": np.full(8, 8.04), "upper": np.full(8, 11.96)}
-    measured = pd.DataFrame({**rows, "measured": 10.0 + 2.0 * np.array([1, -1, 1, -1, 1, -1, 1, -1])})
-    # The median size of a normal variable is 0.6745 of its standard deviation.
-    assert widening(measured, 0.95) == pytest.approx(2.0 / 0.6745, rel=1e-3)
-    assert widening(measured.assign(measured=10.1), 0.95) == 1.0
-    assert widening(measured.assign(role="holdout"), 0.95) == 1.0
-    assert widening(measured.assign(lower=10.0, upper=10.0), 0.95) == 1.0
-    wide = widened(measured, "predicted", 2.0)
-    assert wide.lower.iloc[0] == pytest.approx(6.08)
-    assert wide.upper.iloc[0] == pytest.approx(13.92)
+def test_misses_of_the_fitted_figures_are_the_models_own_error() -> None:
+    sd, own, count = 0.02, 0.05, 4000
+    misses = np.random.default_rng(3).standard_normal(count) * math.hypot(sd, own)
+    half = 10.0 * 1.96 * sd
+    rows = {"role": ["fit"] * count, "predicted": np.full(count, 10.0), "resolution": np.zeros(count)}
+    measured = pd.DataFrame({**rows, "lower": 10.0 - half, "upper": 10.0 + half, "measured": 10.0 * (1 + misses)})
+    assert model_error(measured, 0.95) == pytest.approx(own, rel=0.1)
+    assert model_error(measured.assign(measured=10.01), 0.95) == 0.0
+    assert model_error(measured.assign(resolution=3.0), 0.95) == 0.0
+    assert model_error(measured.assign(role="holdout"), 0.95) == 0.0
+    wide = widened(measured, "predicted", own, 0.95)
+    inside = (wide.lower <= wide.measured) & (wide.measured <= wide.upper)
+    assert float(inside.mean()) == pytest.approx(0.95, abs=0.015)
+    known = widened(measured.assign(resolution=0.5), "predicted", 0.0, 0.95)
+    assert known.upper.iloc[0] == pytest.approx(10.0 + half + 0.5)
+
+
+def test_an_interval_beside_the_value_keeps_its_own_ends() -> None:
+    beside = pd.DataFrame({"value": [10.0, 10.0], "lower": [11.0, -math.inf], "upper": [12.0, 10.5]})
+    wide = widened(beside, "value", 0.0, 0.95)
+    assert wide.lower.tolist() == [11.0, -math.inf]
+    assert wide.upper.tolist() == [12.0, 10.5]

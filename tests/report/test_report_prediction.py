@@ -25,7 +25,14 @@ def figure(name: str, unit: str, value: float, lower: float, upper: float, **mor
 
 def beside(name: str, unit: str, measured: float, predicted: float, lower: float, upper: float) -> dict[str, object]:
     row = {"trial": "t <1>", "role": "holdout", "manoeuvre": "turn", "kind": "turn", "figure": name, "title": name}
-    row |= {"unit": unit, "measured": measured, "predicted": predicted, "lower": lower, "upper": upper}
+    row |= {
+        "unit": unit,
+        "measured": measured,
+        "predicted": predicted,
+        "lower": lower,
+        "upper": upper,
+        "resolution": 0.0,
+    }
     inside = lower <= measured <= upper
     return {**row, "inside": inside, "held_by": "trials", "prior_share": 0.1, "missing": 0.0, "why": ""}
 
@@ -55,7 +62,7 @@ def prediction(**changes: object) -> Predictions:
         "figures": table_of(rows, FIGURE_COLUMNS), "measured": table_of(compared, MEASURED_COLUMNS), "tracks": track,
         "conditions": {"speed": 8.0, "inputs": {"n": 1.5}, "rudder_rate": 0.04, "dt": 0.5, "limit": 900.0,
                        "without": ["current_north"]},
-        "lack_of_fit": 3.0, "widened": 1.6, "provenance": {"commit": "abc"},
+        "lack_of_fit": 3.0, "model_error": 0.016, "provenance": {"commit": "abc"},
         "findings": [Finding("warning", "held-by-priors", "Priors hold 1 figure.", "prediction", "Fit a turn.")],
     }  # fmt: skip
     return Predictions(**{**values, **changes})  # type: ignore[arg-type]
@@ -70,7 +77,7 @@ def test_the_page_says_what_was_found_and_escapes_names(tmp_path: Path) -> None:
     assert "t &lt;1&gt;" in page
     assert "t <1>" not in page
     assert page == render_prediction(prediction())
-    assert "1.6 times wider" in page
+    assert "1.6 % (standard deviation)" in page
 
 
 def test_angles_are_in_degrees_and_shares_in_per_cent() -> None:

@@ -126,7 +126,18 @@ def _write(found: Predictions, folder: Path) -> Path:
 
 def summary(found: Predictions) -> dict[str, Any]:
     """The prediction as `--json` gives it."""
-    names = ("study", "model", "synthetic", "level", "draws", "seed", "scale", "conditions", "lack_of_fit", "widened")
+    names = (
+        "study",
+        "model",
+        "synthetic",
+        "level",
+        "draws",
+        "seed",
+        "scale",
+        "conditions",
+        "lack_of_fit",
+        "model_error",
+    )
     return {
         **{name: getattr(found, name) for name in names},
         "figures": found.figures,

@@ -19,17 +19,17 @@ _MOVED = 0.05
 
 
 def findings(
-    figures: pd.DataFrame, measured: pd.DataFrame, drawn: ParameterDraws, level: float, widened: float
+    figures: pd.DataFrame, measured: pd.DataFrame, drawn: ParameterDraws, level: float, model_error: float
 ) -> list[Finding]:
     """Findings of a prediction, gravest first."""
     found = [*_doubts(drawn), *_by_priors(figures), *_missing(figures), *_outside(measured, level)]
-    if widened > 1.0:
+    if model_error > 0.0:
         found.append(
             Finding(
                 "note",
                 "intervals-widened",
-                f"Figures of the fitted trials miss their predictions by {widened:.2g} times what the parameters leave "
-                "open: all intervals are that much wider.",
+                "Figures of the fitted trials miss their predictions by more than the parameters leave open: all "
+                f"intervals hold a further error of {100 * model_error:.2g} % (standard deviation).",
                 "prediction",
                 "`seatruth diagnose` looks for what the model lacks.",
             )

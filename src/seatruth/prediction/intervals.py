@@ -1,8 +1,9 @@
 """From the figures of many drawn ships to an interval, and to what holds it: the trials or the priors.
 
 Where the figures of the fitted trials miss their predictions by more than the draws let expect, the model lacks
-something that none of its parameters holds. All intervals are then wider by the usual size of those misses, in standard
-deviations (as Birge 1932 widens the error of means that disagree; by the median, so that one odd figure is not all).
+something that none of its parameters holds. The usual size of these misses, as a part of the figure, is then the model's
+own error: every interval gets it as well, as an independent relative error. A factor would not do: many good trials
+make the parameters' part as narrow as one likes, and the model no better.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ _FEW = 20
 """Draws below which quantiles mean nothing. Chosen here [S]."""
 _FEW_FIGURES = 5
 """Measured figures below which their misses say nothing of the size of the next one. Chosen here [S]."""
-_MEDIAN = 0.6745
-"""Median size of a standard normal variable."""
+_MEDIAN_SQUARE = 0.4549
+"""Median of the square of a standard normal variable."""
 _CONSTANT = 1e-9
 """Spread over size below which a figure is constant: rounding."""
 _BY_TRIALS, _BY_PRIORS = 0.25, 0.75
@@ -72,24 +73,40 @@ def interval(values: Array, drawn: ParameterDraws, level: float) -> Interval:
     return Interval(lower, upper, missing, prior_share(values, drawn))
 
 
-def widening(measured: pd.DataFrame, level: float) -> float:
-    """The factor, 1 or more, by which intervals must be wider, from the rows of the fitted trials (`measured_rows`)."""
+def model_error(measured: pd.DataFrame, level: float) -> float:
+    """The model's own relative error (standard deviation), from the rows of the fitted trials (`measured_rows`).
+
+    It is what the misses have beyond the parameters' part and the resolution of the record; 0 where they have no more,
+    or where there are too few. By medians, so that one odd figure is not all.
+    """
     fitted = measured[(measured.role == "fit") & np.isfinite(measured.measured) & np.isfinite(measured.predicted)]
     half = 0.5 * (fitted.upper - fitted.lower)
-    known = np.isfinite(half) & (half > _CONSTANT * fitted.predicted.abs())
+    size = fitted.predicted.abs()
+    known = np.isfinite(half) & (size > 0)
     if int(known.sum()) < _FEW_FIGURES:
-        return 1.0
-    sd = half[known] / float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
-    misses = (fitted.measured - fitted.predicted)[known] / sd
-    return max(1.0, float(np.median(np.abs(misses))) / _MEDIAN)
+        return 0.0
+    misses = ((fitted.measured - fitted.predicted) / size)[known]
+    sd = (half[known] + fitted.resolution[known]) / _normal(level) / size[known]
+    return math.sqrt(max(0.0, float((misses**2).median()) / _MEDIAN_SQUARE - float((sd**2).median())))
 
 
-def widened(frame: pd.DataFrame, center: str, factor: float) -> pd.DataFrame:
-    """The table with its intervals wider about the column `center`."""
-    if factor == 1.0 or not len(frame):
+def widened(frame: pd.DataFrame, center: str, error: float, level: float) -> pd.DataFrame:
+    """The table with the relative `error` (standard deviation) in its intervals, and the resolution where it has one."""
+    if not len(frame):
         return frame
     middle = frame[center].where(np.isfinite(frame[center]), 0.5 * (frame.lower + frame.upper))
-    return frame.assign(lower=middle + factor * (frame.lower - middle), upper=middle + factor * (frame.upper - middle))
+    extra = _normal(level) * error * middle.abs()
+    late = frame.resolution if "resolution" in frame else 0.0
+    below, above = (np.hypot((end - middle).abs(), extra) for end in (frame.lower, frame.upper))
+    # An interval that does not hold the middle (the draws' figures lie to one side of it) keeps its own ends.
+    lower = np.minimum(middle - below, frame.lower).where(frame.lower <= middle, frame.lower - extra)
+    upper = np.maximum(middle + above, frame.upper).where(frame.upper >= middle, frame.upper + extra)
+    return frame.assign(lower=lower - late, upper=upper + late)
+
+
+def _normal(level: float) -> float:
+    """Half the width of the interval of a standard normal variable."""
+    return float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
 
 
 def prior_share(values: Array, drawn: ParameterDraws) -> float:

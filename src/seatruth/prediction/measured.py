@@ -36,6 +36,8 @@ _AT_EXECUTE = 0.5
 """s to either side of the first execute over which the measured motion is averaged; chosen here [S]."""
 _SIGMAS = 2.0
 """Standard deviations of a channel's white noise to which a figure read from it is known; about 95 %."""
+_SIGMAS_ANGLE = 4.0
+"""The same for overshoots: two readings, of which one is the highest of many samples."""
 
 
 def measured_rows(
@@ -70,8 +72,9 @@ def measured_rows(
                             "unit": quantity.unit,
                             "measured": true,
                             "predicted": read[0][0][name],
-                            "lower": ends.lower - late,
-                            "upper": ends.upper + late,
+                            "lower": ends.lower,
+                            "upper": ends.upper,
+                            "resolution": late,
                             "inside": False,  # until the intervals have their final width
                             "held_by": ends.held_by,
                             "prior_share": ends.prior_share,
@@ -92,7 +95,7 @@ def _resolution(quantity: Quantity, run: Trial, how: Sailing) -> float:
     if quantity.unit == "m" and x is not None:
         return step * speed + _SIGMAS * noise(x)
     if quantity.unit == "rad" and psi is not None:
-        return _SIGMAS * noise(psi)
+        return _SIGMAS_ANGLE * noise(psi)
     if quantity.unit == "1" and "u" in run.outputs and speed > 0:
         return _SIGMAS * noise(run.outputs["u"]) / speed
     return 0.0

@@ -23,7 +23,7 @@ from seatruth.prediction.conditions import (
     time_step,
 )
 from seatruth.prediction.findings import findings
-from seatruth.prediction.intervals import Interval, interval, widened, widening
+from seatruth.prediction.intervals import Interval, interval, model_error, widened
 from seatruth.prediction.measured import measured_rows
 from seatruth.prediction.parameter_draws import ParameterDraws, parameter_draws
 from seatruth.prediction.population import Fleet, Sailing
@@ -77,7 +77,7 @@ def predict(
     Parameters are drawn from the estimate: the trials' part of its covariance, widened where trials disagree by more
     than their residuals let expect, and the priors' part (`seatruth.prediction.parameter_draws`). Each draw sails
     each manoeuvre; the interval lies between quantiles of its figures. Where the figures of the fitted trials miss
-    their predictions by more than that, all intervals are wider by so much. What the model lacks in another manoeuvre
+    their predictions by more than that, all intervals hold this relative error as well. What the model lacks in another manoeuvre
     alone is not in them.
 
     Args:
@@ -158,12 +158,15 @@ def predict(
     if measured:
         show(ProgressEvent("Manoeuvres of the trials"))
         beside = [
-            _scaled(row, scale, ("measured", "predicted", "lower", "upper"))
+            _scaled(row, scale, ("measured", "predicted", "lower", "upper", "resolution"))
             for row in measured_rows(study, values, drawn, level, how, threads)
         ]
     figures, compared = table_of(rows, FIGURE_COLUMNS), table_of(beside, MEASURED_COLUMNS)
-    factor = widening(compared, level)
-    figures, compared = widened(figures, "value", factor), widened(compared, "predicted", factor)
+    error = model_error(compared, level)
+    figures, compared = (
+        widened(figures, "value", error, level),
+        widened(compared, "predicted", error, level),
+    )
     compared["inside"] = (compared.lower <= compared.measured) & (compared.measured <= compared.upper)
     return Predictions(
         study=study.name,
@@ -178,8 +181,8 @@ def predict(
         scale=scale,
         conditions=conditions,
         lack_of_fit=drawn.lack_of_fit,
-        widened=factor,
-        findings=findings(figures, compared, drawn, level, factor),
+        model_error=error,
+        findings=findings(figures, compared, drawn, level, error),
         provenance={**provenance(), "study_hash": study.content_hash, "estimate": _behind(estimate), "scale": scale},
     )
 

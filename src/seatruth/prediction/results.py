@@ -16,9 +16,9 @@ FIGURE_COLUMNS = (
 )
 MEASURED_COLUMNS = (
     *("trial", "role", "manoeuvre", "kind", "figure", "title", "unit", "measured", "predicted", "lower", "upper"),
-    *("inside", "held_by", "prior_share", "missing", "why"),
+    *("resolution", "inside", "held_by", "prior_share", "missing", "why"),
 )
-_NUMBERS = ("value", "measured", "predicted", "lower", "upper", "prior_share", "missing")
+_NUMBERS = ("value", "measured", "predicted", "lower", "upper", "resolution", "prior_share", "missing")
 TRACK_COLUMNS = ("manoeuvre", "ship", "t", "x", "y", "psi", "delta")
 
 
@@ -39,7 +39,8 @@ class Predictions:
             unit, value (at the estimate), lower, upper, held_by ("trials", "both", "priors"), prior_share (of the
             variance), missing (share of the draws without the figure), why (there is no value). SI units and rad.
         measured: table of the manoeuvres in the study's trials, with the role of the trial ("fit", "holdout"), the
-            measured value, the predicted one, and whether the interval holds the measured one.
+            measured value, the predicted one, the resolution of the record (steps of time, noise), which the interval
+            holds besides, and whether it holds the measured value.
         tracks: manoeuvre, ship (0 is the estimate, others are draws), t (s), x, y (m), psi, delta (rad).
         level: probability of the intervals.
         draws, seed: number of parameter draws and their seed.
@@ -47,8 +48,9 @@ class Predictions:
         conditions: approach speed (m/s), inputs, rudder rate (rad/s), step and time limit (s), and whether effects of
             the environment were taken away.
         lack_of_fit: factor in the variance of the trials' part of the covariance; NaN where one trial shows none.
-        widened: factor by which all intervals are wider, as the figures of the fitted trials miss their predictions by
-            more than parameters leave open; 1 where they do not, or where no manoeuvre of the trials was predicted.
+        model_error: relative error (standard deviation) that all intervals hold besides, as the figures of the fitted
+            trials miss their predictions by more than parameters leave open; 0 where they do not, or where no
+            manoeuvre of the trials was predicted.
         findings: what a user should read.
         provenance: versions, study and estimate behind it.
 
@@ -73,7 +75,7 @@ class Predictions:
     scale: float
     conditions: dict[str, Any]
     lack_of_fit: float
-    widened: float
+    model_error: float
     findings: list[Finding] = field(default_factory=list)
     provenance: dict[str, Any] = field(default_factory=dict)
 

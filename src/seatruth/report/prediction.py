@@ -88,10 +88,10 @@ def _summary(found: Predictions) -> Section:
 def _planned(found: Predictions, album: Album) -> Section | None:
     if not len(found.figures):
         return None
-    wider = f", {found.widened:.2g} times wider as the figures of the fitted trials miss by more"
+    wider = f", and {100 * found.model_error:.2g} % (standard deviation) by which figures of the fitted trials miss"
     words = (
         "Value: at the estimate. Interval: what the trials and the priors leave open of the parameters"
-        f"{wider if found.widened > 1.0 else ''}. Held by: on what a figure rests, by the priors' share of its "
+        f"{wider if found.model_error > 0 else ''}. Held by: on what a figure rests, by the priors' share of its "
         "variance as the fit weighs trials and priors. A figure held by priors is as good as these are."
     )
     blocks: list[Block] = [Text(words)]
@@ -201,7 +201,7 @@ def _conditions(found: Predictions) -> Section | None:
         ["step", number(given["dt"]), "s"],
         ["effects of the environment taken away", ", ".join(given["without"]), ""],
         ["variance of the trials' part for their disagreement, times", number(max(1.0, found.lack_of_fit)), ""],
-        ["intervals for misses of the fitted figures, times", number(found.widened), ""],
+        ["error of the model, from misses of the fitted figures", number(100 * found.model_error), "%"],
     ]
     kept = [row for row in rows if row[1]]
     return Section(
