@@ -1,9 +1,9 @@
 """From the figures of many drawn ships to an interval, and to what holds it: the trials or the priors.
 
 Where the figures of the fitted trials miss their predictions by more than the draws let expect, the model lacks
-something that none of its parameters holds. The usual size of these misses, as a part of the figure, is then the model's
-own error: every interval gets it as well, as an independent relative error. A factor would not do: many good trials
-make the parameters' part as narrow as one likes, and the model no better.
+something that none of its parameters holds. The usual size of these misses, as a part of the figure, is then the
+model's own error: every interval gets it as well, as an independent relative error. A factor would not do: many good
+trials make the parameters' part as narrow as one likes, and the model no better.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def model_error(measured: pd.DataFrame, level: float) -> float:
 
 
 def widened(frame: pd.DataFrame, center: str, error: float, level: float) -> pd.DataFrame:
-    """The table with the relative `error` (standard deviation) in its intervals, and the resolution where it has one."""
+    """The table with the relative `error` (standard deviation) in its intervals, and the resolution if it has one."""
     if not len(frame):
         return frame
     middle = frame[center].where(np.isfinite(frame[center]), 0.5 * (frame.lower + frame.upper))

@@ -77,8 +77,8 @@ def predict(
     Parameters are drawn from the estimate: the trials' part of its covariance, widened where trials disagree by more
     than their residuals let expect, and the priors' part (`seatruth.prediction.parameter_draws`). Each draw sails
     each manoeuvre; the interval lies between quantiles of its figures. Where the figures of the fitted trials miss
-    their predictions by more than that, all intervals hold this relative error as well. What the model lacks in another manoeuvre
-    alone is not in them.
+    their predictions by more than that, all intervals hold this relative error as well. What the model lacks in
+    another manoeuvre alone is not in them.
 
     Args:
         study: the study that was identified, with trajectory or regression cost.
