@@ -54,13 +54,14 @@ def measured_rows(
                 except BadInput as problem:
                     found = [problem.what] * len(values)
                 read = [figures_of(kind, one) for one in found]
+                reversals = _reversal_noise(run) if kind == "zigzag" else 0.0
                 for quantity in QUANTITIES[kind]:
                     name = quantity.name
                     if name in why and all(math.isnan(one[0][name]) for one in read):
                         continue
                     ends = interval(np.array([one[0][name] for one in read[1:]]), drawn, level)
                     true = measured[name]
-                    late = _resolution(quantity, run, how)
+                    late = _resolution(quantity, run, how) + (reversals * abs(true) if math.isfinite(true) else 0.0)
                     rows.append(
                         {
                             "trial": trial.name,
@@ -99,6 +100,15 @@ def _resolution(quantity: Quantity, run: Trial, how: Sailing) -> float:
     if quantity.unit == "1" and "u" in run.outputs and speed > 0:
         return _SIGMAS * noise(run.outputs["u"]) / speed
     return 0.0
+
+
+def _reversal_noise(run: Trial) -> float:
+    """How well the headings of a zigzag's reversals are known, as a part of them: each is one sample less the first."""
+    try:
+        switches = zigzag_figures(run).switch_angles
+    except BadInput:
+        return 0.0
+    return _SIGMAS * math.sqrt(2.0) * noise(run.outputs["psi"]) / float(np.median(switches)) if switches else 0.0
 
 
 def manoeuvres_of(trial: Trial) -> list[tuple[str, str, Trial]]:
