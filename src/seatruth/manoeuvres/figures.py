@@ -21,6 +21,8 @@ _STILL = math.radians(1.0)
 """rad: a rudder that moves by less than this is not moved on purpose; chosen here [S]."""
 _STILL_PART = 0.05
 """The same for steering that is no angle, as a part of the largest order; chosen here [S]."""
+_FEWEST = 5
+"""Samples of a steady turn; fewer hold no rate. Chosen here [S]."""
 _CHORDS = 8
 """Chords by which the path up to the second execute is measured; it bends by 10 to 20 deg, so that they are too short
 by less than 0.1 per mil. Chosen here [S]."""
@@ -141,12 +143,14 @@ def turning_circle_figures(trial: Trial, *, steering: str = "delta") -> TurningC
     total = float(np.max(turned[after], initial=0.0))
     span = math.radians(360.0) if total >= math.radians(540.0) else math.radians(90.0)
     steady_names = ("steady_diameter", "speed_ratio", "rate", "drift_angle")
+    steady = after & (turned >= total - span)
     if total < math.radians(270.0):
         reason = f"the heading changes by {math.degrees(total):.0f} deg; a steady turn takes 270"
         why.update(dict.fromkeys(steady_names, reason))
+    elif np.count_nonzero(steady) < _FEWEST:
+        why.update(dict.fromkeys(steady_names, f"the steady turn has {np.count_nonzero(steady)} samples"))
     else:
-        steady = after & (turned >= total - span)
-        rate = float(np.polyfit(t[steady], psi[steady], 1)[0])
+        rate = float(np.polyfit(t[steady] - execute, psi[steady], 1)[0])
         mean = float(np.mean(speed[steady]))
         result.update(
             rate=rate, steady_diameter=2 * mean / abs(rate), speed_ratio=mean / before if before else math.nan

@@ -13,6 +13,7 @@ from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import self_propulsion
 from seatruth.models.base import Model
 from seatruth.models.wrapper import ModelWrapper
+from seatruth.prediction.measured import manoeuvres_of
 from seatruth.trials.trial import Trial
 
 _MOST_SAMPLES = 1500
@@ -21,18 +22,22 @@ _LIMIT = 5.0
 """Time limit of a manoeuvre over the longest trial. Chosen here [S]: turns take about as long as zigzags."""
 _STILL = 0.05
 """Part of the fastest rate below which a rudder is held. Chosen here [S]."""
+_FIRST = 10
+"""Samples at the beginning of a manoeuvre whose median is its approach speed. Chosen here [S]."""
 _USUAL_RATE = 0.9
 """Quantile of the rates of a moving rudder that is its rate: accelerating and stopping take the rest. [S]"""
 
 
 def approach_speed(trials: Sequence[Trial], asked: float | None) -> float:
-    """The speed ahead of a manoeuvre, m/s: what was asked for, or the median of the trials' first ones."""
+    """The speed ahead of a manoeuvre, m/s: what was asked for, or the median of the trials' manoeuvres."""
     if asked is not None:
         if not np.isfinite(asked) or asked == 0:
             raise BadInput(f"a speed of {asked} m/s has no manoeuvre", where="speed", do="Give m/s, negative astern.")
         return float(asked)
-    first = [u[np.isfinite(u)][0] for trial in trials if (u := trial.outputs.get("u")) is not None]
-    speeds = [float(value) for value in first if value != 0]
+    # At the beginning of their manoeuvres: a record may begin at rest.
+    runs = [run for trial in trials for _, _, run in manoeuvres_of(trial)] or list(trials)
+    first = [u[np.isfinite(u)][:_FIRST] for run in runs if (u := run.outputs.get("u")) is not None]
+    speeds = [float(np.median(values)) for values in first if values.size and np.median(values) != 0]
     if not speeds:
         raise BadInput("no trial recorded the speed u", where="predict", do="State the approach speed (m/s).")
     return float(np.median(speeds))

@@ -97,10 +97,11 @@ def widened(frame: pd.DataFrame, center: str, error: float, level: float) -> pd.
     middle = frame[center].where(np.isfinite(frame[center]), 0.5 * (frame.lower + frame.upper))
     extra = _normal(level) * error * middle.abs()
     late = frame.resolution if "resolution" in frame else 0.0
-    below, above = (np.hypot((end - middle).abs(), extra) for end in (frame.lower, frame.upper))
+    low = middle - ((frame.lower - middle) ** 2 + extra**2) ** 0.5
+    high = middle + ((frame.upper - middle) ** 2 + extra**2) ** 0.5
     # An interval that does not hold the middle (the draws' figures lie to one side of it) keeps its own ends.
-    lower = np.minimum(middle - below, frame.lower).where(frame.lower <= middle, frame.lower - extra)
-    upper = np.maximum(middle + above, frame.upper).where(frame.upper >= middle, frame.upper + extra)
+    lower = low.where(frame.lower <= middle, frame.lower - extra)
+    upper = high.where(frame.upper >= middle, frame.upper + extra)
     return frame.assign(lower=lower - late, upper=upper + late)
 
 

@@ -84,7 +84,8 @@ def predict(
         study: the study that was identified, with trajectory or regression cost.
         estimate: its estimate.
         manoeuvres: plans, `TurningCircle`, `Zigzag`, `CrashStop` or `Spiral`; IMO's turns and zigzags by default.
-        speed: approach speed, m/s, negative astern; default: the median of the trials' first speeds.
+        speed: approach speed, m/s, negative astern; default: the median of those of the trials'
+            manoeuvres.
         inputs: values of inputs that no manoeuvre orders; default: revolutions n at which each ship keeps the speed.
         rudder_rate_limit: rad/s; default: that of the trials' rudders. A model with a servo has its own.
         level: probability of the intervals.
