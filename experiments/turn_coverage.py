@@ -204,9 +204,12 @@ def _picture(known: pd.DataFrame) -> Any:
     shown = ("advance", "tactical_diameter", "steady_diameter")
     figure, axes = plt.subplots(len(FORMS), len(shown), figsize=(10, 5.6), layout="constrained", squeeze=False)
     for row, form in zip(axes, FORMS, strict=True):
+        most = 3.0 if form == FORMS[0] else 10.0  # what lies beyond is drawn at the edge
         for axis, name in zip(row, shown, strict=True):
             own = known[(known.form == form) & (known.figure == name)].sort_values("case").reset_index(drop=True)
-            low, high, true = (100 * (own[column] / own.predicted - 1) for column in ("lower", "upper", "true"))
+            low, high, true = (
+                np.clip(100 * (own[column] / own.predicted - 1), -most, most) for column in ("lower", "upper", "true")
+            )
             axis.vlines(own.index, low, high, color="#a6a6a6", linewidth=2, label="95 % interval")
             for inside, colour, marker in ((True, COLOURS[0], "o"), (False, COLOURS[3], "X")):
                 chosen = own.inside == inside
@@ -214,7 +217,7 @@ def _picture(known: pd.DataFrame) -> Any:
                 axis.plot(own.index[chosen], true[chosen], marker, color=colour, markersize=4, label=label)
             axis.set_title(f"{form}: {name.replace('_', ' ')}, {100 * own.inside.mean():.0f} % inside", fontsize=9)
             axis.set_xlabel("ship")
-            axis.set_ylim(-70, 70)
+            axis.set_ylim(-1.05 * most, 1.05 * most)
         row[0].set_ylabel("difference from the prediction (%)")
     axes[0][0].legend(fontsize=7)
     return figure
