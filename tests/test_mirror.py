@@ -88,6 +88,15 @@ ELSEWHERE = {
     "test_cli.py": ("commands/*", "__main__", "errors"),
     "test_init_command.py": ("commands/init",),
     "test_list_command.py": ("commands/list_installed",),
+    "test_predict_command.py": ("commands/predict",),
+    # What is asked, read and found, tested by what is predicted.
+    "prediction/test_prediction_pipeline.py": (
+        "prediction/conditions",
+        "prediction/findings",
+        "prediction/measured",
+        "prediction/quantities",
+        "prediction/results",
+    ),
     # Steps of one calculation, tested by its result.
     "comparison/test_comparison_file.py": (
         "commands/compare",
@@ -121,7 +130,13 @@ ELSEWHERE = {
     "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),
     "effects/test_effects_physics.py": ("effects/channel_aliases", "effects/kinematics"),
-    "manoeuvres/test_manoeuvres.py": ("manoeuvres/figures", "manoeuvres/gliding", "manoeuvres/plans", "manoeuvres/run"),
+    "manoeuvres/test_manoeuvres.py": (
+        "manoeuvres/crossings",
+        "manoeuvres/figures",
+        "manoeuvres/gliding",
+        "manoeuvres/plans",
+        "manoeuvres/run",
+    ),
     "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),
     "models/test_model_registry.py": ("models/registry", "models/user_file", "plugins"),

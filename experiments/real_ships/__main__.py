@@ -24,6 +24,7 @@ from seatruth.study import read_text, study_from
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
 from common import COLOURS, Options, Results, main  # noqa: E402
+from figures_with_intervals import DRAWS, QUICK_DRAWS, coverage, picture, predicted, text  # noqa: E402
 from predict import errors, manoeuvre_figures, simulated, windows  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
@@ -58,24 +59,30 @@ def only_resistance(study: Study) -> Study:
     return study.replace(parameters=tuple(_fixed(p) if p.vary and p.name != "R_0" else p for p in study.parameters))
 
 
-def fit(study: Study, threads: int | None) -> dict[str, Any]:
-    """Fits without the runs left out: they are not even given. All values, and the table of those that were free."""
+def fit(study: Study, threads: int | None, draws: int = 0) -> dict[str, Any]:
+    """Fits without the runs left out: they are not even given. All values, and the table of those that were free; with
+    `draws`, also the figures of manoeuvres with intervals.
+    """
     estimate = identify(study.replace(holdout=Trials([])), seed=SEED, threads=threads)
     values = {p.name: p.value for p in study.parameters} | estimate.values
     columns = ["value", "stderr", "start", "prior_sd", "min", "max", "verdict"]
     table = estimate.parameters[columns].reset_index(names="name").to_dict("records")
-    return {"values": values, "table": table, "outcome": estimate.outcome["reason"]}
+    found = predicted(study, estimate, draws, threads) if draws else None
+    return {"values": values, "table": table, "outcome": estimate.outcome["reason"], "predicted": found}
 
 
 def body(options: Options, results: Results) -> None:
     options.trials("kvlcc2_hsva", "kvlcc2_marin", "esso_osaka")
     names = STUDIES[1:2] if options.quick else STUDIES
     results.expect(2 * len(names))
-    pooled = {}
+    pooled, intervals = {}, {}
     for name in names:
         study = load(name, options.data)
         definition = {"study": study.content_hash, "seed": SEED}
-        fitted = results.stage(f"fit {name}", definition, partial(fit, study, options.workers))
+        draws = QUICK_DRAWS if options.quick else DRAWS
+        fitted = results.stage(
+            f"fit {name}", {**definition, "draws": draws}, partial(fit, study, options.workers, draws)
+        )
         baseline = results.stage(f"baseline {name}", definition, partial(fit, only_resistance(study), options.workers))
         models = {
             "before": {p.name: p.value for p in study.parameters},
@@ -83,7 +90,19 @@ def body(options: Options, results: Results) -> None:
             "fitted": fitted["values"],
         }
         pooled[name] = report(name, study, models, fitted, options, results)
+        intervals[name] = fitted["predicted"]
+        groups = {group: [run.name for run in own] for group, own in sets(study).items()}
+        results.add_text(text(name, fitted["predicted"], groups))
+        for part in ("planned", "measured"):
+            results.add_table(f"{name} {part} figures", pd.DataFrame(fitted["predicted"][part]))
+        checked = coverage(fitted["predicted"], groups)
+        for group, own in checked.groupby("set", sort=False):
+            results.add_figure(
+                f"{name}: {group}, measured figures inside 95 % intervals",
+                100 * float(own.inside.sum()) / float(own.n.sum()), "%", f"{own.n.sum()} figures",
+            )  # fmt: skip
     results.add_picture("errors", _errors_picture(pooled))
+    results.add_picture("figures", picture(intervals, COLOURS))
 
 
 def report(

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from seatruth.identification import identify
     from seatruth.models import BlackBox, IsolatedBlackBox, Model, Parameter, Prior, load_fmu, load_model
     from seatruth.optimizers import Budget, Optimizer, minimise
+    from seatruth.prediction import Predictions, predict
     from seatruth.progress import ProgressEvent
     from seatruth.report import write_report
     from seatruth.simulate import simulator
@@ -47,6 +48,7 @@ __all__ = [
     "OutputSettings",
     "Parameter",
     "PluginError",
+    "Predictions",
     "Prior",
     "ProgressEvent",
     "RegressionOptions",
@@ -66,6 +68,7 @@ __all__ = [
     "load_model",
     "load_study",
     "minimise",
+    "predict",
     "read_trial",
     "simulator",
     "write_report",
@@ -81,6 +84,7 @@ _MODULES = {
     "identification": ("identify",),
     "models": ("BlackBox", "IsolatedBlackBox", "Model", "Parameter", "Prior", "load_fmu", "load_model"),
     "optimizers": ("Budget", "Optimizer", "minimise"),
+    "prediction": ("Predictions", "predict"),
     "progress": ("ProgressEvent",),
     "report": ("write_report",),
     "simulate": ("simulator",),

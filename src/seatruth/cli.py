@@ -1,4 +1,4 @@
-"""The command line: `seatruth identify|diagnose|compare|init|trials|check|simulate|list|explain|demo`.
+"""The command line: `seatruth identify|predict|diagnose|compare|init|trials|check|simulate|list|explain|demo`.
 
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted. Whatever happens ends in one message, never in a traceback.
 The module of a command is loaded when the command is called, so that `--help` need not wait for numerical libraries.
@@ -28,6 +28,7 @@ except KeyboardInterrupt:  # loading takes a moment, and nothing has been begun 
 
 COMMANDS = {
     "identify": ("identify", "Identify a study's parameters and write a report."),
+    "predict": ("predict", "Predict advance, overshoots and so on, with intervals."),
     "diagnose": ("diagnose", "Find the effect that a model lacks."),
     "init": ("init", "List what a log holds, guess its channels and write a commented study file."),
     "trials": ("trials", "Split a log into trials and draw a map of it."),

@@ -254,3 +254,37 @@ def test_figures_of_measured_zigzags(folder: str, name: str, rudder: float, firs
     assert len(figures.executes) >= 3
     assert all(0.5 < math.degrees(overshoot) < 40 for overshoot in figures.overshoots)
     assert figures.executes == tuple(sorted(figures.executes))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_perfect_circle_astern_has_the_same_lengths(side: int) -> None:
+    """The same path run backwards in heading: the ship points the other way, and its rudder lies the other way."""
+    ahead = circle(side=side, drift=0.0)
+    outputs = {**ahead.outputs, "psi": ahead.outputs["psi"] + math.pi, "u": -ahead.outputs["u"]}
+    astern = Trial("astern", ahead.t, {"delta": -ahead.inputs["delta"]}, outputs)
+    one, other = turning_circle_figures(ahead), turning_circle_figures(astern)
+    for name in ("advance", "transfer", "tactical_diameter", "steady_diameter", "time_90", "time_180"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), abs=1e-9), name
+
+
+def test_a_record_may_begin_at_the_execute_but_not_within_the_turn() -> None:
+    sailed = sail(TurningCircle(deg(35), deg(720)))
+    late = sailed.section(int(np.searchsorted(sailed.t, 60.0)), len(sailed))
+    with pytest.raises(BadInput, match="within the turn"):
+        turning_circle_figures(late)
+    at_order = sailed.section(int(np.searchsorted(sailed.t, 10.0)), len(sailed))
+    assert turning_circle_figures(at_order).advance == pytest.approx(turning_circle_figures(sailed).advance, rel=0.02)
+
+
+def test_any_steering_input_tells_the_execute() -> None:
+    whole = circle()
+    throttles = Trial("thrusters", whole.t, {"n_difference": 40.0 * whole.inputs["delta"]}, whole.outputs)
+    one, other = turning_circle_figures(whole), turning_circle_figures(throttles, steering="n_difference")
+    assert other.advance == pytest.approx(one.advance, abs=0.1)
+    assert other.rudder == pytest.approx(20.0, rel=0.01)
+
+
+def test_initial_turning_distance_is_the_way_until_the_second_execute() -> None:
+    trial = sail(Zigzag(deg(10), deg(10)))
+    found = zigzag_figures(trial)
+    assert found.initial_turning_distance == pytest.approx(1.179 * found.initial_turning_time, rel=0.03)

@@ -161,6 +161,17 @@ def _json() -> str:
             "check": ["check", study],
             "simulate": ["simulate", study],
             "identify": ["identify", study, "--evaluations", "60", "--quiet", "--out", str(folder / "result")],
+            "predict": [
+                "predict",
+                study,
+                "--draws",
+                "60",
+                "--turn",
+                "35",
+                "--result",
+                str(folder / "result"),
+                "--quiet",
+            ],
             "list": ["list", "costs"],
             "explain": ["explain", "outliers"],
         }

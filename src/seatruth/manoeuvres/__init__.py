@@ -9,6 +9,7 @@ from seatruth.manoeuvres.figures import (
 from seatruth.manoeuvres.gliding import GlideSpiral, Sawtooth, Trim
 from seatruth.manoeuvres.plans import (
     CoastDown,
+    CrashStop,
     Manoeuvre,
     PitchZigzag,
     SpeedSteps,
@@ -24,19 +25,24 @@ from seatruth.manoeuvres.run import (
     self_propulsion,
     steady_current,
 )
+from seatruth.manoeuvres.spirals import SpiralFigures, spiral_figures
+from seatruth.manoeuvres.stopping import StoppingFigures, stopping_figures
 from seatruth.manoeuvres.thrusting import AxisSteps, StationKeeping, ThrusterLayout, ThrusterSteps, thruster_layout
 
 __all__ = [
     "AxisSteps",
     "CoastDown",
+    "CrashStop",
     "GlideSpiral",
     "Manoeuvre",
     "PitchZigzag",
     "Sawtooth",
     "SpeedSteps",
     "Spiral",
+    "SpiralFigures",
     "StationKeeping",
     "Stepper",
+    "StoppingFigures",
     "Straight",
     "ThrusterLayout",
     "ThrusterSteps",
@@ -48,7 +54,9 @@ __all__ = [
     "add_noise",
     "run_manoeuvre",
     "self_propulsion",
+    "spiral_figures",
     "steady_current",
+    "stopping_figures",
     "thruster_layout",
     "turning_circle_figures",
     "zigzag_figures",

@@ -165,6 +165,39 @@ class CoastDown(Manoeuvre):
 
 
 @dataclass(frozen=True)
+class CrashStop(Manoeuvre):
+    """Straight approach, then the propeller at `revolutions` (rev/s) until the ship is dead in the water.
+
+    Ahead these are negative, for full astern; for a ship that goes astern, positive. Zero is a stop by resistance
+    alone, which ends at the time limit of the run.
+    """
+
+    revolutions: float
+    approach: float = 10.0
+    rudder: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.revolutions):
+            raise BadInput(f"revolutions must be a number, not {self.revolutions}", where="manoeuvre")
+
+    @property
+    def label(self) -> str:
+        return f"crash stop {self.revolutions:g} rev/s"
+
+    def helm(self) -> Helm:
+        sense: list[float] = []
+
+        def helm(t: float, y: Mapping[str, float]) -> Orders | None:
+            if t < self.approach - 1e-9:
+                return {"delta": self.rudder}
+            sense[:] = sense or [math.copysign(1.0, y["u"])]
+            stopped = y["u"] * sense[0] <= 0
+            return None if stopped else {"delta": self.rudder, "n": self.revolutions}
+
+        return helm
+
+
+@dataclass(frozen=True)
 class Spiral(Manoeuvre):
     """A staircase of rudder angles, each held for `hold` (the direct spiral where they step through zero)."""
 

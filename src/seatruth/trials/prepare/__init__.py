@@ -9,6 +9,7 @@ STEPS holds every step by its name in study files, with the pydantic model of it
 
 from seatruth.trials.prepare.base import STEPS, Options, Preparation, apply_steps, preparation
 from seatruth.trials.prepare.filters import differentiate, hampel, low_pass, resample
+from seatruth.trials.prepare.full_scale import full_scale
 from seatruth.trials.prepare.fusion import DepthFusion, fuse, fuse_depth
 from seatruth.trials.prepare.lever_arm import lever_arm
 from seatruth.trials.prepare.simple import (
@@ -22,12 +23,14 @@ from seatruth.trials.prepare.simple import (
     unwrap,
     zero_time,
 )
+from seatruth.trials.prepare.turn_current import TurnCurrent, remove_current, turn_current
 
 __all__ = [
     "STEPS",
     "DepthFusion",
     "Options",
     "Preparation",
+    "TurnCurrent",
     "apply_steps",
     "change_sign",
     "correct",
@@ -35,6 +38,7 @@ __all__ = [
     "differentiate",
     "fill_gaps",
     "follow_heading",
+    "full_scale",
     "fuse",
     "fuse_depth",
     "hampel",
@@ -42,8 +46,10 @@ __all__ = [
     "low_pass",
     "mark_invalid",
     "preparation",
+    "remove_current",
     "resample",
     "shift_time",
+    "turn_current",
     "unwrap",
     "zero_time",
 ]

@@ -1,0 +1,71 @@
+"""`seatruth predict` as a user calls it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import seatruth.sample
+from seatruth import cli
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("predict")
+    seatruth.sample.copy_to(place)
+    study = place / "study.toml"
+    assert cli.run(["identify", str(study), "--evaluations", "300", "--quiet", "--out", str(place / "result")]) == 0
+    return place
+
+
+def call(folder: Path, *arguments: str) -> int:
+    options = ["--result", str(folder / "result"), "--out", str(folder / "out"), "--draws", "60", "--quiet"]
+    return cli.run(["predict", str(folder / "study.toml"), *options, *arguments])
+
+
+def test_figures_are_printed_written_and_given_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = folder / "answer.json"
+    plans = ["--turn", "35", "--turn", "-35", "--zigzag", "-20/20", "--stop", "-8"]
+    assert call(folder, *plans, "--scale", "45.7", "--json", str(answer)) == 0
+    shown = capsys.readouterr().out
+    for words in ("SYNTHETIC", "1 : 45.7", "turning circle -35", "zigzag 20/20 port first", "crash stop -8 rev/s"):
+        assert words in shown, words
+    assert "Measured in the trials" in shown
+    result = json.loads(answer.read_text())["result"]
+    assert {row["kind"] for row in result["figures"]} == {"turn", "zigzag", "stop"}
+    assert {row["trial"] for row in result["measured"]} >= {"turning_circle_35", "zigzag_20_10"}
+    assert result["conditions"]["without"] == ["current_east", "current_north"]
+    names = {path.name for path in (folder / "out").iterdir()}
+    assert names >= {"report.html", "figures.csv", "measured.csv", "tracks.csv"}
+
+
+def test_only_the_manoeuvres_of_the_trials(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(folder, "--trials-only") == 0
+    shown = capsys.readouterr().out
+    assert "turning_circle_35" in shown
+    assert "turning circle 35\n" not in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--turn", "x"], "--turn: 'x' is not of the form 35"),
+        (["--turn", "120"], "no such angle"),
+        (["--zigzag", "20"], "20/20"),
+        (["--spiral", "5/10/60"], "do not reach"),
+        (["--input", "n"], "NAME=VALUE"),
+        (["--input", "nn=3"], "Did you mean 'n'"),
+        (["--level", "2"], "level"),
+        (["--draws", "2"], "2 draws"),
+        (["--result", "nowhere"], "seatruth identify"),
+    ],
+)
+def test_wrong_options_say_what_to_do(
+    folder: Path, arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(folder, *arguments) == 2
+    shown = " ".join(capsys.readouterr().err.split())
+    assert words in shown
+    assert "Traceback" not in shown
