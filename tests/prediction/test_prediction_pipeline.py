@@ -38,6 +38,19 @@ def test_a_turn_and_a_zigzag_with_intervals_about_the_truth() -> None:
     assert again.figures.equals(found.figures)
 
 
+def test_what_a_model_usually_lacks_beyond_its_trials_widens_predicted_figures_alone() -> None:
+    made, estimate = fitted()
+    plans = [TurningCircle(deg(20), deg(300))]
+    bare, wide = (predict(made, estimate, plans, speed=1.18, form_error=error, **FEW) for error in (0.0, 0.1))
+    assert wide.measured.equals(bare.measured)
+    for one, other in zip(bare.figures.to_dict("records"), wide.figures.to_dict("records"), strict=True):
+        if math.isfinite(one["lower"]) and one["lower"] <= one["value"]:
+            expected = math.hypot(one["value"] - one["lower"], 0.196 * one["value"])
+            assert other["value"] - other["lower"] == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(BadInput, match="a form error of -1"):
+        predict(made, estimate, plans, form_error=-1.0, **FEW)
+
+
 def test_full_scale_is_the_model_at_its_scale() -> None:
     made, estimate = fitted()
     options = {"speed": 1.18, "measured": False, **FEW}
@@ -74,7 +87,8 @@ def test_a_figure_that_does_not_vary_and_one_that_is_not_reached() -> None:
     made, _ = fitted()
     fixed = tuple(p.replace(vary=p.name == "X_vvvv", prior=None) for p in made.parameters)
     alone = made.replace(parameters=fixed)
-    found = predict(alone, identify(alone, threads=1), [Zigzag(deg(5), deg(2))], limit=30.0, measured=False, **FEW)
+    options = {"limit": 30.0, "measured": False, "form_error": 0.0, **FEW}
+    found = predict(alone, identify(alone, threads=1), [Zigzag(deg(5), deg(2))], **options)
     table = found.figures.set_index("figure")
     step = found.conditions["dt"]
     assert table.upper["initial_turning_time"] - table.lower["initial_turning_time"] == pytest.approx(step)

@@ -62,7 +62,7 @@ def prediction(**changes: object) -> Predictions:
         "figures": table_of(rows, FIGURE_COLUMNS), "measured": table_of(compared, MEASURED_COLUMNS), "tracks": track,
         "conditions": {"speed": 8.0, "inputs": {"n": 1.5}, "rudder_rate": 0.04, "dt": 0.5, "limit": 900.0,
                        "without": ["current_north"]},
-        "lack_of_fit": 3.0, "model_error": 0.016, "provenance": {"commit": "abc"},
+        "lack_of_fit": 3.0, "model_error": 0.016, "form_error": 0.035, "provenance": {"commit": "abc"},
         "findings": [Finding("warning", "held-by-priors", "Priors hold 1 figure.", "prediction", "Fit a turn.")],
     }  # fmt: skip
     return Predictions(**{**values, **changes})  # type: ignore[arg-type]
@@ -78,6 +78,7 @@ def test_the_page_says_what_was_found_and_escapes_names(tmp_path: Path) -> None:
     assert "t <1>" not in page
     assert page == render_prediction(prediction())
     assert "1.6 % (standard deviation)" in page
+    assert "3.5 % (standard deviation) for the model" in page
 
 
 def test_angles_are_in_degrees_and_shares_in_per_cent() -> None:

@@ -56,6 +56,10 @@ def predict(
     scale: Annotated[
         float, typer.Option("--scale", help="Length of the ship over that of the model: figures at full scale.")
     ] = 1.0,
+    form_error: Annotated[
+        float | None,
+        typer.Option("--form-error", help="Error of the model's form beyond the trials, % of each figure [3.5]."),
+    ] = None,
     level: Annotated[float, typer.Option("--level", help="Probability of the intervals.")] = 0.95,
     draws: Annotated[int | None, typer.Option("--draws", help="Draws of the parameters [400].")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Replaces the study's seed.")] = None,
@@ -101,6 +105,7 @@ def predict(
             seed=seed,
             scale=scale,
             calm=not keep_environment,
+            form_error=prediction.FORM_ERROR if form_error is None else 0.01 * form_error,
             limit=limit,
             threads=threads,
             progress=progress,
@@ -137,6 +142,7 @@ def summary(found: Predictions) -> dict[str, Any]:
         "conditions",
         "lack_of_fit",
         "model_error",
+        "form_error",
     )
     return {
         **{name: getattr(found, name) for name in names},

@@ -6,7 +6,8 @@ found = predict(study, estimate)
 found.figures
 """
 
+from seatruth.prediction.intervals import FORM_ERROR
 from seatruth.prediction.pipeline import DRAWS, IMO, predict
 from seatruth.prediction.results import Predictions
 
-__all__ = ["DRAWS", "IMO", "Predictions", "predict"]
+__all__ = ["DRAWS", "FORM_ERROR", "IMO", "Predictions", "predict"]

@@ -23,7 +23,7 @@ from seatruth.prediction.conditions import (
     time_step,
 )
 from seatruth.prediction.findings import findings
-from seatruth.prediction.intervals import Interval, interval, model_error, widened
+from seatruth.prediction.intervals import FORM_ERROR, Interval, interval, model_error, widened
 from seatruth.prediction.measured import measured_rows
 from seatruth.prediction.parameter_draws import ParameterDraws, parameter_draws
 from seatruth.prediction.population import Fleet, Sailing
@@ -67,6 +67,7 @@ def predict(
     scale: float = 1.0,
     calm: bool = True,
     measured: bool = True,
+    form_error: float = FORM_ERROR,
     dt: float | None = None,
     limit: float | None = None,
     threads: int | None = None,
@@ -77,8 +78,8 @@ def predict(
     Parameters are drawn from the estimate: the trials' part of its covariance, widened where trials disagree by more
     than their residuals let expect, and the priors' part (`seatruth.prediction.parameter_draws`). Each draw sails
     each manoeuvre; the interval lies between quantiles of its figures. Where the figures of the fitted trials miss
-    their predictions by more than that, all intervals hold this relative error as well. What the model lacks in
-    another manoeuvre alone is not in them.
+    their predictions by more than that, all intervals hold this relative error as well. What the model lacks beyond
+    the trials is in the intervals of `manoeuvres` as it is usual (`form_error`); it may be more.
 
     Args:
         study: the study that was identified, with trajectory or regression cost.
@@ -94,6 +95,7 @@ def predict(
         scale: length of the ship over that of the model; above 1, figures are of the full-scale ship (Froude).
         calm: take away the effects of the environment that the study's model has, as a current.
         measured: also predict the manoeuvres that the study's trials hold; without them no interval is widened.
+        form_error: relative error (standard deviation) of the model's form beyond the trials, 0 for none.
         dt: step, s; default: that of the trials.
         limit: time after which a manoeuvre ends, s; default: five times the longest trial.
         threads: threads of the simulation of recorded runs. They do not change the result.
@@ -120,7 +122,7 @@ def predict(
         >>> bool(turn.lower["advance"] < turn.value["advance"] < turn.upper["advance"])
         True
     """
-    _check(study, level, draws, scale)
+    _check(study, level, draws, scale, form_error)
     show = progress or silent
     show(ProgressEvent("Uncertainty of the estimate"))
     seed = study.seed if seed is None else seed
@@ -165,7 +167,7 @@ def predict(
     figures, compared = table_of(rows, FIGURE_COLUMNS), table_of(beside, MEASURED_COLUMNS)
     error = model_error(compared, level)
     figures, compared = (
-        widened(figures, "value", error, level),
+        widened(figures, "value", math.hypot(error, form_error), level),
         widened(compared, "predicted", error, level),
     )
     compared["inside"] = (compared.lower <= compared.measured) & (compared.measured <= compared.upper)
@@ -183,12 +185,13 @@ def predict(
         conditions=conditions,
         lack_of_fit=drawn.lack_of_fit,
         model_error=error,
+        form_error=form_error,
         findings=findings(figures, compared, drawn, level, error),
         provenance={**provenance(), "study_hash": study.content_hash, "estimate": _behind(estimate), "scale": scale},
     )
 
 
-def _check(study: Study, level: float, draws: int, scale: float) -> None:
+def _check(study: Study, level: float, draws: int, scale: float, form_error: float) -> None:
     where = "predict"
     if isinstance(study.cost, FormulaOptions):
         raise BadInput("a formula makes no manoeuvres", where=where, do="Give a study of a vehicle's motion.")
@@ -196,6 +199,8 @@ def _check(study: Study, level: float, draws: int, scale: float) -> None:
         raise BadInput(f"a level of {level} is no probability of an interval", where=where, do="Give 0.5 to 0.999.")
     if not _FEWEST_DRAWS <= draws <= _MOST_DRAWS:
         raise BadInput(f"{draws} draws", where=where, do=f"Give {_FEWEST_DRAWS} to {_MOST_DRAWS}.")
+    if not 0.0 <= form_error < 1.0:
+        raise BadInput(f"a form error of {form_error}", where=where, do="Give a part of each figure, 0 to 0.99.")
     if not (math.isfinite(scale) and scale > 0):
         raise BadInput(f"a scale of {scale}", where=where, do="Give the length of the ship over that of the model.")
 

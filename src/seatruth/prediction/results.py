@@ -51,6 +51,7 @@ class Predictions:
         model_error: relative error (standard deviation) that all intervals hold besides, as the figures of the fitted
             trials miss their predictions by more than parameters leave open; 0 where they do not, or where no
             manoeuvre of the trials was predicted.
+        form_error: the same for the model's form beyond the trials, which the intervals of `figures` hold.
         findings: what a user should read.
         provenance: versions, study and estimate behind it.
 
@@ -76,6 +77,7 @@ class Predictions:
     conditions: dict[str, Any]
     lack_of_fit: float
     model_error: float
+    form_error: float
     findings: list[Finding] = field(default_factory=list)
     provenance: dict[str, Any] = field(default_factory=dict)
 

@@ -88,11 +88,18 @@ def _summary(found: Predictions) -> Section:
 def _planned(found: Predictions, album: Album) -> Section | None:
     if not len(found.figures):
         return None
-    wider = f", and {100 * found.model_error:.2g} % (standard deviation) by which figures of the fitted trials miss"
+    wider = [
+        f", and {100 * error:.2g} % (standard deviation) {what}"
+        for error, what in (
+            (found.model_error, "by which figures of the fitted trials miss"),
+            (found.form_error, "for the model's form beyond the trials"),
+        )
+        if error > 0.0
+    ]
     words = (
         "Value: at the estimate. Interval: what the trials and the priors leave open of the parameters"
-        f"{wider if found.model_error > 0 else ''}. Held by: on what a figure rests, by the priors' share of its "
-        "variance as the fit weighs trials and priors. A figure held by priors is as good as these are."
+        f"{''.join(wider)}. Held by: on what a figure rests, by the priors' share of its variance as the fit weighs trials and priors. A "
+        "figure held by priors is as good as these are."
     )
     blocks: list[Block] = [Text(words)]
     pictures = []
@@ -202,6 +209,7 @@ def _conditions(found: Predictions) -> Section | None:
         ["effects of the environment taken away", ", ".join(given["without"]), ""],
         ["variance of the trials' part for their disagreement, times", number(max(1.0, found.lack_of_fit)), ""],
         ["error of the model, from misses of the fitted figures", number(100 * found.model_error), "%"],
+        ["error of the model's form beyond the trials", number(100 * found.form_error), "%"],
     ]
     kept = [row for row in rows if row[1]]
     return Section(
