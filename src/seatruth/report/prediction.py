@@ -98,8 +98,8 @@ def _planned(found: Predictions, album: Album) -> Section | None:
     ]
     words = (
         "Value: at the estimate. Interval: what the trials and the priors leave open of the parameters"
-        f"{''.join(wider)}. Held by: on what a figure rests, by the priors' share of its variance as the fit weighs trials and priors. A "
-        "figure held by priors is as good as these are."
+        f"{''.join(wider)}. Held by: on what a figure rests, by the priors' share of its variance as the fit weighs "
+        "trials and priors. A figure held by priors is as good as these are."
     )
     blocks: list[Block] = [Text(words)]
     pictures = []
