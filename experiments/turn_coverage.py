@@ -8,8 +8,8 @@ and 20 deg, with noise; a model with the same priors is fitted to them, and pred
 
 - "same form": the ship is one of the model's family. Intervals should hold 95 % of the figures.
 - "other form": coefficients that the fit takes as known (wake, thrust deduction, added masses, rudder's lift, the
-  propeller's inflow in a turn) are off by 10 % each, so that the model lacks something that noise hides. The relative
-  error with which 95 % of their figures lie inside is `seatruth.prediction.FORM_ERROR`.
+  propeller's inflow in a turn) are off by 10 % each, so that the model lacks something that noise hides.
+  `seatruth.prediction.FORM_ERROR`, the error of the model's form that all intervals hold, was chosen on them.
 - "fresh ships": the same with other ships, which took no part in that.
 """
 
@@ -226,9 +226,11 @@ def _picture(known: pd.DataFrame) -> Any:
     import matplotlib.pyplot as plt
 
     shown = ("advance", "tactical_diameter", "steady_diameter")
-    figure, axes = plt.subplots(len(FORMS), len(shown), figsize=(10, 5.6), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(
+        len(FORMS), len(shown), figsize=(10, 2.8 * len(FORMS)), layout="constrained", squeeze=False
+    )
+    most = 10.0  # what lies beyond is drawn at the edge
     for row, form in zip(axes, FORMS, strict=True):
-        most = 3.0 if form == FORMS[0] else 10.0  # what lies beyond is drawn at the edge
         for axis, name in zip(row, shown, strict=True):
             own = known[(known.form == form) & (known.figure == name)].sort_values("case").reset_index(drop=True)
             low, high, true = (
@@ -242,7 +244,7 @@ def _picture(known: pd.DataFrame) -> Any:
             axis.set_title(f"{form}: {name.replace('_', ' ')}, {100 * own.inside.mean():.0f} % inside", fontsize=9)
             axis.set_xlabel("ship")
             axis.set_ylim(-1.05 * most, 1.05 * most)
-        row[0].set_ylabel("difference from the prediction (%)")
+        row[0].set_ylabel("true less predicted (%)")
     axes[0][0].legend(fontsize=7)
     return figure
 
