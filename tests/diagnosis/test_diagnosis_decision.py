@@ -254,6 +254,33 @@ def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     assert (beside.form, beside.discrepancy) == (("cross_flow",), True)
 
 
+@pytest.mark.parametrize("one_course", [False, True])
+@pytest.mark.parametrize("discrepancy", [False, True])
+def test_a_direction_on_the_earth_needs_trials_on_several_courses(one_course: bool, discrepancy: bool) -> None:
+    """A calm basin: along the only course, wind stands for what the model's hull lacks. Alone it may be named."""
+
+    def said(*keys: tuple[str, ...]) -> Decision:
+        return decide(
+            [Hypothesis(key, discrepancy, 700.0, 0.0, 1.0 / len(keys), True) for key in keys],
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: True,
+            underpowered=False,
+            one_course=one_course,
+        )
+
+    alone, beside = said(("trial_current", "wind")), said(("heading_bias", "wind"))
+    if one_course and discrepancy:
+        assert (alone.kind, alone.clusters, alone.along) == ("unknown", (), ("trial_current", "wind"))
+        assert [cause.effects for cause in beside.clusters] == [("heading_bias",)]
+        assert beside.along == ("wind",)
+    else:
+        assert [cause.effects for cause in alone.clusters] == [("trial_current",), ("wind",)]
+        assert [cause.effects for cause in beside.clusters] == [("heading_bias",), ("wind",)]
+        assert alone.along == beside.along == ()
+
+
 def test_what_is_needed_is_judged_by_evidence_where_the_temperature_is_high() -> None:
     """A calm basin: two errors of the rudder that do not predict explain most, and a wave drift helps beside them."""
     sets = [

@@ -136,3 +136,9 @@ def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
 def test_components_as_size_and_direction() -> None:
     assert towards({"north": (0.0, 0.1), "east": (0.3, 0.1)}).endswith("towards 90 +- 19 deg")
     assert towards({"angle": (0.1, 0.1)}) == ""
+
+
+def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like() -> None:
+    text = said("unknown", along=["wind", "a uniform current"])
+    assert "It looks like wind and a uniform current, which trials on one course cannot tell from" in text
+    assert "one course" not in said("unknown")

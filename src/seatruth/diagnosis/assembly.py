@@ -35,6 +35,7 @@ from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.provenance import provenance
 from seatruth.study import Study
+from seatruth.trials.check.excitation import narrow_headings
 from seatruth.trials.finding import Finding
 
 _SURVIVORS = 4
@@ -74,6 +75,7 @@ class Assembly:
             underpowered=len(self.information.undetectable()) > len(self.problem.effects) // 2,
             converged=self.search.null.settled,
             gap=self._leaves_a_gap(),
+            one_course=narrow_headings(self.problem.trials) is not None,
         )
         return without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
 
@@ -152,6 +154,7 @@ class Assembly:
             self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
             form=[problem.effects[name].title for name in self.decision.form],
+            along=[problem.effects[name].title for name in self.decision.along],
             small=[problem.effects[name].title for name in self.decision.small],
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))

@@ -5,7 +5,9 @@ holds most of the cluster's probability and no look-alike is near, it is named i
 named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
 positive: where all of an answer falls for that, the most probable answer without it is asked. A term of the hull's
 forces is not named where others are missing beside it: it is then a part of a model of another form, and stands for no
-cause. Damping across the flow and in turns is not named at all, since damping of another form looks the same. A term
+cause. Damping across the flow and in turns is not named at all, since damping of another form looks the same. Where all
+trials are on one course, what keeps its direction on the earth is not named beside other missing forces either: it is
+then a force ahead or to one side, as a model of another form has them. A term
 that is refused takes nothing with it: what it stood for is left to the discrepancy of the model's form, beside which
 the other effects have been compared as well.
 """
@@ -36,6 +38,8 @@ _ROUNDS = 3
 _FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
 """Causes that damping of another form shows as well. In the 154 opened cases of `experiments/withheld` (development and
 test set of 2026-11-22) such a term led 13 times: it was the cause three times, ten times it stood for other things."""
+_FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth")
+"""Causes that keep their direction on the earth, by which they are told from what turns with the vehicle."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
 
@@ -67,6 +71,8 @@ class Decision:
     """The set of effects whose fit stands for the answer."""
     form: Key = ()
     """Effects that fit the trials as a hull of another form does, and are not named for that."""
+    along: Key = ()
+    """Effects that keep their direction on the earth, and are not named since all trials are on one course."""
     small: Key = ()
     """Effects that are significant beside a cause that is not in the library, but close next to none of the gap."""
 
@@ -81,6 +87,7 @@ def decide(
     underpowered: bool,
     converged: bool = True,
     gap: bool = True,
+    one_course: bool = False,
 ) -> Decision:
     """What is said.
 
@@ -93,6 +100,7 @@ def decide(
         underpowered: whether these trials could not show most effects.
         converged: whether the fit of the model alone converged; if not, nobody can say that there is no gap.
         gap: whether the refitted model leaves more than noise; if not, a refused effect is no sign of another cause.
+        one_course: whether all trials are on one course.
     """
     sets = answers(found)
     none, unknown = none_and_unknown(found)
@@ -102,9 +110,12 @@ def decide(
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
     first: Key = next(iter(sets), ())
     form = tuple(name for name in first if _is_form(name, effects))
+    along: Key = ()
+    if one_course and _discrepancy(found, first):
+        along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
     left, gone = list(found), set[str]()
     for _ in range(_ROUNDS):
-        answer = _answer(left, effects, settings, near, helps)
+        answer = _answer(left, effects, settings, near, helps, one_course)
         if answer.clusters:
             single = all(len(cluster.effects) == 1 for cluster in answer.clusters)
             return Decision(
@@ -114,6 +125,7 @@ def decide(
                 answer.lacking,
                 answer.kept,
                 form,
+                along,
             )
         gone |= set(answer.refused)
         left = _left(found, gone)
@@ -127,7 +139,7 @@ def decide(
     )
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unnamed), True, (), form)
+        return Decision("unknown", (), min(1.0, unnamed), True, (), form, along)
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
@@ -144,7 +156,7 @@ def without_small(
     if not names or not decision.discrepancy or _explains(names, share, settings):
         return decision
     lacking = sum(one.probability for one in found if one.discrepancy)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, tuple(names))
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, tuple(names))
 
 
 def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
@@ -169,6 +181,7 @@ def _answer(
     settings: Settings,
     near: Callable[[str, str], float],
     helps: Callable[[str, Key], bool],
+    one_course: bool,
 ) -> _Answer:
     """Takes from the most probable set what is not probable by itself, and what does not predict."""
     sets = answers(found)
@@ -181,11 +194,14 @@ def _answer(
         gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
         sure = {name: _without(found, one.counted, gone, effects) for name, one in candidates.items()}
+        beside = _discrepancy(found, kept)
         probable = [
             name
             for name in kept
             if min(candidates[name].probability, sure[name]) >= settings.name_threshold
-            and not (_is_form(name, effects) or (_is_structure(name, effects) and _discrepancy(found, kept)))
+            and not _is_form(name, effects)
+            and not (beside and _is_structure(name, effects))
+            and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name])
         ]
         passing = tuple(name for name in probable if helps(name, kept))
@@ -207,6 +223,10 @@ def _says_nothing(cluster: Cluster) -> bool:
 
 def _is_form(name: str, effects: Mapping[str, Effect]) -> bool:
     return any(is_within(effects[name].cause, form) for form in _FORMS)
+
+
+def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:
+    return any(is_within(effects[name].cause, cause) for cause in _FIXED_TO_EARTH)
 
 
 def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:

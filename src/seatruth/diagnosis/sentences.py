@@ -42,6 +42,7 @@ def verdict_sentence(
     validation: Validation | None,
     one_trial: bool,
     form: Sequence[str] = (),
+    along: Sequence[str] = (),
     small: Sequence[str] = (),
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
@@ -55,6 +56,8 @@ def verdict_sentence(
         validation: prediction of trials that were left out, or None.
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
+        along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
+            course.
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
 
     Returns:
@@ -68,7 +71,7 @@ def verdict_sentence(
         return _joined(_undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
-        return _joined(_unknown(causes, probability, shares), _of_another_form(form), beside)
+        return _joined(_unknown(causes, probability, shares), _of_another_form(form), _on_one_course(along), beside)
     return _named(causes, probability, discrepancy, shares, validation, one_trial)
 
 
@@ -196,6 +199,13 @@ def _of_another_form(titles: Sequence[str]) -> str:
     if not titles:
         return ""
     return f"It looks like {listed(titles)}, or like damping of another form than the model's, which shows the same."
+
+
+def _on_one_course(titles: Sequence[str]) -> str:
+    """What fits, where trials on one course cannot tell it from a force of the vehicle's own."""
+    if not titles:
+        return ""
+    return f"It looks like {listed(titles)}, which trials on one course cannot tell from forces that the model lacks."
 
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:

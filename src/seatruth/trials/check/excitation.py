@@ -126,28 +126,34 @@ def correlation_samples(values: Array) -> float | None:
     return float(most)
 
 
+def narrow_headings(trials: Sequence[Trial]) -> float | None:
+    """The angle (rad) within which all headings lie, where it is so small that all trials are on one course.
+
+    None where they are not, or where no trial has both a heading and a track.
+    """
+    headings = [t.channel("psi") for t in trials if has_channels(t, "x", "y", "psi")]
+    if not headings:
+        return None
+    turned = max(float(np.nanmax(psi) - np.nanmin(psi)) for psi in headings)
+    if turned >= limits.HEADING_COVERAGE:
+        return None
+    span = float(np.ptp(np.concatenate([psi[np.isfinite(psi)] for psi in headings])))
+    return span if span < limits.HEADING_COVERAGE else None
+
+
 def check_coverage(trials: Sequence[Trial]) -> Iterator[Finding]:
     """Headings and speeds over all trials together."""
-    spans = [
-        float(np.nanmax(t.channel("psi")) - np.nanmin(t.channel("psi")))
-        for t in trials
-        if has_channels(t, "x", "y", "psi")
-    ]
-    if spans:
-        headings = np.concatenate(
-            [t.channel("psi")[np.isfinite(t.channel("psi"))] for t in trials if has_channels(t, "x", "y", "psi")]
+    span = narrow_headings(trials)
+    if span is not None:
+        yield Finding(
+            "note",
+            "heading-coverage",
+            f"All headings lie within {degrees(span)}: a steady current cannot be distinguished from "
+            "a speed error or a heading offset.",
+            "all trials",
+            "Add a run on another course, best a full turn.",
+            channel="psi",
         )
-        span = float(np.ptp(headings)) if max(spans) < limits.HEADING_COVERAGE else max(spans)
-        if span < limits.HEADING_COVERAGE:
-            yield Finding(
-                "note",
-                "heading-coverage",
-                f"All headings lie within {degrees(span)}: a steady current cannot be distinguished from "
-                "a speed error or a heading offset.",
-                "all trials",
-                "Add a run on another course, best a full turn.",
-                channel="psi",
-            )
     moving = [t.channel("u")[np.isfinite(t.channel("u"))] for t in trials if has_channels(t, "u")]
     if moving:
         speeds = np.concatenate(moving)
