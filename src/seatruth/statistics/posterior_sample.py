@@ -82,13 +82,14 @@ class Ensemble:
     diverged: int
 
 
-def summarised(names: Sequence[str], draws: Array, times: Array) -> pd.DataFrame:
+def summarised(names: Sequence[str], draws: Array, times: Array, every: int = 1) -> pd.DataFrame:
     """The summary of draws.
 
     Args:
         names: (K,) what was sampled.
         draws: (N, W, K), steps of the walkers.
-        times: (K,), autocorrelation times in steps; NaN where unknown.
+        times: (K,), autocorrelation times in steps of the draws; NaN where unknown.
+        every: steps of the chain from one draw of a walker to its next.
 
     Example:
         >>> import numpy as np
@@ -102,5 +103,5 @@ def summarised(names: Sequence[str], draws: Array, times: Array) -> pd.DataFrame
     lower, median, upper = np.quantile(flat, [tail, 0.5, 1.0 - tail], axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         effective = len(flat) / np.maximum(times, 1.0)
-    columns = (flat.mean(axis=0), flat.std(axis=0, ddof=1), lower, median, upper, times, effective)
+    columns = (flat.mean(axis=0), flat.std(axis=0, ddof=1), lower, median, upper, every * times, effective)
     return pd.DataFrame(dict(zip(SUMMARY_COLUMNS, columns)), index=pd.Index(list(names), name="name"))

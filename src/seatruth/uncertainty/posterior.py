@@ -33,7 +33,10 @@ from seatruth.trials.finding import Finding
 LONG_TIMES = 100.0
 """Autocorrelation times at which a chain ends: what emcee's manual asks for (page on monitoring progress)."""
 _BLOCK = 100
-"""Steps after which a chain is stored and its length is judged. Chosen here [S]."""
+"""Stored steps after which a chain is stored and its length is judged. Chosen here [S]."""
+_DIMENSIONS_A_STEP = 4
+"""Of K dimensions every K/4-th step is stored: the autocorrelation time is some 3.5 K steps, so that nothing is lost,
+and the checkpoint stays below 50 MB. Chosen here [S]."""
 _WALKERS = 32
 """Walkers at least. Chosen here [S]: one population fills the processors; emcee needs twice the dimensions."""
 _JUMPS = 0.1
@@ -68,7 +71,10 @@ def require_emcee() -> Any:
 
 @dataclass
 class _Chain:
-    """A chain as far as it has come: places (n, W, K), log probabilities (n, W), accepted proposals, random state."""
+    """A chain as far as it has come, every `every`-th step: places (n, W, K), log probabilities (n, W), how many of
+    these steps' proposals were accepted, and the random state."""
+
+    every: int
 
     places: list[Array]
     logs: list[Array]
@@ -77,7 +83,7 @@ class _Chain:
 
     @property
     def steps(self) -> int:
-        return sum(len(part) for part in self.places)
+        return self.every * sum(len(part) for part in self.places)
 
 
 def sample_posterior(
@@ -123,12 +129,12 @@ def sample_posterior(
     first = _first_places(cost, x, covariance, random)
     walkers = len(first)
     moves = [(emcee.moves.DEMove(), 1.0 - _JUMPS), (emcee.moves.DEMove(gamma0=1.0), _JUMPS)]
-    chain = _Chain([], [], 0.0, random.get_state())
+    every = min(max(1, len(x) // _DIMENSIONS_A_STEP), steps)
+    chain = _Chain(every, [], [], 0.0, random.get_state())
     state = emcee.State(first, random_state=chain.random)
     began, before, shown = time.perf_counter(), 0, -math.inf
     found: tuple[int, Array] = (0, np.full(len(x), math.nan))
-    while chain.steps < steps:
-        size = min(_BLOCK, steps - chain.steps)
+    while (size := min(_BLOCK, (steps - chain.steps) // every)) > 0:
         name = f"{key} {chain.steps} {size}"
         if name in checkpoint:
             _take(chain, checkpoint.get(name))
@@ -136,16 +142,17 @@ def sample_posterior(
         else:
             sampler = emcee.EnsembleSampler(walkers, len(x), log_probability, moves=moves, vectorize=True)
             # The check of the start needs walkers that differ, which normal draws do.
-            for done, _ in enumerate(sampler.sample(state, iterations=size, skip_initial_state_check=True), 1):
+            runs = sampler.sample(state, iterations=size, thin_by=every, skip_initial_state_check=True)
+            for done, _ in enumerate(runs, 1):
                 if (now := time.perf_counter()) - shown > _EVERY_S:
-                    shown, at = now, chain.steps + done
+                    shown, at = now, chain.steps + every * done
                     left = remaining(at - before, steps - before, now - began)
                     progress(ProgressEvent("Posterior", at, steps, "steps", remaining_s=left, may_end_early=True))
             checkpoint.put(name, _stored(sampler))
             _take(chain, checkpoint.get(name))
         state = emcee.State(chain.places[-1][-1], log_prob=chain.logs[-1][-1], random_state=chain.random)
         found = _burn_in(emcee, np.concatenate(chain.places))
-        if (chain.steps - found[0]) / np.max(found[1]) >= LONG_TIMES:
+        if (chain.steps // every - found[0]) / np.max(found[1]) >= LONG_TIMES:
             break
     progress(ProgressEvent("Posterior", chain.steps, chain.steps, "steps"))
     return _posterior(cost, chain, *found)
@@ -200,7 +207,7 @@ def _take(chain: _Chain, block: Mapping[str, Any]) -> None:
 
 
 def _burn_in(emcee: Any, places: Array) -> tuple[int, Array]:
-    """Steps to leave out, and the autocorrelation times (K,) of those after them; of a short chain too low."""
+    """Stored steps to leave out, and the autocorrelation times (K,) of those after them; of a short chain too low."""
     half = len(places) // 2
     times = _times(emcee, places[half:])
     longest = float(np.max(times))
@@ -217,24 +224,24 @@ def _times(emcee: Any, places: Array) -> Array:
 
 def _posterior(cost: Cost, chain: _Chain, burn_in: int, times: Array) -> Posterior:
     places, logs = np.concatenate(chain.places), np.concatenate(chain.logs)
-    steps, walkers, size = places.shape
-    every = max(1, math.ceil(steps * walkers / _KEPT))
-    kept = np.arange(every - 1, steps, every)
+    stored, walkers, size = places.shape
+    apart = max(1, math.ceil(stored * walkers / _KEPT))
+    kept = np.arange(apart - 1, stored, apart)
     frame = pd.DataFrame(
         {
             "walker": np.tile(np.arange(1, walkers + 1), len(kept)),
-            "step": np.repeat(kept + 1, walkers),
+            "step": np.repeat(chain.every * (kept + 1), walkers),
             "log_probability": logs[kept].ravel(),
         }
     )
     values = pd.DataFrame(places[kept].reshape(-1, size), columns=[f"{VALUE}{name}" for name in cost.names])
     return Posterior(
         chain=pd.concat([frame, values], axis=1),
-        summary=summarised(cost.names, places[burn_in:], times),
+        summary=summarised(cost.names, places[burn_in:], times, chain.every),
         walkers=walkers,
-        steps=steps,
-        burn_in=burn_in,
-        acceptance=chain.accepted / (steps * walkers),
+        steps=chain.steps,
+        burn_in=chain.every * burn_in,
+        acceptance=chain.accepted / (stored * walkers),
     )
 
 
