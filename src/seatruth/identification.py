@@ -255,7 +255,7 @@ def _ensemble(
             found = sample_posterior(
                 cost_of(study, threads=threads),
                 x,
-                np.full((size, size), math.nan) if uncertainty is None else uncertainty.covariance,
+                np.zeros((size, size)) if uncertainty is None else uncertainty.covariance,
                 steps=settings.posterior_steps,
                 seed=settings.seed,
                 checkpoint=jobs,

@@ -133,8 +133,30 @@ def test_a_chain_that_is_too_short_says_so() -> None:
     assert any(finding.code == "posterior-short" for finding in tiny.findings)
 
 
+def test_a_direction_that_nothing_limits_has_no_posterior() -> None:
+    table = pd.DataFrame({"x": X, "y": Y})
+    free = [Parameter(name, 1.0, vary=True) for name in ("a", "b")]
+    made = formula_study("y = (a + b)*x", table, free, noise=NOISE, name="sum")
+    found = identify(made, threads=1, posterior=True)
+    assert found.posterior is None
+    assert any("nothing limits a and b" in finding.message for finding in found.findings)
+    limited = made.replace(parameters=[one.replace(min=-50.0, max=50.0) for one in free])
+    assert not [one for one in identify(limited, threads=1, posterior=True).findings if one.where == "posterior"]
+
+
+def test_a_single_parameter_that_a_bound_holds() -> None:
+    table = pd.DataFrame({"x": X, "y": 2.0 * X})
+    made = formula_study("y = b*x", table, [Parameter("b", 1.0, max=1.9, vary=True)], noise=NOISE, name="held")
+    found = sampled(made)
+    assert found.draws["b"].max() <= 1.9
+    assert found.summary.loc["b", "median"] == pytest.approx(1.88, abs=0.02)
+
+
 def test_residuals_that_are_not_white_are_named() -> None:
     steps = pd.DataFrame({"mean": [0.0], "autocorrelation_time": [1.0]}, index=["a"])
+    apart = steps.assign(autocorrelation_time=np.inf)
+    drifting = sampling.posterior_findings(Posterior(pd.DataFrame(), apart, 32, 1000, 10, 0.3), 1.1)
+    assert [finding.code for finding in drifting] == ["posterior-drifts"]
     long = Posterior(pd.DataFrame(), steps, 32, 1000, 10, 0.3)
     assert sampling.posterior_findings(long, 1.1) == []
     assert [finding.code for finding in sampling.posterior_findings(long, 3.0)] == ["posterior-narrow"]

@@ -28,6 +28,7 @@ from seatruth.errors import BadInput, SeatruthError
 from seatruth.progress import Progress, ProgressEvent, remaining
 from seatruth.statistics.posterior_sample import ENOUGH_TIMES, VALUE, Posterior, summarised
 from seatruth.storage.checkpoint import Checkpoint
+from seatruth.text import listed
 from seatruth.trials.finding import Finding
 
 LONG_TIMES = 100.0
@@ -56,6 +57,9 @@ _FLATTEST = 1e-10
 """Smallest eigenvalue of the correlation of the start, so that the walkers span all dimensions. Chosen here [S]."""
 _HALVINGS = 40
 """Times that a walker without a finite cost moves half its way to the estimate: 1e-12 of it is then left."""
+_SPREADS = 2.0
+"""Spread of the walkers in the last quarter of a chain, over that in the first, from which it has not settled. Chosen
+here [S]: chance changes it by some 5 % in a chain that is long enough."""
 _EVERY_S = 0.1
 
 
@@ -103,7 +107,7 @@ def sample_posterior(
     Args:
         cost: The cost; each half of the walkers is one population of `values`.
         x: (K,), the estimate, around which the walkers start.
-        covariance: (K, K), its covariance; NaN where there is none.
+        covariance: (K, K), its covariance; NaN where the trials determine none, 0 where it was not computed.
         steps: Steps at most.
         seed: Seed of all that is random.
         checkpoint: Finished blocks of steps are read from it and stored in it.
@@ -111,10 +115,11 @@ def sample_posterior(
 
     Raises:
         BadInput: emcee is not installed.
-        SeatruthError: There is no finite cost around the estimate.
+        SeatruthError: There is no posterior, or no finite cost around the estimate.
     """
     emcee = require_emcee()
     low, high = cost.bounds
+    _refuse_unlimited(cost, covariance)
     # Nothing of a block depends on how many follow, so a run with more steps goes on where this one ended.
     key = f"posterior {seed}"
 
@@ -156,6 +161,20 @@ def sample_posterior(
             break
     progress(ProgressEvent("Posterior", chain.steps, chain.steps, "steps"))
     return _posterior(cost, chain, *found)
+
+
+def _refuse_unlimited(cost: Cost, covariance: Array) -> None:
+    """Raises SeatruthError where neither trials nor bounds nor a prior limit a parameter: walkers would run to 1e16."""
+    low, high = cost.bounds
+    unknown = np.isnan(np.diag(covariance))
+    open_ended = unknown & np.isinf(low) & np.isinf(high)
+    apart = [p.name for p, is_open in zip(cost.parameters, open_ended) if is_open and p.prior is None]
+    if apart:
+        raise SeatruthError(
+            f"there is no posterior, as nothing limits {listed(apart)}",
+            where="posterior",
+            do="Bound or fix one of them, or give it a prior.",
+        )
 
 
 def _first_places(cost: Cost, x: Array, covariance: Array, random: np.random.RandomState) -> Array:
@@ -207,12 +226,20 @@ def _take(chain: _Chain, block: Mapping[str, Any]) -> None:
 
 
 def _burn_in(emcee: Any, places: Array) -> tuple[int, Array]:
-    """Stored steps to leave out, and the autocorrelation times (K,) of those after them; of a short chain too low."""
+    """Stored steps to leave out, and the autocorrelation times (K,) of those after them; of a short chain too low.
+
+    Infinite where the walkers still run apart.
+    """
     half = len(places) // 2
     times = _times(emcee, places[half:])
     longest = float(np.max(times))
     burn_in = half if not math.isfinite(longest) else min(half, math.ceil(_BURN_IN_TIMES * longest))
-    return burn_in, _times(emcee, places[burn_in:])
+    kept = places[burn_in:]
+    times = _times(emcee, kept)
+    # Walkers that run apart all together have a short autocorrelation time all the same.
+    quarter = max(1, len(kept) // 4)
+    times[kept[-quarter:].std(axis=(0, 1)) > _SPREADS * kept[:quarter].std(axis=(0, 1))] = math.inf
+    return burn_in, times
 
 
 def _times(emcee: Any, places: Array) -> Array:
@@ -253,7 +280,18 @@ def posterior_findings(found: Posterior, inflation: float) -> list[Finding]:
         inflation: Linear standard errors over those of white noise of the stated size.
     """
     findings = []
-    if not found.long_enough:
+    if np.isinf(found.summary["autocorrelation_time"]).any():
+        apart = [str(name) for name in found.summary.index[np.isinf(found.summary["autocorrelation_time"])]]
+        findings.append(
+            Finding(
+                "warning",
+                "posterior-drifts",
+                f"After {found.steps} steps the walkers still run apart in {listed(apart)}: it has not settled.",
+                "posterior",
+                "Allow more steps (posterior_steps); bound or fix these parameters, or give them a prior.",
+            )
+        )
+    elif not found.long_enough:
         findings.append(
             Finding(
                 "warning",
