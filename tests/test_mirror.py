@@ -52,6 +52,8 @@ ELSEWHERE = {
         "uncertainty/cross_validation",
         "uncertainty/fit_table",
     ),
+    # What a sample of the posterior says, tested by the samples.
+    "uncertainty/test_uncertainty_posterior.py": ("statistics/posterior_sample",),
     # Stages of the compiler, tested by the expression that comes out.
     "simulate/test_simulate_compiler_trace.py": (
         "simulate/compiler/derivatives",

@@ -8,6 +8,7 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pandas as pd
 from pydantic import TypeAdapter
 
 from seatruth.errors import BadInput
+from seatruth.statistics.posterior_sample import CHAIN_COLUMNS, SUMMARY_COLUMNS, Ensemble, Posterior
 from seatruth.storage.atomic import write_files
 from seatruth.storage.regular import read_regular
 from seatruth.storage.sealed import OtherVersion, sealed, unsealed
@@ -23,19 +25,29 @@ from seatruth.text import listed
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
-FORMAT = 2
+FORMAT = 3
 NAME = "estimate.json"
 _FRAMES = (
     *("parameters", "nuisances", "covariance", "correlation", "sensitivity"),
     *("fit", "cross_validation", "starts", "history", "traces"),
 )
-_OPTIONAL = ("cross_validation", "starts")
+_OPTIONAL = ("cross_validation", "starts", "posterior_chain", "posterior_summary")
 """Tables that an estimate may be without."""
 _SPECIAL = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 PARAMETER_COLUMNS = (
     *("value", "unit", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),
     *("at_bound", "verdict", "source", "description"),
 )
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """What estimate.json holds of a posterior beside its tables."""
+
+    walkers: int
+    steps: int
+    burn_in: int
+    acceptance: float
 
 
 _LARGEST = 200_000_000
@@ -48,6 +60,8 @@ _TYPES: Mapping[str, Any] = {
     "channels": dict[str, str],
     "discretisation": dict[str, dict[str, float]],
     "profile": list[str] | None,
+    "posterior": _Chain | None,
+    "ensemble": Ensemble | None,
     "findings": list[Finding],
 }
 """What the entries of estimate.json are."""
@@ -58,6 +72,8 @@ _NUMBERS: Mapping[str, Sequence[str]] = {
     "starts": ("start", "cost", "optimum", "evaluations"),
     "history": ("evaluations", "best", "seconds"),
     "traces": ("t", "measured", "fitted", "start"),
+    "posterior_chain": CHAIN_COLUMNS,
+    "posterior_summary": SUMMARY_COLUMNS,
 }
 """Columns of its tables that hold numbers."""
 
@@ -84,11 +100,13 @@ class Estimate:
         outcome: code, reason, value, evaluations, diverged, clipped, wall_s.
         discretisation: channel -> error, noise, ratio.
         traces: trial, t (s), channel, measured, fitted, start, held_out; for a formula also lower and upper (95 %
-            prediction interval) and its columns as "input NAME".
+            prediction interval) and its columns as "input NAME"; with an ensemble also band_lower and band_upper.
         cross_validation: trial, channel, rmse when left out, rmse_fitted, noise; or None.
         starts: one row per start of a multi-start: start, cost, optimum (1 is the best), code, reason, evaluations,
             "start NAME" and "end NAME" of each free parameter; or None.
         profile: name -> table (value, cost); or None.
+        posterior: sample of the posterior (`Posterior`), or None.
+        ensemble: what the bands of the traces are made of (`Ensemble`), or None.
         steps: (trial, preparation step) in their order.
         findings: what a user should read.
         provenance: versions, files and hashes, and `settings`: where every setting of the run came from.
@@ -124,6 +142,8 @@ class Estimate:
     cross_validation: pd.DataFrame | None = None
     starts: pd.DataFrame | None = None
     profile: dict[str, pd.DataFrame] | None = None
+    posterior: Posterior | None = None
+    ensemble: Ensemble | None = None
     steps: list[tuple[str, Step]] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -154,6 +174,10 @@ class Estimate:
             **{name: getattr(self, name) for name in ("study", "model", "optimizer", "cost", "seed", "synthetic")},
             **{name: getattr(self, name) for name in ("channels", "identifiability", "outcome", "discretisation")},
             "profile": None if self.profile is None else list(self.profile),
+            "posterior": None
+            if self.posterior is None
+            else {entry.name: getattr(self.posterior, entry.name) for entry in fields_of(_Chain)},
+            "ensemble": None if self.ensemble is None else asdict(self.ensemble),
             "steps": [{"trial": trial, **asdict(step)} for trial, step in self.steps],
             "findings": [asdict(finding) for finding in self.findings],
             "provenance": self.provenance,
@@ -186,13 +210,17 @@ class Estimate:
             names = [f"profile_{k}" for k in range(len(content["profile"] or ()))]
             tables = {
                 name: _read(path.parent / f"{name}.parquet", content["tables"][name])
-                for name in (*_FRAMES, *names)
+                for name in (*_FRAMES, *_OPTIONAL[2:], *names)
                 if name not in _OPTIONAL or name in content["tables"]
             }
             steps = [(entry.pop("trial"), Step(**entry)) for entry in content["steps"]]
             fields: dict[str, Any] = {
                 name: TypeAdapter(kind).validate_python(content[name]) for name, kind in _TYPES.items()
             }
+            if fields["posterior"] is not None:
+                fields["posterior"] = Posterior(
+                    tables["posterior_chain"], tables["posterior_summary"], **asdict(fields["posterior"])
+                )
         except (KeyError, TypeError, AttributeError, ValueError) as problem:
             raise BadInput(f"the estimate is damaged ({problem})", where=where, do="Identify again.") from None
         profile = fields.pop("profile")
@@ -207,6 +235,8 @@ class Estimate:
         found = {name: getattr(self, name) for name in _FRAMES if getattr(self, name) is not None}
         for k, curve in enumerate((self.profile or {}).values()):
             found[f"profile_{k}"] = curve
+        if self.posterior is not None:
+            found |= {"posterior_chain": self.posterior.chain, "posterior_summary": self.posterior.summary}
         return found
 
     def __str__(self) -> str:

@@ -7,7 +7,9 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
+import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
@@ -26,7 +28,9 @@ from seatruth.study.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
 from seatruth.uncertainty.cross_validation import pool_parts, split_rows
+from seatruth.uncertainty.ensemble import near_optimal, posterior_members, with_bands
 from seatruth.uncertainty.multistart import best_of, search_from
+from seatruth.uncertainty.posterior import posterior_findings, require_emcee, sample_posterior
 from seatruth.uncertainty.remedy import other_ways, remedy_finding, untried_finding
 
 _INTERRUPTED = "stopped by the user"
@@ -43,6 +47,8 @@ def identify(
     progress: Progress | None = None,
     cross_validate: bool | None = None,
     profile: Sequence[str] | None = None,
+    posterior: bool | None = None,
+    posterior_steps: int | None = None,
     threads: int | None = None,
     workers: int = 1,
 ) -> Estimate:
@@ -59,12 +65,14 @@ def identify(
         budget: limits of the search from each start.
         seed: seed of everything random, 0 or more.
         checkpoint: file that keeps the search (and beside it, with the ending .starts, the further starts, and with
-            .jobs, the profile and the trials left out). The same call goes on where an interrupted one stopped and ends
-            with the same estimate. The files stay, so that an estimate that could not be saved is soon made again;
-            remove them afterwards.
+            .jobs, the profile, the posterior and the trials left out). The same call goes on where an interrupted one
+            stopped and ends with the same estimate. The files stay, so that an estimate that could not be saved is soon
+            made again; remove them afterwards.
         progress: called with a `ProgressEvent` about ten times a second.
         cross_validate: leave out each trial in turn, fit the others and predict it.
         profile: names of the free parameters whose likelihood is profiled.
+        posterior: sample the posterior with emcee (the extra "posterior").
+        posterior_steps: steps of that sample at most.
         threads: threads of a simulation, None for all processors. They do not change the result.
         workers: starts, profile points or left-out trials that run at once. They do not change the result.
 
@@ -85,7 +93,7 @@ def identify(
         >>> estimate.provenance["settings"]["seed"]["from"], estimate.provenance["settings"]["budget"]["from"]
         ('study file', 'argument')
     """
-    settings = run_settings(study, optimizer, budget, seed, cross_validate, profile, starts)
+    settings = run_settings(study, optimizer, budget, seed, cross_validate, profile, starts, posterior, posterior_steps)
     _check(study, settings, workers)
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -117,6 +125,8 @@ def _check(study: Study, settings: RunSettings, workers: int) -> None:
     for name in settings.profile:
         if name not in free:
             raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
+    if settings.posterior:
+        require_emcee()  # before hours of searching
     if workers < 1:
         raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
     if settings.cross_validate and len(study.trials) < 2 and study.cost.kind != "formula":
@@ -204,6 +214,7 @@ def _analysed(
                 )
             except SeatruthError as problem:
                 estimate.findings.append(part_missing("The profile", problem))
+        _ensemble(analysis, estimate, settings, jobs, show, threads)
         if settings.cross_validate:
             try:
                 by_row = study.cost.kind == "formula" and len(study.trials) == 1
@@ -223,6 +234,44 @@ def _analysed(
     if jobs.write_error:
         estimate.findings.append(_checkpoint_finding(jobs.write_error))
     return estimate
+
+
+def _ensemble(
+    analysis: Analysis,
+    estimate: Estimate,
+    settings: RunSettings,
+    jobs: Checkpoint,
+    show: Progress,
+    threads: int | None,
+) -> None:
+    """Samples the posterior if asked, and simulates what the trials cannot tell apart: its draws, or ends of starts."""
+    study, x, size = analysis.study, analysis.x, analysis.size
+    members = np.zeros((0, size))
+    source: Literal["posterior", "starts"] = "starts"
+    try:
+        if settings.posterior:
+            show(ProgressEvent("Posterior"))
+            uncertainty = analysis.uncertainty
+            found = sample_posterior(
+                cost_of(study, threads=threads),
+                x,
+                np.zeros((size, size)) if uncertainty is None else uncertainty.covariance,
+                steps=settings.posterior_steps,
+                seed=settings.seed,
+                checkpoint=jobs,
+                progress=show,
+            )
+            estimate.posterior = found
+            estimate.findings += posterior_findings(found, analysis.inflation)
+            members, source = posterior_members(found, settings.seed), "posterior"
+        elif analysis.starts is not None:
+            members = near_optimal(analysis.starts, analysis.cost.names, analysis.inflation)
+        if len(members) > 1 and study.cost.kind != "formula":  # a formula's rows have their prediction intervals
+            estimate.traces, estimate.ensemble = with_bands(
+                estimate.traces, analysis.cost, members, source, study.holdout, progress=show
+            )
+    except SeatruthError as problem:
+        estimate.findings.append(part_missing("The posterior" if settings.posterior else "The bands", problem))
 
 
 def _other_ways(analysis: Analysis, threads: int | None) -> list[Finding]:

@@ -8,11 +8,13 @@ import numpy as np
 import pandas as pd
 
 from seatruth.estimate import Estimate
+from seatruth.statistics.posterior_sample import Ensemble, Posterior, summarised
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
 
 CHANNELS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v": "m/s", "r": "rad/s"}
 NOISE = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.01, "v": 0.01, "r": 0.001}
+EDGES = {"band_lower": -1.0, "band_upper": 1.0}
 VERDICTS = ("identified", "identified", "weak", "identified", "not identifiable", "at bound", "from prior")
 BASE = ("R_0", "X_vvvv", "Y_v", "Y_r", "Y_vvv", "Y_vrr", "N_v", "N_r", "N_vvr", "N_vrr", "a_H", "t_R")
 
@@ -78,6 +80,8 @@ def estimate(
             name: pd.DataFrame({"value": (v := np.linspace(-2, 2, 9)), "cost": 812.0 + 0.6 * v**2 + 0.1 * v**3})
             for name in names[:2]
         },
+        "posterior": posterior(table, everything, sd),
+        "ensemble": Ensemble("posterior", 200, 1),
         "history": pd.DataFrame(
             {
                 "evaluations": np.arange(1, 400, 13),
@@ -117,7 +121,26 @@ def empty(**changes: Any) -> Estimate:
     found |= {"study": "s", "model": "m", "synthetic": False, "seed": 0, "optimizer": {}, "cost": {}, "steps": []}
     found |= {"outcome": outcome, "identifiability": {}, "discretisation": {}, "findings": [], "provenance": {}}
     found |= {"cross_validation": None, "starts": None, "profile": None, "channels": {}}
+    found |= {"posterior": None, "ensemble": None}
     return Estimate(**(found | changes))
+
+
+def posterior(table: pd.DataFrame, names: list[str], sd: np.ndarray) -> Posterior:
+    """32 walkers over 300 steps: bent in the first two parameters, the first 40 steps on their way there."""
+    rng = np.random.default_rng(6)
+    walkers, steps = 32, 300
+    z = rng.normal(size=(steps, walkers, len(names)))
+    if len(names) > 1:
+        z[..., 1] = 0.5 * z[..., 1] + z[..., 0] ** 2 - 1.0
+    z += 6.0 * np.exp(-np.arange(steps) / 12.0)[:, None, None]
+    centre = np.resize(table["value"].to_numpy(), len(names))
+    places = centre + np.where(sd > 0, sd, 1.0) * z
+    frame = pd.DataFrame(
+        {"walker": np.tile(np.arange(1, walkers + 1), steps), "step": np.repeat(np.arange(1, steps + 1), walkers)}
+    ).assign(log_probability=-0.5 * (z**2).sum(axis=2).ravel())
+    values = pd.DataFrame(places.reshape(-1, len(names)), columns=[f"value {name}" for name in names])
+    summary = summarised(names, places[40:], np.full(len(names), 2.0))
+    return Posterior(pd.concat([frame, values], axis=1), summary, walkers, steps, 40, 0.27)
 
 
 def _starts(names: list[str]) -> pd.DataFrame:
@@ -141,7 +164,8 @@ def _traces(runs: list[str], samples: int, rng: np.random.Generator) -> pd.DataF
             if channel in ("x", "y"):
                 measured[300:360] = np.nan
             frame = pd.DataFrame({"trial": run, "t": t, "channel": channel, "measured": measured})
-            parts.append(frame.assign(fitted=fitted[channel], start=start[channel], held_out=run == runs[-1]))
+            edges = {name: fitted[channel] + sign * NOISE[channel] for name, sign in EDGES.items()}
+            parts.append(frame.assign(fitted=fitted[channel], start=start[channel], held_out=run == runs[-1], **edges))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -237,7 +261,10 @@ def _correlation(names: list[str], rng: np.random.Generator) -> pd.DataFrame:
 def brief(**changes: Any) -> Estimate:
     """A made-up estimate whose page has few figures, for tests of its words; `changes` replaces attributes."""
     made = estimate(
-        parameters=2, trials=1, samples=40, **{"profile": None, "cross_validation": None, "starts": None, **changes}
+        parameters=2,
+        trials=1,
+        samples=40,
+        **{**dict.fromkeys(("profile", "cross_validation", "starts", "posterior", "ensemble")), **changes},
     )
     made.traces = made.traces[made.traces["channel"] == "u"]
     made.fit = made.fit[made.fit["channel"] == "u"]

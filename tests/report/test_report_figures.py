@@ -134,3 +134,25 @@ def test_parameters_without_an_error_are_not_among_the_correlations() -> None:
     made.correlation.loc[:, "Y_r"] = np.nan
     names = [label.get_text() for label in figures.correlation(made).axes[0].get_yticklabels()]
     assert names == ["R_0", "X_vvvv", "Y_v", "Y_vvv"]
+
+
+def test_a_corner_plot_shows_each_parameter_and_pair_with_its_unit() -> None:
+    made = estimate(parameters=3, trials=1, samples=40)
+    axes = figures.corner(made).axes
+    assert len(axes) == 6
+    assert {panel.get_xlabel() for panel in axes} == {"", "R_0\n(N)", "X_vvvv", "Y_v"}
+    assert len(figures.corner(estimate(parameters=9, trials=1, samples=40)).axes) == 15  # five at most
+    steps = figures.chains(made, ["R_0"]).axes[0]
+    assert (steps.get_xlabel(), steps.get_ylabel()) == ("step", "R_0 (N)")
+
+
+def test_the_band_lies_around_what_is_fitted_and_around_zero_among_the_residuals() -> None:
+    made = estimate(trials=1, samples=300)
+    upper, lower = figures.traces(made, "zigzag_10_10", ["u"]).axes
+    rows = made.traces[(made.traces["trial"] == "zigzag_10_10") & (made.traces["channel"] == "u")]
+    shape = upper.collections[0].get_paths()[0].vertices[:, 1]
+    assert shape.min() == pytest.approx(rows["band_lower"].min())
+    assert shape.max() == pytest.approx(rows["band_upper"].max())
+    np.testing.assert_allclose(np.abs(lower.collections[0].get_paths()[0].vertices[:, 1]), 0.01)
+    made.traces = made.traces.drop(columns=["band_lower", "band_upper"])
+    assert not figures.traces(made, "zigzag_10_10", ["u"]).axes[0].collections

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from fake_estimate import CHANNELS, brief, empty, estimate
 
 from seatruth.report import render, write_report
+from seatruth.statistics.posterior_sample import Ensemble
 from seatruth.storage.atomic import CannotWrite
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Step
@@ -23,6 +25,7 @@ SECTIONS = (
         "held-out",
         "cross-validation",
         "profile",
+        "posterior",
         "search",
         "starts",
         "discretisation",
@@ -329,3 +332,20 @@ def test_a_regression_has_no_noise_of_the_channels_and_says_so() -> None:
     assert "standard errors allow for it" not in page.text
     assert "Optimizer genetic, then newton" in page.text
     assert "optimizer: stage 2: options a 1" in page.text
+
+
+def test_intervals_by_posterior_and_profile_stand_beside_the_linear_ones() -> None:
+    made = estimate(parameters=3, trials=1, samples=40)
+    words = Page(render(made)).text
+    assert "95 % by profile" in words
+    assert "95 % by posterior" in words
+    assert "32 walkers took 300 steps; the first 40 are left out" in words
+    assert "130 autocorrelation times (at least 50 are needed), which is enough" in words
+    assert "95 % of what 200 draws of the posterior predict lies in the blue band" in words
+    assert "no measurement noise" in words
+    made.posterior = dataclasses.replace(made.posterior, steps=80)
+    assert "too short: do not rely on the intervals" in Page(render(made)).text
+    made.posterior, made.ensemble = None, Ensemble("starts", 3, 0)
+    words = Page(render(made)).text
+    assert "95 % by posterior" not in words
+    assert "3 ends of starts" in words

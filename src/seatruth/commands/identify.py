@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,6 +48,12 @@ def identify(
     profile: Annotated[
         str | None, typer.Option("--profile", metavar="NAMES", help="Profile these, comma-separated; * is a wildcard.")
     ] = None,
+    posterior: Annotated[
+        bool, typer.Option("--posterior", help="Sample the posterior of the parameters (needs emcee).")
+    ] = False,
+    posterior_steps: Annotated[
+        int | None, typer.Option("--posterior-steps", min=1, metavar="N", help="Steps of that sample at most.")
+    ] = None,
     cross_validate: Annotated[
         bool, typer.Option("--cross-validate", help="Leave out each trial in turn and predict it.")
     ] = False,
@@ -68,6 +74,8 @@ def identify(
         budget=None if evaluations is None else dataclasses.replace(loaded.budget, evaluations=evaluations),
         cross_validate=cross_validate or None,
         profile=profile_names(patterns, loaded) if patterns else None,
+        posterior=posterior or (posterior_steps is not None) or None,
+        posterior_steps=posterior_steps,
         threads=threads,
         workers=workers,
         fresh=fresh,
@@ -84,6 +92,8 @@ def run(
     budget: Budget | None = None,
     cross_validate: bool | None = None,
     profile: Sequence[str] | None = None,
+    posterior: bool | None = None,
+    posterior_steps: int | None = None,
     threads: int | None = None,
     workers: int = 1,
     fresh: bool = False,
@@ -111,6 +121,8 @@ def run(
             progress=progress,
             cross_validate=cross_validate,
             profile=profile,
+            posterior=posterior,
+            posterior_steps=posterior_steps,
             threads=threads,
             workers=workers,
         )
@@ -163,6 +175,7 @@ def summary(estimate: Estimate) -> dict[str, Any]:
         "fit": estimate.fit,
         "cross_validation": estimate.cross_validation,
         "starts": estimate.starts,
+        "posterior": None if estimate.posterior is None else estimate.posterior.summary,
         "findings": [vars(finding) for finding in estimate.findings],
         "discretisation": estimate.discretisation,
         "provenance": estimate.provenance,
@@ -177,7 +190,7 @@ def show(estimate: Estimate) -> None:
     say(f"{outcome['code']}: {outcome['reason']}", style="bold" if outcome["code"] != "failed" else "bold red")
     diverged = f", {outcome['diverged']} diverged" if outcome.get("diverged") else ""
     say(f"{outcome['evaluations']} evaluations in {outcome['wall_s']:.1f} s{diverged}\n")
-    console().print(_parameters(estimate.parameters))
+    console().print(_parameters(estimate))
     for weak in estimate.identifiability.get("weak", [])[:_MOST_NOTES]:
         say(f"! {weak['sentence']}", style="yellow")
     say("")
@@ -198,19 +211,23 @@ def show(estimate: Estimate) -> None:
     say("")
 
 
-def _parameters(frame: pd.DataFrame) -> Any:
+def _parameters(estimate: Estimate) -> Any:
     rows = [
         [
             str(name),
             _value(row["value"], row["stderr"]),
             _number(row["stderr"], 2),
-            f"{_number(row['lower'])} to {_number(row['upper'])}" if math.isfinite(row["lower"]) else "",
+            _interval(dict(row)),
             "" if row["unit"] == "1" else str(row["unit"]),
             str(row["verdict"]),
         ]
-        for name, row in frame.iterrows()
+        for name, row in estimate.parameters.iterrows()
     ]
     columns = ["parameter", "value", "std. error", "95 % interval", "unit", "verdict"]
+    if estimate.posterior is not None:
+        columns.insert(4, "by posterior")
+        for row in rows:
+            row.insert(4, _interval(dict(estimate.posterior.summary.loc[row[0]])))
     return table(columns, rows, numbers=("value", "std. error"))
 
 
@@ -254,6 +271,10 @@ def _cross_validation(frame: pd.DataFrame) -> Any:
         [str(row["trial"]), str(row["channel"]), *(_number(row[c], 3) for c in numbers)] for _, row in shown.iterrows()
     ]
     return table(["trial", "channel", *map(str, numbers)], rows, numbers=list(map(str, numbers)))
+
+
+def _interval(row: Mapping[Any, Any]) -> str:
+    return f"{_number(row['lower'])} to {_number(row['upper'])}" if math.isfinite(row["lower"]) else ""
 
 
 def _value(value: float, error: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.report.numbers import Shown, as_float, shown
+from seatruth.statistics.posterior_sample import Ensemble, Posterior
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 PARAMETER_NUMBERS = (*("value", "stderr", "lower", "upper", "crlb", "start", "min", "max", "prior_mean", "prior_sd"),)
 FIT_NUMBERS = ("rmse", "noise", "ratio", "bias", "n", "n_eff", "autocorrelation", "rmse_start")
 INPUT = "input "
+EDGES = ("lower", "upper", "band_lower", "band_upper")
 TRACE_COLUMNS = ("trial", "t", "channel", "measured", "fitted", "start", "held_out")
 
 
@@ -44,6 +46,23 @@ class View:
     channels: dict[str, Shown]
     series: dict[tuple[str, str], pd.DataFrame]
     """Rows of the traces of each (trial, channel)."""
+    posterior: Posterior | None
+    ensemble: Ensemble | None
+
+    @property
+    def draws(self) -> pd.DataFrame:
+        """Draws of the posterior: a column for each parameter and nuisance; empty without a sample."""
+        return pd.DataFrame() if self.posterior is None else self.posterior.draws
+
+    @property
+    def chain(self) -> pd.DataFrame:
+        """The chain of the posterior with its beginning; empty without a sample."""
+        return pd.DataFrame() if self.posterior is None else self.posterior.chain
+
+    @property
+    def burn_in(self) -> int:
+        """Steps of the chain that are left out."""
+        return 0 if self.posterior is None else self.posterior.burn_in
 
     def channel(self, name: str) -> Shown:
         """How a channel is shown."""
@@ -80,11 +99,11 @@ class View:
     def trace(self, trial: str, channel: str) -> pd.DataFrame:
         """Time history of one channel of one trial in the units of the page: t, measured, fitted, start.
 
-        Of a table also lower and upper, and its columns as "input NAME".
+        Of a table also lower and upper, and its columns as "input NAME"; with an ensemble band_lower and band_upper.
         """
         rows = self.series.get((trial, channel), self.traces.iloc[:0])
         factor = self.channel(channel).factor
-        sizes = [name for name in ("measured", "fitted", "start", "lower", "upper") if name in rows]
+        sizes = [name for name in ("measured", "fitted", "start", *EDGES) if name in rows]
         data = {name: rows[name].to_numpy(dtype=float) * factor for name in sizes}
         data |= {str(name): rows[name].to_numpy(dtype=float) for name in rows if str(name).startswith(INPUT)}
         return pd.DataFrame({"t": rows["t"].to_numpy(dtype=float), **data})
@@ -127,6 +146,8 @@ def view(estimate: Estimate | View) -> View:
             (str(trial), str(channel)): rows
             for (trial, channel), rows in traces.groupby(["trial", "channel"], sort=False, observed=True)
         },
+        posterior=getattr(estimate, "posterior", None),
+        ensemble=getattr(estimate, "ensemble", None),
     )
 
 
@@ -192,7 +213,7 @@ def _traces(frame: pd.DataFrame) -> pd.DataFrame:
         out[name] = pd.Series(frame[name].astype(str) if name in frame else [], index=frame.index, dtype=object)
     flags = frame["held_out"].fillna(False).astype(bool) if "held_out" in frame else False
     out["held_out"] = pd.Series(flags, index=frame.index, dtype=bool)
-    more = [str(name) for name in frame if name in ("lower", "upper") or str(name).startswith(INPUT)]
+    more = [str(name) for name in frame if name in EDGES or str(name).startswith(INPUT)]
     for name in more:
         out[name] = _column(frame, name)
     return out[[*TRACE_COLUMNS, *more]]

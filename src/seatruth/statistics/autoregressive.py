@@ -61,6 +61,8 @@ class AutoregressiveModel:
         This is the AR filter run backwards in time, so the matrix is never built.
         """
         denominator = np.concatenate([[1.0], -self.coefficients])
+        if not columns.size:
+            return columns  # every parameter is held by a bound
         return np.asarray(scipy.signal.lfilter([self.innovation_sd], denominator, columns[::-1], axis=0)[::-1])
 
     def innovations(self, series: Array) -> Array:

@@ -77,6 +77,8 @@ def study_from(text: str, source: Path, progress: Progress = silent) -> Study:
         report=file.output.report,
         cross_validate=file.output.cross_validate,
         profile=profile,
+        posterior=file.output.posterior,
+        posterior_steps=file.output.posterior_steps,
     )
     return study.replace(
         optimizer=optimizer,

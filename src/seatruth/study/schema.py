@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, PositiveFloat, PositiveInt
 
+from seatruth.statistics.posterior_sample import MOST_STEPS, STEPS
 from seatruth.study.schema_base import OpenTable, Pair, Table, as_list, as_table
 from seatruth.study.schema_trials import (
     ActuatorTable,
@@ -244,6 +245,14 @@ class OutputTable(Table):
     )
     profile: list[str] = Field(
         default=[], description="Parameters (names or patterns) whose profile likelihood is computed."
+    )
+    posterior: bool = Field(
+        default=False,
+        description='Sample the posterior of the parameters. Needs `pip install "seatruth[posterior]"`.',
+    )
+    posterior_steps: Annotated[int, Field(ge=1, le=MOST_STEPS)] = Field(
+        default=STEPS,
+        description="Steps of that sample at most; it ends after 100 autocorrelation times.",
     )
 
 

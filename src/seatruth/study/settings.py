@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatruth.optimizers import Budget, Optimizer, as_optimizer
-from seatruth.study.study import Study, check_starts
+from seatruth.study.study import Study, check_posterior_steps, check_starts
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,8 @@ class RunSettings:
     seed: int
     cross_validate: bool
     profile: tuple[str, ...]
+    posterior: bool
+    posterior_steps: int
     origin: dict[str, dict[str, Any]]
 
 
@@ -32,6 +34,8 @@ def run_settings(
     cross_validate: bool | None = None,
     profile: Sequence[str] | None = None,
     starts: int | None = None,
+    posterior: bool | None = None,
+    posterior_steps: int | None = None,
 ) -> RunSettings:
     """The study's settings with those arguments that are not None in their place.
 
@@ -40,6 +44,8 @@ def run_settings(
     """
     if starts is not None:
         check_starts(starts, "starts")
+    if posterior_steps is not None:
+        check_posterior_steps(posterior_steps, "posterior_steps")
     stated: dict[str, Any] = {
         "optimizer": as_optimizer(study.optimizer),
         "starts": study.starts,
@@ -47,6 +53,8 @@ def run_settings(
         "seed": study.seed,
         "cross_validate": study.output.cross_validate,
         "profile": study.output.profile,
+        "posterior": study.output.posterior,
+        "posterior_steps": study.output.posterior_steps,
     }
     arguments: dict[str, Any] = {
         "optimizer": None if optimizer is None else as_optimizer(optimizer),
@@ -55,6 +63,8 @@ def run_settings(
         "seed": seed,
         "cross_validate": cross_validate,
         "profile": None if profile is None else tuple(profile),
+        "posterior": posterior,
+        "posterior_steps": posterior_steps,
     }
     used = {name: stated[name] if value is None else value for name, value in arguments.items()}
     origin = {}

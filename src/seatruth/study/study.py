@@ -15,11 +15,18 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer
+from seatruth.statistics.posterior_sample import MOST_STEPS, STEPS
 from seatruth.study.simulation import simulated
 from seatruth.trials.trial import Trial, Trials
 
 MOST_STARTS = 10_000
 """Starts of one identification: each is a search of its own. Chosen here [S]."""
+
+
+def check_posterior_steps(steps: Any, where: str) -> None:
+    """Raises BadInput for a number of steps of a sample that is none."""
+    if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_STEPS:
+        raise BadInput(f"{steps!r} steps are not possible", where=where, do=f"Give 1 to {MOST_STEPS}.")
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,8 @@ class OutputSettings:
         report: write report.html.
         cross_validate: leave out each trial in turn, fit the others and predict it.
         profile: names of the free parameters whose likelihood is profiled.
+        posterior: sample the posterior (needs the extra "posterior").
+        posterior_steps: steps of that sample at most.
 
     Example:
         >>> import seatruth.sample
@@ -44,6 +53,11 @@ class OutputSettings:
     report: bool = True
     cross_validate: bool = False
     profile: tuple[str, ...] = ()
+    posterior: bool = False
+    posterior_steps: int = STEPS
+
+    def __post_init__(self) -> None:
+        check_posterior_steps(self.posterior_steps, "posterior_steps")
 
 
 def check_starts(starts: Any, where: str) -> None:

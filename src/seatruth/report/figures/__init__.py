@@ -1,6 +1,7 @@
 """The figures of the report, each a function of an Estimate that gives a matplotlib Figure (shown by any notebook)."""
 
 from seatruth.report.figures.estimates import correlation, parameters, profile, sensitivity
+from seatruth.report.figures.posterior import chains, corner
 from seatruth.report.figures.quality import cross_validation, fit, history
 from seatruth.report.figures.runs import autocorrelation, traces, tracks
 from seatruth.report.figures.starts import waterfall
@@ -8,6 +9,8 @@ from seatruth.report.figures.tables import measured_against_computed
 
 __all__ = [
     "autocorrelation",
+    "chains",
+    "corner",
     "correlation",
     "cross_validation",
     "fit",

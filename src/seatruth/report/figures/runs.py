@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from seatruth.arrays import Array
+from seatruth.report.figures.posterior import HALF, band
 from seatruth.report.figures.style import (
     BLUE,
     CYCLE,
@@ -51,7 +54,8 @@ def traces(
 ) -> Figure:
     """Measured, fitted and start over time, one panel a channel, the residuals (measured - fitted) below each.
 
-    `trial`: by default the first. The grey band of the residuals is twice the noise. Angles in degrees.
+    `trial`: by default the first. The grey band of the residuals is twice the noise; a blue one is that of the
+    ensemble. Angles in degrees.
     """
     data = view(estimate)
     trial = trial if trial is not None else next(iter(data.trial_names), "")
@@ -69,7 +73,7 @@ def traces(
         lower = placed(figure, left + 0.72, bottom + 0.44, 3.93, 0.6, sharex=upper)
         _history(upper, lower, data, trial, name)
     if legend:
-        _legend(figure, data.is_held_out(trial))
+        _legend(figure, data.is_held_out(trial), with_band="band_lower" in data.trace(trial, chosen[0]))
     return figure
 
 
@@ -83,6 +87,8 @@ def _history(upper: Axes, lower: Axes, data: View, trial: str, name: str) -> Non
     t = frame["t"].to_numpy()
     measured, fitted, start = (frame[column].to_numpy() for column in ("measured", "fitted", "start"))
     residual = measured - fitted
+    if "band_lower" in frame:
+        band(upper, lower, t, fitted, (frame["band_lower"].to_numpy(), frame["band_upper"].to_numpy()))
     _line(upper, t, measured, color=MEASURED, linewidth=2.6, gid=trace("measured"))
     _line(upper, t, start, color=VERMILLION, linestyle=START_DASHES, linewidth=1.0, gid=trace("start"))
     _line(upper, t, fitted, color=BLUE, linewidth=1.2, gid=trace("fitted"))
@@ -141,15 +147,17 @@ def _limits(axes: Axes, main: Sequence[Array], other: Array) -> None:
     axes.set_ylim(low - room, high + room)
 
 
-def _legend(figure: Figure, held_out: bool, tracks_only: bool = False) -> None:
-    marks = [
+def _legend(figure: Figure, held_out: bool, tracks_only: bool = False, with_band: bool = False) -> None:
+    marks: list[Artist] = [
         Line2D([], [], color=MEASURED, linewidth=2.6, label="measured"),
         Line2D([], [], color=BLUE, linewidth=1.2, label="predicted" if held_out else "fitted"),
         Line2D([], [], color=VERMILLION, linestyle=START_DASHES, linewidth=1.0, label="start"),
     ]
     if not tracks_only:
         marks.append(Line2D([], [], color=INK, linewidth=0.7, label="residual"))
-    figure.legend(handles=marks, loc="upper left", ncols=4, borderaxespad=0.2)
+    if with_band:
+        marks.append(Patch(color=HALF, alpha=0.6, label="parameters, 95 %"))
+    figure.legend(handles=marks, loc="upper left", ncols=5, columnspacing=1.2, borderaxespad=0.2)
 
 
 def track_trials(data: View) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from seatruth.report.blocks import Section
-from seatruth.report.sections import parameters, run, starts, tables, trials
+from seatruth.report.sections import parameters, posterior, run, starts, tables, trials
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
 
@@ -23,6 +23,7 @@ ORDER: tuple[Callable[[View, Album], Section | None], ...] = (
     trials.held_out,
     trials.cross_validation,
     parameters.profiles,
+    posterior.posterior,
     run.search,
     starts.starts,
     run.discretisation,

@@ -14,6 +14,7 @@ from seatruth.report.figures.estimates import MOST_CORRELATED, correlated
 from seatruth.report.numbers import count, estimate, interval, listed, number, shown
 from seatruth.report.readings import strong_pairs
 from seatruth.report.sections.pictures import Album
+from seatruth.report.sections.posterior import by_posterior, by_profile
 from seatruth.report.view import View, finite
 from seatruth.text import origin_legend
 from seatruth.uncertainty.profile import profile_verdict
@@ -36,7 +37,7 @@ def estimates(data: View, album: Album) -> Section | None:
             "value in 95 of 100 such experiments if the model is right; autocorrelation of the residuals is allowed "
             "for. CRLB: the standard error that these trials would give if the residuals were white noise."
         ),
-        _table("Free parameters", frame, folded=False),
+        _table("Free parameters", frame, folded=False, data=data),
     ]
     pictures = []
     if (np.isfinite(frame["start"]) & (frame["start"] != 0) & np.isfinite(frame["value"])).any():
@@ -71,7 +72,10 @@ def estimates(data: View, album: Album) -> Section | None:
     return Section("parameters", "Parameters", blocks)
 
 
-def _table(caption: str, frame: pd.DataFrame, *, folded: bool, nuisance: bool = False) -> Table:
+def _table(
+    caption: str, frame: pd.DataFrame, *, folded: bool, nuisance: bool = False, data: View | None = None
+) -> Table:
+    """`data` gives the intervals by profile and posterior, where there are any."""
     columns = [
         Column("parameter"),
         Column("value", "number"),
@@ -85,6 +89,10 @@ def _table(caption: str, frame: pd.DataFrame, *, folded: bool, nuisance: bool = 
         Column("CRLB", "number", "Cramér-Rao lower bound of the standard error"),
     ]
     rows = [_row(str(name), row, nuisance) for name, row in frame.iterrows()]
+    if data is not None:
+        columns[5:5] = [Column("95 % by profile", "number"), Column("95 % by posterior", "number")]
+        for row in rows:
+            row[5:5] = [by_profile(data, row[0]), by_posterior(data, row[0])]
     return table(f"{caption} ({len(rows)})", columns, rows, folded=folded)
 
 

@@ -15,6 +15,7 @@ from seatruth.report.numbers import count, listed, number, percent, rounded, tim
 from seatruth.report.readings import channel_ratios, estimated, fits_trajectories
 from seatruth.report.sections.pictures import Album
 from seatruth.report.view import View
+from seatruth.statistics.posterior_sample import Ensemble
 
 MOST_PANELS = 48
 """Time histories on one page; of more, the trials that fit worst and best."""
@@ -22,6 +23,7 @@ MOST_TRACKS = 16
 _BEST = 2
 _LEGEND = (("measured", "measured"), ("fitted", "fitted or predicted"), ("start", "with the starting values"))
 _SIMULATED = "Open loop: each trial is simulated from its first state with the recorded inputs alone. "
+_BAND = ("band", "band of the parameters, 95 %")
 _RESIDUAL = ("residual", "residual, measured less fitted; the band is twice the noise")
 
 
@@ -103,7 +105,10 @@ def histories(data: View, album: Album) -> Section | None:
                 "table above has all of them."
             )
         )
-    blocks.append(Pictures([], (*_LEGEND, _RESIDUAL)))
+    if data.ensemble is not None:
+        blocks.append(Text(_band_text(data.ensemble)))
+    bands = () if data.ensemble is None else (_BAND,)
+    blocks.append(Pictures([], (*_LEGEND, *bands, _RESIDUAL)))
     for name in chosen:
         pictures = []
         for channel in data.channels_of(name):
@@ -118,6 +123,25 @@ def histories(data: View, album: Album) -> Section | None:
     if not any(isinstance(block, Heading) for block in blocks):
         return None
     return Section("histories", "Time histories", blocks)
+
+
+def _band_text(ensemble: Ensemble) -> str:
+    """What the bands hold, and what they do not."""
+    if ensemble.source == "posterior":
+        made = f"95 % of what {count(ensemble.members, 'draw')} of the posterior predict lies in the blue band"
+    else:
+        few = " (of so few nearly from the lowest to the highest)" if ensemble.members < 40 else ""
+        made = (
+            f"The blue band spans what {count(ensemble.members, 'end')} of starts predict whose cost cannot be told "
+            f"from the best, from the 2.5 to the 97.5 % quantile{few}"
+        )
+    lost = f" {count(ensemble.diverged, 'simulation')} diverged and is not in it." if ensemble.diverged == 1 else ""
+    if ensemble.diverged > 1:
+        lost = f" {count(ensemble.diverged, 'simulation')} diverged and are not in it."
+    return (
+        f"{made}. It holds what the parameters leave open, and nothing else: no measurement noise and nothing that the "
+        f"model lacks, so measured values may lie outside. In the residuals it lies around zero.{lost}"
+    )
 
 
 def _rmse(data: View, trial: str, channel: str) -> str:

@@ -34,7 +34,8 @@ _MOST_WORRIES = 8
 _MOST_WEAK = 2
 _OWN_WORRY = (
     *("runs-stray", "initial-state-far", "exclusive-optima", "optimum-found-once", "better-optimum"),
-    *("not-at-minimum", "coarse-steps"),
+    *("not-at-minimum", "coarse-steps", "posterior-short", "posterior-narrow"),
+    "posterior-drifts",
 )
 """Findings about the result rather than the data: each is said in full."""
 UNFINISHED = {
