@@ -261,7 +261,7 @@ def test_a_direction_on_the_earth_needs_trials_on_several_courses(one_course: bo
 
     def said(*keys: tuple[str, ...]) -> Decision:
         return decide(
-            [Hypothesis(key, discrepancy, 700.0, 0.0, 1.0 / len(keys), True) for key in keys],
+            [Hypothesis(key, discrepancy, 350.0 * len(key), 0.0, p, True) for key, p in zip(keys, (0.99, 0.01))],
             available(),
             SETTINGS,
             near=lambda a, b: math.inf,
@@ -270,7 +270,7 @@ def test_a_direction_on_the_earth_needs_trials_on_several_courses(one_course: bo
             one_course=one_course,
         )
 
-    alone, beside = said(("trial_current", "wind")), said(("heading_bias", "wind"))
+    alone, beside = said(("trial_current", "wind")), said(("heading_bias", "wind"), ("heading_bias",))
     if one_course and discrepancy:
         assert (alone.kind, alone.clusters, alone.along) == ("unknown", (), ("trial_current", "wind"))
         assert [cause.effects for cause in beside.clusters] == [("heading_bias",)]

@@ -130,7 +130,7 @@ def decide(
         gone |= set(answer.refused)
         left = _left(found, gone)
         total = sum(one.probability for one in left)
-        if not answer.refused or total == 0.0 or _needed(found, left, gone, effects):
+        if not answer.refused or total == 0.0 or _needed(found, left, gone, effects, one_course):
             break
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
@@ -193,7 +193,7 @@ def _answer(
         # that only together look like something else do not stand when one of them falls.
         gone = set(first) - set(kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
-        sure = {name: _without(found, one.counted, gone, effects) for name, one in candidates.items()}
+        sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         beside = _discrepancy(found, kept)
         probable = [
             name
@@ -234,11 +234,15 @@ def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:
 
 
 def _without(
-    found: Sequence[Hypothesis], members: Sequence[str], gone: set[str], effects: Mapping[str, Effect]
+    found: Sequence[Hypothesis],
+    members: Sequence[str],
+    gone: set[str],
+    effects: Mapping[str, Effect],
+    one_course: bool,
 ) -> float:
     """Probability that one of these effects acts, given that those that are gone do not; 0 where they are needed."""
     left = _left(found, gone)
-    if _needed(found, left, gone, effects):
+    if _needed(found, left, gone, effects, one_course):
         return 0.0
     total = sum(one.probability for one in left)
     acting = sum(one.probability for one in left if set(members) & set(one.effects))
@@ -251,14 +255,20 @@ def _left(found: Sequence[Hypothesis], gone: set[str]) -> list[Hypothesis]:
 
 
 def _needed(
-    found: Sequence[Hypothesis], left: Sequence[Hypothesis], gone: set[str], effects: Mapping[str, Effect]
+    found: Sequence[Hypothesis],
+    left: Sequence[Hypothesis],
+    gone: set[str],
+    effects: Mapping[str, Effect],
+    one_course: bool,
 ) -> bool:
     """Whether the trials need what is gone, so that it stands for something of another name.
 
     They do where the hypotheses that are left are too improbable and explain too little. A term of the hull's forces
-    has another name already: another form of the model.
+    has another name already, another form of the model, and so has what is fixed to the earth along one course.
     """
-    foreign = any(not _is_structure(name, effects) for name in gone)
+    foreign = any(
+        not (_is_structure(name, effects) or (one_course and _is_fixed_to_earth(name, effects))) for name in gone
+    )
     total = sum(one.probability for one in left)
     # In evidence as well: where much is explained, the temperature leaves next to nothing improbable.
     behind = _weight(found) - _weight(left) > -math.log(_NEEDED)
