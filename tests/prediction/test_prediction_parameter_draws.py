@@ -32,7 +32,7 @@ def test_draws_have_the_two_parts_of_the_covariance() -> None:
 def test_a_direction_that_the_trials_do_not_hold_has_its_prior() -> None:
     made, estimate = fitted()
     names = [p.name for p in made.free]
-    loose = made.replace(noise={name: 1e4 * sd for name, sd in made.noise.items()})  # type: ignore[operator]
+    loose = made.replace(noise={name: 1e4 * sd for name, sd in made.noise.items()})
     drawn = parameter_draws(loose, estimate, 200, 0, 1)
     for k, name in enumerate(names):
         assert np.sqrt(drawn.priors[k, k]) == pytest.approx(FREE[name], rel=0.05)

@@ -343,6 +343,7 @@ def test_intervals_by_posterior_and_profile_stand_beside_the_linear_ones() -> No
     assert "130 autocorrelation times (at least 50 are needed), which is enough" in words
     assert "95 % of what 200 draws of the posterior predict lies in the blue band" in words
     assert "no measurement noise" in words
+    assert made.posterior is not None
     made.posterior = dataclasses.replace(made.posterior, steps=80)
     assert "too short: do not rely on the intervals" in Page(render(made)).text
     made.posterior, made.ensemble = None, Ensemble("starts", 3, 0)

@@ -65,7 +65,7 @@ def prediction(**changes: object) -> Predictions:
         "lack_of_fit": 3.0, "model_error": 0.016, "form_error": 0.035, "provenance": {"commit": "abc"},
         "findings": [Finding("warning", "held-by-priors", "Priors hold 1 figure.", "prediction", "Fit a turn.")],
     }  # fmt: skip
-    return Predictions(**{**values, **changes})  # type: ignore[arg-type]
+    return Predictions(**{**values, **changes})
 
 
 def test_the_page_says_what_was_found_and_escapes_names(tmp_path: Path) -> None:

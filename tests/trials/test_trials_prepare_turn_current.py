@@ -50,13 +50,13 @@ def test_a_known_current_is_removed(north: float, east: float, side: float, head
 def test_a_simulated_turn_in_a_current_has_the_figures_of_still_water() -> None:
     options = {"first_state": {"u": 1.18}, "inputs": {"n": 10.4}, "dt": 0.2}
     plan = TurningCircle(deg(35), deg(900), approach=1.0)
-    still = run_manoeuvre(MMGShip(), plan, **options)  # type: ignore[arg-type]
+    still = run_manoeuvre(MMGShip(), plan, **options)
     start = {"u": 1.18 + 0.15 * math.cos(1.0), "v": 0.15 * math.sin(1.0)}
     run = run_manoeuvre(
         MMGShip(),
         plan,
         **{**options, "first_state": start},
-        environment=steady_current(0.15, 1.0),  # type: ignore[arg-type]
+        environment=steady_current(0.15, 1.0),
     )
     wrong, right, true = (turning_circle_figures(one) for one in (run, remove_current(run), still))
     assert abs(wrong.tactical_diameter / true.tactical_diameter - 1) > 0.1
