@@ -19,6 +19,7 @@ from seatruth.models.base import Environment, Equations, record
 from seatruth.models.observed import ObservedModel
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import MODEL_ATTRIBUTES, ModelWrapper
+from seatruth.prediction.population import ByRow
 
 MARKS = {"hidden": ("u",), "follows": {"u": ("v", 1.0)}, "longest_step": 0.25, "standard": {"v": ("v", 1)}}
 
@@ -86,6 +87,7 @@ WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     ExtendedModel: lambda model: ExtendedModel(model, [available()["current"], available()["rudder_lag"]]),
     DiscrepancyModel: lacking,
     Leaking: Leaking,
+    ByRow: lambda model: ByRow(model, ["Y_v", "rho"]),
     WithServos: lambda model: WithServos(model, {"delta": Order(lag=0.5)}),
     ObservedModel: lambda model: ObservedModel(model, [Observation("sog")], keep=("u", "v")),
 }
@@ -132,8 +134,8 @@ def test_every_attribute_is_kept(kind: type[ModelWrapper]) -> None:
 
 
 def records(model: Model) -> tuple[Any, Any, Any]:
-    """States, inputs and parameters of a model; what a wrapper adds is zero."""
-    values = {"u": 7.0, "v": 0.3, "r": 0.01, "delta": 0.1}
+    """States, inputs and parameters of a model; what a wrapper adds is zero, or the parameter that it stands for."""
+    values = {"u": 7.0, "v": 0.3, "r": 0.01, "delta": 0.1, **{f"own_{q.name}": q.value for q in model.parameters}}
     s = record("States", model.states)(*(values.get(channel.name, 0.0) for channel in model.states))
     i = record("Inputs", model.inputs)(*(values.get(channel.name, 0.0) for channel in model.inputs))
     return s, i, record("Parameters", model.parameters)(**model.nominal())

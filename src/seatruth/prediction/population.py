@@ -29,7 +29,7 @@ _LIMITED = ("delta", "delta_s")
 """Inputs that follow their orders at the rudder rate, as in `run_manoeuvre`."""
 
 
-class _ByRow(ModelWrapper):
+class ByRow(ModelWrapper):
     """A model some of whose parameters are inputs, so that each row of a call has its own."""
 
     def __init__(self, base: Model, names: Sequence[str]) -> None:
@@ -79,7 +79,7 @@ class Fleet:
         own = np.flatnonzero(np.ptp(self.values, axis=0) > 0)
         self._own = own
         names = [model.parameters[k].name for k in own]
-        self._by_row: Model = _ByRow(model, names) if names else model
+        self._by_row: Model = ByRow(model, names) if names else model
         self._fixed = {p.name: float(v) for p, v in zip(model.parameters, self.values[0])}
         kind = record("Parameters", model.parameters)
         self._records = [kind(*row) for row in self.values.tolist()]

@@ -95,8 +95,8 @@ def summarised(names: Sequence[str], draws: Array, times: Array, every: int = 1)
         >>> import numpy as np
         >>> draws = np.random.default_rng(1).normal(size=(500, 20, 1))
         >>> found = summarised(["a"], draws, np.array([1.0]))
-        >>> found.loc["a", ["lower", "median", "upper"]].round(1).tolist()
-        [-2.0, 0.0, 2.0]
+        >>> [round(float(value)) for value in found.loc["a", ["lower", "median", "upper"]]]
+        [-2, 0, 2]
     """
     flat = draws.reshape(-1, draws.shape[2])
     tail = (1.0 - LEVEL) / 2.0

@@ -22,7 +22,7 @@ from seatruth.trials.trial import Trial
 STEADY_FROM = 180.0
 """deg of heading change from which the turn counts as steady; chosen here [S]: half a turn after the execute the
 speed and the rate of ships have settled, and two circles are then enough for half a turn of pairs."""
-_PAIRS = 73
+_MOST_PAIRS = 73
 """Headings at which positions are compared, evenly spaced; 5 deg apart over a circle. Chosen here [S]."""
 
 
@@ -86,7 +86,7 @@ def turn_current(trial: Trial, *, steady_from: float = STEADY_FROM) -> TurnCurre
         )
     rising = np.concatenate(([True], np.diff(turned) > 0))
     span = min(last - first, 2 * math.pi)  # over whole circles all headings count alike
-    headings = first + span * np.linspace(0.0, 1.0, _PAIRS)
+    headings = first + span * np.linspace(0.0, 1.0, _MOST_PAIRS)
     before = np.interp(headings, turned[rising], t[rising])
     after = np.interp(headings + 2 * math.pi, turned[rising], t[rising])
     north, east = ((np.interp(after, t, place) - np.interp(before, t, place)) / (after - before) for place in (x, y))
