@@ -127,7 +127,8 @@ def _alone(axes: Axes, data: View, name: str, values: Array) -> None:
     top = float(counts.max(initial=0.0))
     if math.isfinite(sd) and sd > 0:
         at = np.linspace(low, high, 80)
-        curve = np.exp(-0.5 * ((at - value) / sd) ** 2) / (sd * math.sqrt(2.0 * math.pi))
+        with np.errstate(over="ignore"):  # far from the estimate the density is zero
+            curve = np.exp(-0.5 * ((at - value) / sd) ** 2) / (sd * math.sqrt(2.0 * math.pi))
         axes.plot(at, curve, color=VERMILLION, linestyle=_LINEAR, linewidth=1.0)
         top = max(top, min(float(curve.max()), 2.0 * top))
     axes.axvline(value, color=INK, linestyle=(0, (1, 1.5)), linewidth=0.9)
