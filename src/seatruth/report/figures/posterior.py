@@ -107,7 +107,7 @@ def corner_names(data: View) -> list[str]:
 def _limits(data: View, name: str, values: Array) -> tuple[float, float]:
     """All draws but the farthest of a thousand, and the estimate."""
     low, high = (float(end) for end in np.quantile(values, [0.001, 0.999]))
-    value = float(data.parameters.loc[name, "value"])  # type: ignore[arg-type]  # one cell
+    value = _number(data, name, "value")
     if math.isfinite(value):
         low, high = min(low, value), max(high, value)
     room = 0.04 * ((high - low) or abs(high) or 1.0)
@@ -123,7 +123,7 @@ def _alone(axes: Axes, data: View, name: str, values: Array) -> None:
     for part, tint in ((LEVEL, MOST), (0.5, HALF)):
         lower, upper = np.quantile(values, [0.5 - part / 2.0, 0.5 + part / 2.0])
         axes.stairs(np.where((middle >= lower) & (middle <= upper), counts, 0.0), edges, color=tint, fill=True)
-    value, sd = (float(data.parameters.loc[name, key]) for key in ("value", "stderr"))  # type: ignore[arg-type]  # cells
+    value, sd = (_number(data, name, key) for key in ("value", "stderr"))
     top = float(counts.max(initial=0.0))
     if math.isfinite(sd) and sd > 0:
         at = np.linspace(low, high, 80)
@@ -152,7 +152,7 @@ def _pair(axes: Axes, data: View, names: tuple[str, str], values: Array) -> None
         grid = np.stack(np.meshgrid(*(0.5 * (edges[1:] + edges[:-1]) for edges in (x, y))))
         across, up = np.tensordot(root, grid, axes=1) + middle[:, None, None]
         axes.contourf(across, up, smooth, levels=[*levels, float(ordered[0])], colors=[MOST, HALF])
-    centre = [float(data.parameters.loc[name, "value"]) for name in names]  # type: ignore[arg-type]  # cells
+    centre = [_number(data, name, "value") for name in names]
     ellipse = _ellipse(data, names)
     if ellipse is not None:
         axes.plot(centre[0] + ellipse[0], centre[1] + ellipse[1], color=VERMILLION, linestyle=_LINEAR, linewidth=1.0)
@@ -244,3 +244,7 @@ def band(upper: Axes, lower: Axes, t: Array, fitted: Array, edges: tuple[Array, 
         upper.fill_between(t[kept], low, high, color=HALF, alpha=0.45, **look)
         # A residual is measured less fitted; with the member for the fit it would move the other way.
         lower.fill_between(t[kept], fitted[kept] - high, fitted[kept] - low, color=HALF, alpha=0.8, **look)
+
+
+def _number(data: View, name: str, key: str) -> float:
+    return float(data.parameters[key].to_dict()[name])
