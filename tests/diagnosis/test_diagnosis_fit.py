@@ -133,6 +133,7 @@ def test_a_coefficient_that_would_leave_its_bounds_stays_there(ship_folder: Path
     )
     assert found.settled
     assert found.point.shared[gain] == bound
+    assert abs(found.ahead) < 0.1
     assert found.stderr(at_bound)[gain] > 0.0
     known, there = ended(
         [q.replace(value=bound, prior=Prior(bound, 1e-6 * bound)) if q.name == "K" else q for q in study.parameters]

@@ -115,6 +115,9 @@ def objective(
     at, root = likelihood.shared_root(sizes, effects)
     columns = likelihood.columns[at]
     total += _energy(root, point.shared[columns] - problem.mean[columns])
+    # What is held at a bound pays for its value too: else a step would seem to fall by what it no longer counts.
+    held = list(likelihood.held)
+    total += float((((point.shared[held] - problem.mean[held]) / problem.sd[held]) ** 2).sum())
     local = -problem.local_offset(point)
     count = len(problem.initial_names)
     total += float(((local[:, :count] / problem.initial_sd) ** 2).sum())
