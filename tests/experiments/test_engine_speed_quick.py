@@ -12,16 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import seatruth.simulate
-
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "experiments"))
 
 from engines.flops import COSTS, Tape, count  # noqa: E402
 from engines.python_peers import NumPyPopulation, PlainPython, SciPy  # noqa: E402
 from engines.workloads import workload  # noqa: E402
-
-HAS_ENGINE = hasattr(seatruth.simulate, "simulator")
 
 
 def test_only_work_of_each_candidate_and_step_is_counted_and_once() -> None:
@@ -82,7 +78,6 @@ def test_quick_mode_writes_a_complete_result(quick: tuple[int, dict[str, Any], P
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not HAS_ENGINE, reason="seatruth.simulate has no simulator")
 def test_quick_mode_measures_the_engine(quick: tuple[int, dict[str, Any], Path]) -> None:
     _, record, _ = quick
     assert record["failures"] == []

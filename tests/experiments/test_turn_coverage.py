@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
 
-import turn_coverage as experiment  # type: ignore[import-not-found,unused-ignore]
+import turn_coverage as experiment
 
 from seatruth.models import load_model
 
