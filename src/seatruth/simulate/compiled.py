@@ -94,8 +94,7 @@ class CompiledSimulator:
             self._setup.following(free_states),
         )
         program, grid, threads = self._program, self._grid, self._threads
-        # What a servo does within a step has derivatives of its own, which only the long way carries.
-        if last_states or program.equations.driven:
+        if last_states:
             answer = program.jacobian(grid, values[0], starts[0], along, threads)
         else:
             answer = sensitivities(program).jacobian(program, grid, values[0], starts[0], along, threads)

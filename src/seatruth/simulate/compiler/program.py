@@ -123,7 +123,7 @@ class Program:
         record = np.full((1, len(grid.t), len(e.states), NARROW), math.nan)
         x_end = np.empty((1, len(grid.rows), len(e.states), NARROW))
         stage_states = np.full((len(e.states), 4 * grid.steps), math.nan)
-        chosen = self._simulation_kernel("stages", NARROW, System(e.states, e.rates, e.states, e.parameters, ()))
+        chosen = self._simulation_kernel("stages", NARROW, System(e.states, e.rates, e.states, e.parameters, e.driven))
         arrays = {"record": record, "x_end": x_end, "stage_states": stage_states}
         self._simulate(chosen, grid, lanes, starts, threads, arrays)
         return stage_states, record[0, :, :, 0], x_end[0, :, :, 0]
@@ -168,22 +168,22 @@ class Program:
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
         """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 2, N): states, inputs, time, trial."""
         e = self.equations
-        return self.evaluate("rates", self._by_row, e.parameters, e.rates, values, self._acting(leaves), threads)
+        return self.evaluate("rates", self.by_row, e.parameters, e.rates, values, self.acting(leaves), threads)
 
     def rate_derivatives(self, directions: Array, leaves: Array, threads: int) -> Array:
         """Derivatives (P, S, N) of the rates, each along one direction: `directions` (P, 2 n_parameters) holds the
         values, then the direction; `leaves` as in `rates`.
         """
-        d, rows = self._differentiated_rates, self._acting(leaves)
-        return self.evaluate("rate derivatives", self._by_row, d.parameters, d.rates, directions, rows, threads)
+        d, rows = self._differentiated_rates, self.acting(leaves)
+        return self.evaluate("rate derivatives", self.by_row, d.parameters, d.rates, directions, rows, threads)
 
     @property
-    def _by_row(self) -> tuple[Node, ...]:
+    def by_row(self) -> tuple[Node, ...]:
         """Leaves that change by row where the equations are evaluated without simulation."""
         e = self.equations
         return (*e.states, *e.inputs, e.time, e.trial, *(servo.acting for servo in e.driven))
 
-    def _acting(self, leaves: Array) -> Array:
+    def acting(self, leaves: Array) -> Array:
         """Rows of leaves (S + I + 2, N), followed by what acts on the inputs behind servos: the servos' states."""
         order = [id(state) for state in self.equations.states]  # nodes compare as numbers do
         places = [order.index(id(servo.state)) for servo in self.equations.driven]

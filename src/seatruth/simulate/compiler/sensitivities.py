@@ -9,7 +9,7 @@ effects at their null costs little more than the model alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -17,15 +17,15 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from seatruth.arrays import Array, Flags, Indices
-from seatruth.simulate.compiler.derivatives import partial_derivatives
+from seatruth.arrays import Array, Indices
 from seatruth.simulate.compiler.lanes import NARROW, last_axis_from_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
-from seatruth.simulate.compiler.node import Node, is_constant, ordered
-from seatruth.simulate.compiler.operations import fold
+from seatruth.simulate.compiler.node import Node
+from seatruth.simulate.compiler.partials import Entries, Partials, by_lane, matrix, partials
 from seatruth.simulate.compiler.pool import Buffer, run_kernel
 from seatruth.simulate.compiler.program import Derivatives, Program
 from seatruth.simulate.compiler.propagation import PROPAGATION_CONTEXT, propagation_kernel
+from seatruth.simulate.compiler.servo_partials import ServoPartials
 from seatruth.simulate.compiler.system import Directions
 from seatruth.simulate.time_grid import Integers, TimeGrid
 
@@ -34,36 +34,14 @@ _STRETCH = 256
 
 
 @dataclass(frozen=True)
-class _Entries:
-    """Derivatives that do not vanish: of which root, by which state or parameter, at which place among the values."""
-
-    root: Indices
-    by: Indices
-    place: Indices
-
-    def only(self, chosen: Flags) -> _Entries:
-        """Those that are chosen (n,)."""
-        return _Entries(self.root[chosen], self.by[chosen], self.place[chosen])
-
-
-@dataclass(frozen=True)
-class _Derivatives:
-    """Derivatives of some roots: `nodes` to evaluate, and entries by states and by parameters."""
-
-    nodes: tuple[Node, ...]
-    by_state: _Entries
-    by_parameter: _Entries
-
-
-@dataclass(frozen=True)
 class _Pattern:
     """What does not vanish where certain parameters are zero; `live` (L,): the states that reach an output."""
 
     live: Indices
-    a: _Entries
-    b: _Entries
-    c: _Entries
-    d: _Entries
+    a: Entries
+    b: Entries
+    c: Entries
+    d: Entries
 
 
 class Sensitivities:
@@ -71,8 +49,9 @@ class Sensitivities:
 
     def __init__(self, program: Program) -> None:
         e = self._equations = program.equations
-        self._rates = _derivatives(program, e.rates, ())
-        self._outputs = _derivatives(program, e.outputs, e.outputs)
+        self._rates = partials(e, e.rates, ())
+        self._servos = ServoPartials(e, self._rates)
+        self._outputs = partials(e, e.outputs, e.outputs)
         self._patterns: dict[bytes, _Pattern] = {}
 
     def jacobian(
@@ -99,10 +78,10 @@ class Sensitivities:
         fixed: dict[str, Buffer] = {
             "record": record,
             "scratch": np.empty((blocks, 3, live, NARROW)),
-            **_matrix("a", pattern.a, live),
-            **_matrix("c", pattern.c, len(e.outputs)),
-            **_by_lane("b", pattern.b, live, along.columns, blocks),
-            **_by_lane("d", pattern.d, len(e.outputs), along.columns, blocks),
+            **matrix("a", pattern.a, live),
+            **matrix("c", pattern.c, len(e.outputs)),
+            **by_lane("b", pattern.b, live, along.columns, blocks),
+            **by_lane("d", pattern.d, len(e.outputs), along.columns, blocks),
         }
         for trial, rows in enumerate(grid.rows):
             fixed["x"] = np.array(begin_x, order="C")
@@ -112,7 +91,8 @@ class Sensitivities:
                 count = int(grid.substeps[part].sum())
                 rates = self._rate_values(program, grid, values, stage_states, slice(step, step + count), threads)
                 row = np.stack([*grid.inputs[part].T, grid.t[part], grid.trial[part]])
-                found = self._values(program, self._outputs, values, states[part].T, row, threads)
+                leaves = program.acting(np.concatenate([states[part].T, row]))
+                found = self._values(program, self._outputs, values, leaves, threads)
                 y[part] = found[: len(e.outputs)].T
                 buffers: dict[str, Buffer] = {
                     **fixed,
@@ -134,29 +114,22 @@ class Sensitivities:
     def _rate_values(
         self, program: Program, grid: TimeGrid, values: Array, stage_states: Array, steps: slice, threads: int
     ) -> Array:
-        """Derivatives of the rates (nodes, 4 steps) at the stages of some steps."""
+        """Derivatives of the rates (nodes, 4 steps) at the stages of some steps, followed by those through servos."""
         # A step has three rows of inputs; its second and third stage share the middle one.
         rows = (3 * np.arange(steps.start, steps.stop)[:, None] + np.array([0, 1, 1, 2])).ravel()
         states = stage_states[:, 4 * steps.start : 4 * steps.stop]
+        moves = self._servos.moves(program, grid, values, states[:, ::4], steps, threads)
         row = np.stack([*grid.stage_inputs[rows].T, grid.stage_t[rows], grid.stage_trial[rows]])
-        return self._values(program, self._rates, values, states, row, threads)
+        acting = np.concatenate([states, row, self._servos.acting(moves)])
+        found = self._values(program, self._rates, values, acting, threads)
+        return np.concatenate([found, self._servos.values(moves, found, grid.step[steps])])
 
-    def _values(
-        self,
-        program: Program,
-        wanted: _Derivatives,
-        values: Array,
-        states: Array,
-        row: Array,
-        threads: int,
-    ) -> Array:
-        """Values (nodes, N) of derivatives on rows: states (S, N); inputs, time and trial (I + 2, N)."""
-        e = self._equations
-        if not wanted.nodes or not row.shape[1]:
-            return np.zeros((len(wanted.nodes), row.shape[1]))
-        leaves = np.concatenate([states, row])
-        by_row = (*e.states, *e.inputs, e.time, e.trial)
-        found = program.evaluate(id(wanted), by_row, e.parameters, wanted.nodes, values[None], leaves, threads)
+    def _values(self, program: Program, wanted: Partials, values: Array, rows: Array, threads: int) -> Array:
+        """Values (nodes, N) of derivatives on rows of the leaves of `Program.by_row`."""
+        if not wanted.nodes or not rows.shape[1]:
+            return np.zeros((len(wanted.nodes), rows.shape[1]))
+        parameters = self._equations.parameters
+        found = program.evaluate(id(wanted), program.by_row, parameters, wanted.nodes, values[None], rows, threads)
         return np.asarray(found[0])
 
     def _pattern(self, values: Array) -> _Pattern:
@@ -165,8 +138,8 @@ class Sensitivities:
         key = zero.tobytes()
         if key not in self._patterns:
             leaves = [node for node, off in zip(e.parameters, zero) if off]
-            a, b = _left(self._rates, leaves)
-            c, d = _left(self._outputs, leaves)
+            a, b = self._servos.left(leaves)
+            c, d = self._output_entries(leaves)
             alive = np.zeros(len(e.states), dtype=np.bool_)
             alive[c.by] = True
             for _ in e.states:
@@ -176,76 +149,23 @@ class Sensitivities:
             a, b = a.only(alive[a.root]), b.only(alive[b.root])
             self._patterns[key] = _Pattern(
                 live,
-                _Entries(number[a.root], number[a.by], a.place),
-                _Entries(number[b.root], b.by, b.place),
-                _Entries(c.root, number[c.by], c.place),
+                Entries(number[a.root], number[a.by], a.place),
+                Entries(number[b.root], b.by, b.place),
+                Entries(c.root, number[c.by], c.place),
                 d,
             )
         return self._patterns[key]
 
+    def _output_entries(self, zero: Sequence[Node]) -> tuple[Entries, Entries]:
+        """Entries of the outputs, by states and by parameters, that do not vanish where these leaves are zero.
 
-def _derivatives(program: Program, roots: Sequence[Node], first: Sequence[Node]) -> _Derivatives:
-    """Derivatives of roots by all states and parameters; `first` are nodes that are evaluated beside them."""
-    e = program.equations
-    nodes: dict[int, Node] = {}
-    table: dict[str, list[tuple[int, int, Node]]] = {"state": [], "parameter": []}
-    for r, root in enumerate(roots):
-        found = partial_derivatives(root, (*e.states, *e.parameters)) if root.level else {}
-        for kind, leaves in (("state", e.states), ("parameter", e.parameters)):
-            for k, leaf in enumerate(leaves):
-                if id(leaf) in found and not is_constant(found[id(leaf)], 0.0):
-                    table[kind].append((r, k, found[id(leaf)]))
-    wanted = [e.graph.number(node) for node in first]
-    places: dict[int, int] = {}
-    for entries in table.values():
-        for _, _, node in entries:
-            if id(node) not in nodes:
-                nodes[id(node)] = node
-                places[id(node)] = len(wanted) + len(nodes) - 1
-
-    def entries_of(kind: str) -> _Entries:
-        rows = [(r, k, places[id(node)]) for r, k, node in table[kind]]
-        columns = np.array(rows, dtype=np.intp).reshape(-1, 3).T
-        return _Entries(columns[0], columns[1], columns[2])
-
-    return _Derivatives((*wanted, *nodes.values()), entries_of("state"), entries_of("parameter"))
-
-
-def _left(wanted: _Derivatives, zero: Iterable[Node]) -> list[_Entries]:
-    """The entries by states, and by parameters, that do not vanish where these leaves are zero."""
-    gone = vanishing(wanted.nodes, zero)
-    left = np.array([id(node) not in gone for node in wanted.nodes], dtype=np.bool_)
-    return [entries.only(left[entries.place]) for entries in (wanted.by_state, wanted.by_parameter)]
-
-
-def vanishing(roots: Iterable[Node], zero: Iterable[Node]) -> set[int]:
-    """By id, the nodes among those that `roots` depend on that are zero where the leaves `zero` are.
-
-    Zero times anything counts as zero, as in `Graph`.
-    """
-    known: dict[int, float | bool] = {id(leaf): 0.0 for leaf in zero}
-    for node in ordered(roots):
-        if node.op == "constant":
-            known[id(node)] = node.value
-        elif node.op != "leaf":
-            value = _known(node, [known.get(id(a)) for a in node.args])
-            if value is not None:
-                known[id(node)] = value
-    return {key for key, value in known.items() if value == 0.0}
-
-
-def _known(node: Node, args: Sequence[float | bool | None]) -> float | bool | None:
-    """The value of an operation of which some arguments are known; None where it is not."""
-    if node.op == "select":
-        if args[0] is not None:
-            return args[1] if args[0] else args[2]
-        return args[1] if args[1] == args[2] else None
-    if node.op == "mul" and 0.0 in args:
-        return 0.0
-    if node.op == "div" and args[0] == 0.0:
-        return 0.0
-    numbers = [float(value) for value in args if value is not None]
-    return fold(node.op, numbers) if len(numbers) == len(args) else None
+        At a sample a servo's state acts.
+        """
+        wanted, states = self._outputs, self._servos.states
+        through = Entries(wanted.by_acting.root, states[wanted.by_acting.by], wanted.by_acting.place)
+        left = wanted.left(zero)
+        by_state = wanted.by_state.beside(through)
+        return by_state.only(left[by_state.place]), wanted.by_parameter.only(left[wanted.by_parameter.place])
 
 
 def _stretches(substeps: Integers) -> list[tuple[int, int]]:
@@ -253,35 +173,6 @@ def _stretches(substeps: Integers) -> list[tuple[int, int]]:
     part = (np.cumsum(substeps) - substeps) // _STRETCH
     edges = [0, *(np.flatnonzero(np.diff(part)) + 1).tolist(), len(substeps)]
     return list(pairwise(edges))
-
-
-def _matrix(name: str, entries: _Entries, rows: int) -> dict[str, Buffer]:
-    """The entries in compressed rows."""
-    order = np.argsort(entries.root, kind="stable")
-    return {
-        f"{name}_start": _starts(entries.root, rows),
-        f"{name}_from": entries.by[order].astype(np.int64),
-        f"{name}_place": entries.place[order].astype(np.int64),
-    }
-
-
-def _by_lane(name: str, entries: _Entries, rows: int, columns: Indices, blocks: int) -> dict[str, Buffer]:
-    """The entries by the parameters in `columns` (K,), each at its lane, in compressed rows of every block."""
-    found = [np.flatnonzero(entries.by == column) for column in columns]
-    which = np.concatenate([*found, np.zeros(0, dtype=np.intp)])
-    direction = np.repeat(np.arange(len(columns)), [len(own) for own in found])
-    row = direction // NARROW * rows + entries.root[which]
-    order = np.argsort(row, kind="stable")
-    return {
-        f"{name}_start": _starts(row, blocks * rows),
-        f"{name}_lane": (direction % NARROW)[order].astype(np.int64),
-        f"{name}_place": entries.place[which][order].astype(np.int64),
-    }
-
-
-def _starts(row: Indices, rows: int) -> Integers:
-    """Where the entries of each row begin (rows + 1,)."""
-    return np.concatenate([[0], np.cumsum(np.bincount(row, minlength=rows))]).astype(np.int64)
 
 
 @cache
