@@ -39,7 +39,8 @@ class ServoPartials:
         nodes: list[Node] = servo_values(e.driven)
         through: list[tuple[int, int]] = []
         own: list[tuple[int, float]] = []
-        by_state, by_parameter = [], []
+        by_state: list[tuple[int, int, int]] = []
+        by_parameter: list[tuple[int, int, int]] = []
         parameters = {id(leaf): k for k, leaf in enumerate(e.parameters)}
         size = len(rates.nodes)
         couplings = rates.by_acting
