@@ -74,11 +74,14 @@ class Assembly:
             helps=self._helps,
             underpowered=len(self.information.undetectable()) > len(self.problem.effects) // 2,
             converged=self.search.null.settled,
-            gap=self._leaves_a_gap(),
+            gap=self._leaves_a_gap,
             one_course=narrow_headings(self.problem.trials) is not None,
         )
+        if not self._leaves_a_gap:
+            return said  # nothing is small beside a gap that is noise
         return without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
 
+    @cached_property
     def _leaves_a_gap(self) -> bool:
         """Whether the refitted model without discrepancy leaves more than noise."""
         plain = self.search.fits.get(((), False))

@@ -21,7 +21,7 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.parts import Fold, Validation
-from seatruth.diagnosis.posterior import log_prior, temperature_of
+from seatruth.diagnosis.posterior import counted, log_prior
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.ratios import ratio_interval
@@ -143,13 +143,13 @@ def _plain(search: Search, key: Key) -> Fit:
 def _selected(search: Search, trials: Sequence[int]) -> Key:
     """The hypothesis that these trials alone prefer."""
     settings, many = search.problem.settings, len(search.problem.effects)
-    temperature = temperature_of(search, settings)
-    best: tuple[float, Key] = (-math.inf, ())
-    for (key, on), found in search.fits.items():
-        value = (found.likelihood.evidence(found.sizes, key, trials) - found.price) / temperature
-        value += log_prior(key, on, many, settings)
-        best = max(best, (value, key))
-    return best[1]
+    keys = list(search.fits)
+    found = [search.fits[key] for key in keys]
+    gains = np.array([fit.likelihood.evidence(fit.sizes, fit.effects, trials) - fit.price for fit in found])
+    alone = [gain for (key, _), gain in zip(keys, gains) if not key]
+    weight = counted(search, gains, [len(key) for key, _ in keys], float(max(alone)))
+    weight += [log_prior(key, on, many, settings) for key, on in keys]
+    return max(zip(weight.tolist(), (key for key, _ in keys)))[1]
 
 
 def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:

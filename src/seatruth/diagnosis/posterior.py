@@ -7,8 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.tempering import tempered
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors
@@ -34,8 +37,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     ]
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]
-    temperature = temperature_of(search, settings)
-    weight = np.array([gain / temperature + prior for (_, _, gain, _), prior in zip(rows, priors)])
+    gains = np.array([gain for _, _, gain, _ in rows])
+    weight = counted(search, gains, [len(key) for key, _, _, _ in rows], explained_from(search) - base) + priors
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [
@@ -45,17 +48,35 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     return sorted(found, key=lambda one: (-one.probability, one.effects, one.discrepancy))
 
 
-def temperature_of(search: Search, settings: Settings) -> float:
-    """What log-evidence is divided by: the more effects explain, the more it counts that their form is inexact.
+def explained_from(search: Search) -> float:
+    """Log-evidence (nats) from which it is counted what effects explain: that of the model alone.
 
-    What they explain is counted from the model alone, with discrepancy where the leader has it: what discrepancy
-    explains does not depend on the form of any effect. What the leader's fit did not reach counts as well: where long
-    runs bend, the evidence is that of a straight line through a point.
+    With discrepancy where the leader has it: what discrepancy explains does not depend on the form of any effect.
     """
-    leader = max(search.fits.values(), key=lambda fit: fit.evidence)
-    alone = search.fits.get(((), leader.discrepancy))
-    lowest = alone.evidence if alone is not None else search.null.evidence
-    return settings.temperature + settings.model_form * (max(0.0, leader.evidence - lowest) + max(0.0, leader.ahead))
+    alone = search.fits.get(((), _leader(search).discrepancy))
+    return alone.evidence if alone is not None else search.null.evidence
+
+
+def counted(search: Search, evidence: Array, counts: Sequence[int], lowest: float) -> Array:
+    """What the log-evidence (H,) of hypotheses with so many effects each counts for; `lowest` as in `tempered`.
+
+    What the leader's fit did not reach counts as explained: where long runs bend, the evidence is that of a straight
+    line through a point.
+    """
+    settings = search.problem.settings
+    return tempered(
+        evidence,
+        np.array(counts, dtype=np.intp),
+        lowest,
+        temperature=settings.temperature,
+        model_form=settings.model_form,
+        beside=settings.form_beside,
+        ahead=_leader(search).ahead,
+    )
+
+
+def _leader(search: Search) -> Fit:
+    return max(search.fits.values(), key=lambda fit: fit.evidence)
 
 
 def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> float:

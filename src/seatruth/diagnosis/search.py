@@ -54,13 +54,17 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         share_noise(found, 1)
         count = len(singles)
         for size in range(2, settings.most_effects + 1):
-            smaller = [fit for fit in found.sets() if len(fit.effects) == size - 1 and _leads(found, fit)]
+            fewer = [fit for fit in found.sets() if len(fit.effects) < size]
+            smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
+            beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
             for leader in smaller[: settings.leaders]:
                 for name in screen(found, leader)[: settings.additions]:
                     count += 1
                     key = tuple(sorted((*leader.effects, name)))
                     found.rival = found.leader.evidence
-                    if found.expected(key) < found.rival + settings.worth_fitting or found.best(key) is not None:
+                    # Sets that explain as much as the leading one of their size are its look-alikes.
+                    least = max(beaten, found.rival - settings.hopeless)
+                    if found.expected(key) < least or found.best(key) is not None:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     fit_both(found, key, leader)

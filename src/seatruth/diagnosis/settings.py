@@ -82,6 +82,8 @@ class Settings:
     model_form: float = 0.036
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
     exact, and one whose amplitude is 20 % off leaves 0.2^2 = 4 % of its signature to its rivals. [C]"""
+    form_beside: float = 1.0
+    """Part of what fewer effects explain that is counted so for a further effect beside them. [C]"""
     name_threshold: float = 0.6
     """Probability from which a cause is named, at whatever level of the tree reaches it. [S]"""
     set_coverage: float = 0.95

@@ -52,16 +52,16 @@ def step(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likeliho
         return better(trial, problem.errors(trial))
 
     try:
-        likelihood = likelihood.bounded(sizes, effects)
-        whole = likelihood.solve(sizes, effects)
+        within = likelihood.bounded(sizes, effects)
+        whole = within.solve(sizes, effects)
         part = next((part for part in _PARTS if simulated(problem.moved(point, whole.shared, whole.local, part))), 0.0)
         if part < _LARGE_PART:
             for longer in (part for part in _PARTS if part <= _LARGE_PART):
-                if any(better(*nearer) for nearer in corrected(problem, at, sizes, likelihood, whole, longer)):
+                if any(better(*nearer) for nearer in corrected(problem, at, sizes, within, whole, longer)):
                     break
             else:
                 for damping in _DAMPINGS:
-                    held_back = likelihood.damped(damping).solve(sizes, effects)
+                    held_back = within.damped(damping).solve(sizes, effects)
                     simulated(problem.moved(point, held_back.shared, held_back.local))
     except np.linalg.LinAlgError:
         pass
