@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import small_case as small
+from scipy.stats import multivariate_normal
 
 from seatruth.diagnosis.cross_validation import (
+    averaged_over_givens,
     lower_bound,
     noise_deviation,
     predictive_gains,
@@ -91,7 +94,7 @@ def test_a_trial_that_diverges_explains_nothing() -> None:
     assert "no gap" in no_share_in_words(summary(folds([1.0, 1.0], [0.9, 0.9])))
 
 
-def test_the_gain_of_a_trial_is_the_difference_of_what_was_seen_with_and_without_it(found: Search) -> None:
+def test_the_gains_of_all_trials_are_what_was_seen_less_what_one_shows_by_itself(found: Search) -> None:
     gains = predictive_gains(found, "rudder_offset", ("rudder_offset",))
     assert gains.shape == (4,)
     assert lower_bound(gains, 0.05) > 0.0
@@ -99,8 +102,34 @@ def test_the_gain_of_a_trial_is_the_difference_of_what_was_seen_with_and_without
     expected = 0.0
     for at, sign in ((with_it, 1.0), (without, -1.0)):
         value = at.likelihood.log_likelihood
-        expected += sign * (value(at.sizes, at.effects) - value(at.sizes, at.effects, [0, 1, 3]))
-    assert gains[2] == pytest.approx(expected)
+        alone = np.mean([value(at.sizes, at.effects, [k]) for k in range(4)])
+        expected += sign * (value(at.sizes, at.effects) - alone)
+    assert gains.sum() == pytest.approx(expected)
+
+
+def normal_density(columns: np.ndarray, values: np.ndarray, given: Sequence[int]) -> float:
+    """Log density of some values, whose means are columns times unknowns of unit variance."""
+    rows = columns[list(given)]
+    covariance = np.eye(len(rows)) + rows @ rows.T
+    return float(multivariate_normal.logpdf(values[list(given)], np.zeros(len(rows)), covariance))
+
+
+def test_predictions_are_averaged_over_which_and_how_many_others_are_given() -> None:
+    """Against every order in which five numbers may come, and sampled orders of nine near the sum over all."""
+    rng = np.random.default_rng(3)
+    columns, values = rng.normal(size=(9, 3)), rng.normal(size=9)
+    found = averaged_over_givens(5, lambda given: normal_density(columns, values, given))
+    expected = np.zeros(5)
+    for order in itertools.permutations(range(5)):
+        for place in range(1, 5):
+            now, before = order[: place + 1], order[:place]
+            expected[order[place]] += normal_density(columns, values, now) - normal_density(columns, values, before)
+    assert found == pytest.approx(expected / math.factorial(5))
+    many = averaged_over_givens(9, lambda given: normal_density(columns, values, given))
+    alone = np.mean([normal_density(columns, values, [k]) for k in range(9)])
+    assert many.sum() == pytest.approx(normal_density(columns, values, range(9)) - alone, abs=0.3)
+    again = averaged_over_givens(9, lambda given: normal_density(columns, values, given))
+    assert again.tolist() == many.tolist()
 
 
 def test_an_effect_that_does_not_act_does_not_predict(found: Search) -> None:

@@ -1,9 +1,11 @@
-"""What the named effects are worth on trials that took no part: leave-one-trial-out cross-validation.
+"""What the named effects are worth on trials that took no part.
 
 Each trial's part of the marginal likelihood stands apart (`marginal_likelihood.py`), so that the log predictive density
-of a trial left out is the difference of two sums: log p(all) - log p(all others). Where there is one trial,
-quarters of it are left out. How far the gap shrinks is measured on open-loop simulations of each trial with
-coefficients and effects from the others.
+of a trial, given others, is the difference of two sums: log p(these and it) - log p(these). It is averaged over which
+and how many others are given, from one to all: what all of them hardly leave open, one or two of them may. With none
+given as well, the averages would sum to the marginal likelihood (Fong and Holmes 2020, Biometrika 107, 489); without,
+no prior alone predicts anything. Where there is one trial, quarters of it are left out. How far the gap shrinks is
+measured on open-loop simulations of each trial with coefficients and effects from all others.
 """
 
 from __future__ import annotations
@@ -28,6 +30,10 @@ from seatruth.statistics.ratios import ratio_interval
 
 _BLOCKS = 4
 """Parts of a single trial that are left out in turn. [S] Fewer hold too little, more leave too little out."""
+_EXACT = 8
+"""Trials up to which all sets of them are taken."""
+_ORDERS = 32
+"""Random orders of more trials, in each of which every trial is predicted from those before it. [S]"""
 _REFITS = 3
 """Gauss-Newton steps for the initial state of a predicted trial; it enters almost linearly."""
 _ENUMERATED = 6
@@ -40,7 +46,9 @@ _NO_GAP = 0.025
 
 
 def predictive_gains(search: Search, name: str, key: Key) -> Array:
-    """Log predictive density (nats) of each trial left out, with an effect less without it: (T,) or (blocks,).
+    """Log predictive density (nats) of each trial, with an effect less without it: (T,) or (blocks,).
+
+    Averaged over the sets of others, of one trial or more, from which it is predicted; summed over their sizes.
 
     Both hypotheses stand at their own optimum with their own sizes, and both with discrepancy or both without: what is
     asked is what the effect adds, not whether forces of any kind would do as well. They have discrepancy only where
@@ -71,20 +79,62 @@ def lower_bound(gains: Array, level: float) -> float:
 
 
 def _predictive(problem: Problem, at: Fit) -> Array:
-    """Log predictive density of each trial, or of each block of a single one, given the rest."""
+    """Log predictive density of each trial, or of each block of a single one, given others, as `predictive_gains`."""
     if len(problem.trials) > 1:
-        every = range(len(problem.trials))
-        whole = at.likelihood.log_likelihood(at.sizes, at.effects)
-        rest = [at.likelihood.log_likelihood(at.sizes, at.effects, [k for k in every if k != left]) for left in every]
-        return whole - np.array(rest)
+        count = len(problem.trials)
+
+        def of_trials(given: Sequence[int]) -> float:
+            return at.likelihood.log_likelihood(at.sizes, at.effects, given)
+
+        return averaged_over_givens(count, of_trials)
     edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
     block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
-    whole, here = at.likelihood.log_likelihood(at.sizes, at.effects), at.linearized(problem)
-    rest = []
-    for left in range(_BLOCKS):
-        others = Likelihood(problem, here, keep=block != left, held=at.likelihood.held)
-        rest.append(others.log_likelihood(at.sizes, at.effects))
-    return whole - np.array(rest)
+    here = at.linearized(problem)
+
+    def of_blocks(given: Sequence[int]) -> float:
+        some = Likelihood(problem, here, keep=np.isin(block, list(given)), held=at.likelihood.held)
+        return some.log_likelihood(at.sizes, at.effects)
+
+    return averaged_over_givens(_BLOCKS, of_blocks)
+
+
+def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) -> Array:
+    """Log predictive density (nats) of each of some parts of the data, given others: (count,).
+
+    Part k gets the mean over the sets of each size of log p(set and k) - log p(set), summed over sizes from one to all
+    others, over `count`. So the sum over parts is log p(all) less the mean of what one part has by itself.
+
+    Args:
+        count: number of parts, two or more.
+        density: log density of a set of parts, given as ascending numbers.
+
+    Example:
+        >>> averaged_over_givens(2, lambda given: float(len(given) ** 2)).tolist()
+        [1.5, 1.5]
+    """
+    known: dict[tuple[int, ...], float] = {}
+
+    def log_p(given: frozenset[int]) -> float:
+        key = tuple(sorted(given))
+        if key not in known:
+            known[key] = density(key)
+        return known[key]
+
+    found = np.zeros(count)
+    if count <= _EXACT:
+        for k in range(count):
+            rest = [other for other in range(count) if other != k]
+            for size in range(1, count):
+                sets = [frozenset(chosen) for chosen in itertools.combinations(rest, size)]
+                found[k] += float(np.mean([log_p(one | {k}) - log_p(one) for one in sets])) / count
+        return found
+    rng = np.random.default_rng(0)
+    for _ in range(_ORDERS):
+        order = rng.permutation(count).tolist()
+        for place in range(1, count):
+            before = frozenset(order[:place])
+            found[order[place]] += (log_p(before | {order[place]}) - log_p(before)) / _ORDERS
+    return found
 
 
 def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -> Validation | None:
