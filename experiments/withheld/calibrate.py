@@ -4,11 +4,11 @@ Input is one table of hypotheses for each case, as the diagnosis wrote it beside
 also lacks something that no effect describes (discrepancy), log-evidence, log-prior. Nothing else of the diagnosis is
 used. The posterior of a hypothesis with n effects is proportional to
 
-    exp(log_evidence / T + log_prior + kind[n] + discrepancy (log_odds - occam [n > 0])),
-    T = temperature + model_form explained,
+    exp(tempered log_evidence + log_prior + kind[n] + discrepancy (log_odds - occam [n > 0])),
 
-`temperature` for what the evidence leaves out (an approximate noise model overstates it), `model_form` for what it
-leaves out the more of, the more nats the best hypothesis explains (see `seatruth.diagnosis.posterior.temperature_of`),
+where `seatruth.diagnosis.tempering` divides the evidence: by `temperature` for what it leaves out (an approximate
+noise model overstates it), `model_form` for what it leaves out the more of, the more nats the best hypothesis
+explains, and `form_beside` for the part of that which a further effect is asked for,
 `kind` for the shares of answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside
 effects. The constants maximise the mean log probability of the truth; how well that holds on other cases is said by
 cross-validation over cases. The naming threshold is the lowest probability from which the named answers are wrong in at
@@ -28,8 +28,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import expit
 
 from seatruth.diagnosis import Settings
+from seatruth.diagnosis.tempering import tempered
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
@@ -50,11 +52,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Constants:
-    """The constants of the decision; all but the first two are in nats."""
+    """The constants of the decision; all but the first three are in nats."""
 
     temperature: float = 1.0
     model_form: float = 0.0
     """Added to the temperature for each nat that the best hypothesis explains."""
+    form_beside: float = 1.0
+    """Part of what fewer effects explain that is counted so for a further effect."""
     log_odds: float = 0.0
     """Of a discrepancy."""
     occam: float = 0.0
@@ -96,7 +100,7 @@ def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any
     before = _settings(list(verdicts.values()), out)
     constants = fit(cases)
     left_out = cross_validated(cases, seed)
-    diagnosed = Constants(before.temperature, before.model_form)
+    diagnosed = Constants(before.temperature, before.model_form, before.form_beside)
     content = {
         "constants": asdict(constants),
         "settings": as_settings(constants, before),
@@ -152,8 +156,15 @@ def posterior(case: Case, constants: Constants) -> Array:
     """Probability of each answer, (answers,)."""
     kind = np.array([constants.none, 0.0, constants.two, constants.more])[np.minimum(case.count, 3)]
     beside = constants.log_odds - constants.occam * (case.count > 0)
-    temperature = constants.temperature + constants.model_form * case.explained
-    log = case.log_evidence / temperature + case.log_prior + kind + case.discrepancy * beside
+    counts = tempered(
+        case.log_evidence,
+        case.count,
+        float(case.log_evidence.max()) - case.explained,
+        temperature=constants.temperature,
+        model_form=constants.model_form,
+        beside=constants.form_beside,
+    )
+    log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())
 
@@ -168,12 +179,13 @@ def fit(cases: Sequence[Case]) -> Constants:
     """The constants of the largest mean log score, with a weak prior about no change."""
 
     def constants(x: Array) -> Constants:
-        return Constants(float(np.exp(x[0])), START * float(np.exp(x[1])), *(float(value) for value in x[2:]))
+        first = float(np.exp(x[0])), START * float(np.exp(x[1])), float(expit(x[2]))
+        return Constants(*first, *(float(value) for value in x[3:]))
 
     def loss(x: Array) -> float:
         return -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float(x @ x) / WIDTH**2
 
-    found = minimize(loss, np.zeros(7), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
+    found = minimize(loss, np.zeros(8), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
     return constants(np.asarray(found.x, dtype=np.float64))
 
 
@@ -200,6 +212,7 @@ def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
     return {
         "temperature": constants.temperature,
         "model_form": constants.model_form,
+        "form_beside": constants.form_beside,
         "prior_none": none / total,
         "prior_unknown": unknown / total,
         "prior_sets": [share / total for share in sets],

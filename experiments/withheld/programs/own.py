@@ -11,7 +11,10 @@ from seatruth.diagnosis import Diagnosis, diagnose
 
 OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
 """Fields of each hypothesis, from which constants are calibrated."""
-OF_DECISION = ("temperature", "model_form", "prior_none", "prior_unknown", "prior_sets", "prior_discrepancy")
+OF_DECISION = (
+    *("temperature", "model_form", "form_beside"),
+    *("prior_none", "prior_unknown", "prior_sets", "prior_discrepancy"),
+)
 """Settings that log-priors and probabilities rest on."""
 OF_EFFECT = ("name", "probability", "log_evidence", "noncentrality", "in_words", "parameters")
 """Fields of each effect's result that are kept for real records."""

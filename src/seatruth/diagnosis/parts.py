@@ -130,7 +130,7 @@ class Fold:
     error_discrepancy: float
     """Control: discrepancy terms refitted to the other trials instead of effects."""
     predictive_gain: float
-    """Log predictive density with the effects less without (nats)."""
+    """Log predictive density, given others, with the effects less without (nats)."""
 
 
 @dataclass(frozen=True)

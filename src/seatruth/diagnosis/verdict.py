@@ -74,7 +74,7 @@ class EffectResult:
     share: float
     """Part of the gap (misfit above noise after the refit) that it closes; NaN where it is not in the verdict."""
     predictive_gain: float
-    """Log predictive density of trials left out, with it less without it, summed (nats); NaN where not asked."""
+    """Log predictive density of the trials, each given others, with it less without it (nats); NaN where not asked."""
     predictive_gain_lower: float
     """One-sided 95 % bound of the same: an effect is named only where this is positive."""
     prior_deviations: float

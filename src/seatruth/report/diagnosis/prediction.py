@@ -37,7 +37,9 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
         Column(LABELS["refit"], "number", "root mean square error over noise"),
         Column("free terms (control)", "number"),
         Column(LABELS["effects"], "number", "those of the verdict, refitted to the other trials"),
-        Column("predictive gain", "number", "log predictive density with the effects less without (nats)"),
+        Column(
+            "predictive gain", "number", "log predictive density, given others, with the effects less without (nats)"
+        ),
         Column("effects that the other trials select", "long"),
     ]
     blocks += [Pictures([picture]), table("Trials left out, error over noise", columns, rows)]
