@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -118,6 +119,18 @@ def test_a_long_list_of_effects_of_all_kinds_names_nothing() -> None:
     said = decided(*(((name,), 0.9 / 5) for name in many), ((), 0.1))
     assert said.kind == "underpowered"
     assert said.clusters == ()
+
+
+def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() -> None:
+    """A steady push to one side: four effects of several families, each as good as the other."""
+    names = ("bank", "thrust_misalignment", "propeller_walk", "rudder_offset")
+    sets = [((name,), 0.245) for name in names]
+    same = {frozenset(pair): 0.5 for pair in itertools.combinations(names, 2)}
+    said = decided(*sets, ((), 0.02), near=same)
+    assert [set(cause.effects) for cause in said.clusters] == [set(names)]
+    assert said.probability == pytest.approx(0.98)
+    assert decided(*sets, ((), 0.02)).clusters == ()
+    assert decided(*sets, ((), 0.02), near={**same, frozenset(("bank", "rudder_offset")): 30.0}).clusters == ()
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:

@@ -31,8 +31,10 @@ _NEEDED = 1e-3
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
 _MOST_APART = 3
-"""Effects of different families that are named as one cause that these trials cannot tell apart. [S] A longer list says
-that nothing is known."""
+"""Effects of different families that are named as one cause. [S] A longer list says that nothing is known."""
+_MOST_ALIKE = 5
+"""The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
+a rudder's that stands off, a thruster's that points aside, or a propeller's: naming these four says what to look at."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
 _FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
@@ -202,7 +204,7 @@ def _answer(
             and not _is_form(name, effects)
             and not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
-            and not _says_nothing(candidates[name])
+            and not _says_nothing(candidates[name], near, settings)
         ]
         passing = tuple(name for name in probable if helps(name, kept))
         refused += [name for name in probable if name not in passing]
@@ -216,9 +218,11 @@ def _answer(
     return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
 
 
-def _says_nothing(cluster: Cluster) -> bool:
+def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings: Settings) -> bool:
     """Whether a cluster is only a list of effects of all kinds."""
-    return cluster.cause == ROOT and len(cluster.effects) > _MOST_APART
+    first, *others = cluster.effects
+    alike = all(near(first, other) < settings.apart for other in others)
+    return cluster.cause == ROOT and len(cluster.effects) > (_MOST_ALIKE if alike else _MOST_APART)
 
 
 def _is_form(name: str, effects: Mapping[str, Effect]) -> bool:
