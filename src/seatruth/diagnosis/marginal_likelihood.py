@@ -20,7 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg.blas import dtrsm
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
@@ -197,7 +198,7 @@ class Likelihood:
         factor: Array = np.asarray(
             np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root), dtype=np.float64
         )
-        half = np.linalg.solve(factor, root.T @ gram[1 + at, 0])
+        half = _forward(factor, root.T @ gram[1 + at, 0])
         return 0.5 * float(gram[0, 0] - half @ half) + self._charge, base, factor
 
     def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
@@ -231,8 +232,8 @@ class Likelihood:
         """
         gram, _, at, root = self._summed(sizes, (), trials)
         own = np.array([self.place[int(c)] for name in effects for c in self.problem.columns[name]], dtype=np.intp)
-        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
-        half = np.linalg.solve(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
+        factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
+        half = _forward(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
         left = gram[np.ix_(np.concatenate([[0], 1 + own]), np.concatenate([[0], 1 + own]))] - half.T @ half
         return left[1:, 1:], -left[1:, 0], self.problem.sd[self.columns[own]]
 
@@ -240,7 +241,7 @@ class Likelihood:
         """The most probable step from the point. Raises LinAlgError where the algebra fails."""
         gram, _, at, root = self._summed(sizes, effects, trials)
         reduced = self._reduce(sizes)
-        factor = np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root)
+        factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
         own = np.zeros(len(self.columns))
         own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0], check_finite=False)
         if not np.isfinite(own).all():
@@ -252,13 +253,13 @@ class Likelihood:
         # What is known to be none goes to none.
         local = self._local_offset.copy()
         local[:, : reduced.roots.shape[1]] += (reduced.roots @ scaled)[:, :, 0]
-        half = np.linalg.solve(factor, root.T)
+        half = _forward(factor, root.T)
         return Solution(shared, local, self.columns[at], half.T @ half)
 
     def local_covariance(self, sizes: Sizes, trial: int) -> Array:
         """Posterior covariance (L, L) of one trial's own unknowns, the shared ones held."""
         reduced = self._reduce(sizes)
-        half = np.linalg.solve(reduced.factors[trial], reduced.roots[trial].T)
+        half = _forward(reduced.factors[trial], reduced.roots[trial].T)
         return np.asarray(half.T @ half)
 
     def quadratic(self, sizes: Sizes) -> Array:
@@ -361,7 +362,11 @@ class Likelihood:
         diagonal = np.arange(inner.shape[1])
         inner[:, diagonal, diagonal] += 1.0
         factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
-        halves: Array = np.asarray(np.linalg.solve(factors, root.T @ total[:, n:end, :n]), dtype=np.float64)
+        # From the right, transposed: so the routine reads arrays in rows as they are.
+        rights = zip(factors, root.T @ total[:, n:end, :n])
+        halves = np.zeros((len(total), len(root), n))
+        if len(root):
+            halves[:] = [dtrsm(1.0, f.T, right.T, side=1).T for f, right in rights]
         grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
         base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)
@@ -375,3 +380,8 @@ class Likelihood:
         which = slice(None) if trials is None else list(trials)
         at, root = self.shared_root(sizes, effects)
         return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root
+
+
+def _forward(factor: Array, right: Array) -> Array:
+    """Solution of a lower triangular system."""
+    return np.asarray(solve_triangular(factor, right, lower=True, check_finite=False))
