@@ -26,6 +26,8 @@ from seatruth.storage.checkpoint import Checkpoint
 
 _FAR = 100.0
 """nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
+_ALIKE = 3.0
+"""nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
 _ROUNDS = 3
 """Times that a leading set is compared with its parts. [S]"""
 Say = Callable[[str, int, int], None]
@@ -58,7 +60,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
             smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
             beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
             for leader in smaller[: settings.leaders]:
-                for name in screen(found, leader)[: settings.additions]:
+                for name in _additions(found, leader):
                     count += 1
                     key = tuple(sorted((*leader.effects, name)))
                     found.rival = found.leader.evidence
@@ -80,6 +82,14 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _additions(found: Search, leader: Fit) -> list[str]:
+    """Effects that are added to a set: the first ones, and those that look like the first one."""
+    ranked = screen(found, leader)
+    values = [found.expected(tuple(sorted((*leader.effects, name)))) for name in ranked]
+    few = found.problem.settings.additions
+    return [name for k, name in enumerate(ranked[: 2 * few]) if k < few or values[k] > values[0] - _ALIKE]
 
 
 def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
