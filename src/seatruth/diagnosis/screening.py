@@ -25,7 +25,7 @@ def screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
     problem, settings = found.problem, found.problem.settings
     others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
-    name = f"screen {'+'.join(at.effects)}"
+    name = f"screen beside {'+'.join(at.effects)}"
     stored = found.store.get(name)
     if stored is not None:
         for other, (plain, loose, start) in stored.items():
@@ -45,6 +45,7 @@ def screen(found: Search, at: Fit) -> list[str]:
             value = likelihood.evidence(sizes, (*at.effects, other)) + prior
             loose_scores[other] = max(loose_scores[other], value)
     plain_prior = log_prior(settings, bare, found.known)
+    alone = _alone(found, at, others)
     scores: dict[str, tuple[float, float, list[list[float]]]] = {}
     for other in others:
         key, loose = (*at.effects, other), loose_scores[other]
@@ -56,11 +57,34 @@ def screen(found: Search, at: Fit) -> list[str]:
             if problem.effects[other].starts or max(from_there) > max(plain, loose):
                 found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
+        plain = max(plain, alone.get(other, -math.inf))
         scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
         found.screened[tuple(sorted(key)), False] = plain
         found.screened[tuple(sorted(key)), True] = loose
     found.store.put(name, scores)
     return _ranked(found, at, others)
+
+
+def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
+    """Linearized evidence of further effects where a set is fitted without discrepancy, with its noise.
+
+    At a fit with discrepancy the noise is another: its shape may cost many nats where no force is missing. Where the
+    set strays from its record without forces, its linearization promises anything.
+    """
+    fit = found.fits.get((at.effects, False))
+    if not at.discrepancy or fit is None or fit.evidence < at.evidence - HOPE:
+        return {}
+    return beside(found, fit, others)
+
+
+def beside(found: Search, fit: Fit, others: Sequence[str]) -> dict[str, float]:
+    """Linearized evidence of a fit with one more effect, of its own sizes; empty where the fit diverges."""
+    problem = found.problem
+    here = problem.linearize(fit.point, (*fit.effects, *others), discrepancy=fit.discrepancy)
+    if not np.isfinite(here.errors).all():
+        return {}
+    likelihood, prior = Likelihood(problem, here), log_prior(problem.settings, fit.sizes, found.known)
+    return {other: likelihood.evidence(fit.sizes, (*fit.effects, other)) + prior - fit.price for other in others}
 
 
 def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:

@@ -16,6 +16,7 @@ from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import without_effects
+from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.screening import screen
@@ -74,6 +75,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
         share_noise(found, 2)
+        nest(found)
     except KeyboardInterrupt:
         found.interrupted = True
     except OutOfRuns:
