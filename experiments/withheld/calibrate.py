@@ -88,8 +88,12 @@ class Case:
     """Log-evidence (nats) of the best hypothesis over the one without effects that has its discrepancy."""
 
 
-def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any]:
-    """Fits the constants to a diagnosed set; writes calibration.json into its folder and returns its content."""
+def calibrate(out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperature: bool = False) -> dict[str, Any]:
+    """Fits the constants to a diagnosed set; writes calibration.json into its folder and returns its content.
+
+    With `keep_temperature` the temperature and its growth stay as they were when the set was diagnosed: few cases
+    decide them, those in which something wrong is much more probable than the truth.
+    """
     truths, verdicts = opened(out), said(out, program)
     settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
     if settings["set"] != "dev":
@@ -98,8 +102,9 @@ def calibrate(out: Path, program: str = LIBRARY, seed: int = 0) -> dict[str, Any
     if len(cases) < FOLDS:
         raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
     before = _settings(list(verdicts.values()), out)
-    constants = fit(cases)
-    left_out = cross_validated(cases, seed)
+    kept = (before.temperature, before.model_form) if keep_temperature else None
+    constants = fit(cases, kept)
+    left_out = cross_validated(cases, seed, kept)
     diagnosed = Constants(before.temperature, before.model_form, before.form_beside)
     content = {
         "constants": asdict(constants),
@@ -175,12 +180,15 @@ def log_score(case: Case, constants: Constants) -> float:
     return math.log(FLOOR + (1 - FLOOR) * p)
 
 
-def fit(cases: Sequence[Case]) -> Constants:
-    """The constants of the largest mean log score, with a weak prior about no change."""
+def fit(cases: Sequence[Case], kept: tuple[float, float] | None = None) -> Constants:
+    """The constants of the largest mean log score, with a weak prior about no change.
+
+    `kept` are a temperature and its growth that stay.
+    """
 
     def constants(x: Array) -> Constants:
-        first = float(np.exp(x[0])), START * float(np.exp(x[1])), float(expit(x[2]))
-        return Constants(*first, *(float(value) for value in x[3:]))
+        temperature, form = (float(np.exp(x[0])), START * float(np.exp(x[1]))) if kept is None else kept
+        return Constants(temperature, form, float(expit(x[2])), *(float(value) for value in x[3:]))
 
     def loss(x: Array) -> float:
         return -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float(x @ x) / WIDTH**2
@@ -220,13 +228,13 @@ def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
     }
 
 
-def cross_validated(cases: Sequence[Case], seed: int) -> list[float]:
+def cross_validated(cases: Sequence[Case], seed: int, kept: tuple[float, float] | None = None) -> list[float]:
     """Log score of each case by constants fitted to the cases of the other folds."""
     order = np.random.default_rng(seed).permutation(len(cases))
     scores = [0.0] * len(cases)
     for k in range(FOLDS):
         held = set(order[k::FOLDS].tolist())
-        constants = fit([case for n, case in enumerate(cases) if n not in held])
+        constants = fit([case for n, case in enumerate(cases) if n not in held], kept)
         for n in held:
             scores[n] = log_score(cases[n], constants)
     return scores

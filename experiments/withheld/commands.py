@@ -63,6 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     fitted = steps.add_parser("calibrate", help="fit the constants of the decision to a diagnosed development set")
     fitted.add_argument("--out", type=Path, required=True, help="folder of the set")
     fitted.add_argument("--seed", type=int, default=0, help="of the folds of the cross-validation")
+    fitted.add_argument(
+        "--keep-temperature", action="store_true", help="leave the temperature as the set was diagnosed with"
+    )
     shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
@@ -86,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         elif given.step == "score":
             scored(given.out, given.data, given.workers)
         elif given.step == "calibrate":
-            print(json.dumps(calibrate(given.out, seed=given.seed), indent=1))
+            print(json.dumps(calibrate(given.out, seed=given.seed, keep_temperature=given.keep_temperature), indent=1))
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
         else:

@@ -93,6 +93,14 @@ def test_a_temperature_is_found_again_and_holds_on_cases_left_out() -> None:
     assert before < np.mean(left_out) <= after + 0.02
 
 
+def test_a_temperature_that_is_kept_stays() -> None:
+    cases = [table(truth, own) for truth, own in _drawn(30, 3.0, 2)]
+    constants = fit(cases, (1.5, 0.02))
+    assert (constants.temperature, constants.model_form) == (1.5, 0.02)
+    before, after = (np.mean([log_score(case, one) for case in cases]) for one in (Constants(1.5, 0.02), constants))
+    assert after >= before
+
+
 def test_the_same_seed_gives_the_same_folds() -> None:
     cases = [table(truth, own) for truth, own in _drawn(10, 2.0, 4)]
     assert cross_validated(cases, 3) == cross_validated(cases, 3)
