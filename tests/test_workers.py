@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
 import sys
 import threading
 import time
@@ -10,7 +12,9 @@ from typing import Any
 
 import pytest
 
+from seatruth import worker_child
 from seatruth.errors import PluginError
+from seatruth.processes import search_path, started
 from seatruth.workers import Workers, by_value
 
 
@@ -76,3 +80,43 @@ def test_a_function_that_cannot_be_loaded_there_is_said() -> None:
     answer = Workers(Bad()).call((), 30.0)
     assert "cannot be started" in answer.failure
     assert "not here" in answer.failure
+
+
+def test_the_process_answers_each_message_and_ends_with_the_pipe() -> None:
+    with started(worker_child.__file__) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+
+        def ask(message: Any) -> Any:
+            worker_child.send(process.stdin, message)  # type: ignore[arg-type]
+            return pickle.loads(worker_child.receive(process.stdout))  # type: ignore[arg-type]
+
+        first = {"modules": search_path(), "parent": os.getpid(), "function": by_value(misbehave)}
+        assert ask(first) == ("ready",)
+        answer, (what, number), seconds = ask(("print",))
+        assert (answer, what, number) == ("done", "print", process.pid)
+        assert seconds >= 0.0
+        assert ask(("raise",)) == ("raised", "ValueError", "no such thing")
+        process.stdin.close()
+        assert process.stdout.read() == b""  # nothing that the function printed
+        assert process.wait(30.0) == 0
+
+
+def test_the_process_ends_where_there_is_no_function() -> None:
+    first = {"modules": search_path(), "parent": os.getpid(), "function": b"no pickle"}
+    with started(worker_child.__file__) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        worker_child.send(process.stdin, first)
+        answer, kind, _ = pickle.loads(worker_child.receive(process.stdout))
+        assert (answer, kind) == ("raised", "UnpicklingError")
+        assert process.wait(30.0) == 0
+
+
+def test_half_a_message_is_the_end_of_the_pipe() -> None:
+    whole = io.BytesIO()
+    worker_child.send(whole, "a message")
+    for cut in (3, len(whole.getvalue()) - 1):
+        with pytest.raises(EOFError):
+            worker_child.receive(io.BytesIO(whole.getvalue()[:cut]))
+    assert pickle.loads(worker_child.receive(io.BytesIO(whole.getvalue()))) == "a message"
