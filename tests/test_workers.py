@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import signal
 import sys
 import threading
 import time
@@ -12,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from seatruth import worker_child
+from seatruth import worker_child, workers
 from seatruth.errors import PluginError
 from seatruth.processes import search_path, started
 from seatruth.workers import Workers, by_value
@@ -63,6 +64,18 @@ def test_an_end_from_here_ends_what_is_at_work() -> None:
     assert pool.closed == 1
     assert pool.call(("fine",), 30.0).value  # and it can be used again
     pool.close()
+
+
+def test_an_idle_process_may_end_by_itself_and_one_that_does_not_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    for patience_s, sleeps, code in ((30.0, False, 0), (0.1, True, -signal.SIGKILL)):
+        monkeypatch.setattr(workers, "END_S", patience_s)
+        pool = Workers(misbehave)
+        number = pool.call(("fine",), 30.0).value[1]
+        (worker,) = pool._idle
+        if sleeps:
+            os.kill(number, signal.SIGSTOP)
+        pool.close()
+        assert worker._process.returncode == code
 
 
 def test_what_cannot_be_sent_is_said() -> None:
