@@ -222,11 +222,9 @@ ELSEWHERE = {
     "trials/test_trials_read.py": (
         "trials/channel",
         "trials/columns",
-        "trials/condition",
         "trials/finding",
         "trials/places",
         "trials/standard_channels",
-        "trials/trial",
     ),
     "uncertainty/test_formula_uncertainty.py": (
         "uncertainty/model_comparison",
