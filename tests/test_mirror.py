@@ -189,7 +189,6 @@ ELSEWHERE = {
         "study/parameters",
         "study/solver",
         "study/template",
-        "study/trial_files",
     ),
     "test_end_to_end.py": ("commands/demo",),
     "manoeuvres/test_manoeuvres_recognise.py": ("manoeuvres/recording",),
