@@ -101,8 +101,8 @@ def test_the_process_answers_each_message_and_ends_with_the_pipe() -> None:
         assert process.stdout is not None
 
         def ask(message: Any) -> Any:
-            worker_child.send(process.stdin, message)  # type: ignore[arg-type]
-            return pickle.loads(worker_child.receive(process.stdout))  # type: ignore[arg-type]
+            worker_child.send(process.stdin, message)
+            return pickle.loads(worker_child.receive(process.stdout))
 
         first = {"modules": search_path(), "parent": os.getpid(), "function": by_value(misbehave)}
         assert ask(first) == ("ready",)
