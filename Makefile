@@ -138,5 +138,5 @@ define install
 endef
 
 clean:
-	rm -rf $(VENV) build dist results seatruth-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist results seatruth-demo .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

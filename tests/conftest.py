@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections import Counter
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 
 import pytest
 from hypothesis import settings
@@ -29,6 +29,15 @@ _PROPERTY = "processor_s"
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--cpu", action="store_true", help="list the files and tests that take the most processor time")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_process_left() -> Iterator[None]:
+    """Ends the processes that tests have left at work, before their coverage is added up."""
+    yield
+    from seatruth.workers import close_all  # not before the variables above are set
+
+    close_all()
 
 
 @pytest.hookimpl(tryfirst=True)

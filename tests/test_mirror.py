@@ -189,7 +189,6 @@ ELSEWHERE = {
         "study/parameters",
         "study/solver",
         "study/template",
-        "study/trial_files",
     ),
     "test_end_to_end.py": ("commands/demo",),
     "manoeuvres/test_manoeuvres_recognise.py": ("manoeuvres/recording",),
@@ -222,11 +221,9 @@ ELSEWHERE = {
     "trials/test_trials_read.py": (
         "trials/channel",
         "trials/columns",
-        "trials/condition",
         "trials/finding",
         "trials/places",
         "trials/standard_channels",
-        "trials/trial",
     ),
     "uncertainty/test_formula_uncertainty.py": (
         "uncertainty/model_comparison",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
+import signal
 import sys
 import threading
 import time
@@ -10,7 +13,9 @@ from typing import Any
 
 import pytest
 
+from seatruth import worker_child, workers
 from seatruth.errors import PluginError
+from seatruth.processes import search_path, started
 from seatruth.workers import Workers, by_value
 
 
@@ -61,6 +66,18 @@ def test_an_end_from_here_ends_what_is_at_work() -> None:
     pool.close()
 
 
+def test_an_idle_process_may_end_by_itself_and_one_that_does_not_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    for patience_s, sleeps, code in ((30.0, False, 0), (0.1, True, -signal.SIGKILL)):
+        monkeypatch.setattr(workers, "END_S", patience_s)
+        pool = Workers(misbehave)
+        number = pool.call(("fine",), 30.0).value[1]
+        (worker,) = pool._idle
+        if sleeps:
+            os.kill(number, signal.SIGSTOP)
+        pool.close()
+        assert worker._process.returncode == code
+
+
 def test_what_cannot_be_sent_is_said() -> None:
     lock = threading.Lock()
     with pytest.raises(PluginError, match="cannot be sent"):
@@ -76,3 +93,43 @@ def test_a_function_that_cannot_be_loaded_there_is_said() -> None:
     answer = Workers(Bad()).call((), 30.0)
     assert "cannot be started" in answer.failure
     assert "not here" in answer.failure
+
+
+def test_the_process_answers_each_message_and_ends_with_the_pipe() -> None:
+    with started(worker_child.__file__) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+
+        def ask(message: Any) -> Any:
+            worker_child.send(process.stdin, message)
+            return pickle.loads(worker_child.receive(process.stdout))
+
+        first = {"modules": search_path(), "parent": os.getpid(), "function": by_value(misbehave)}
+        assert ask(first) == ("ready",)
+        answer, (what, number), seconds = ask(("print",))
+        assert (answer, what, number) == ("done", "print", process.pid)
+        assert seconds >= 0.0
+        assert ask(("raise",)) == ("raised", "ValueError", "no such thing")
+        process.stdin.close()
+        assert process.stdout.read() == b""  # nothing that the function printed
+        assert process.wait(30.0) == 0
+
+
+def test_the_process_ends_where_there_is_no_function() -> None:
+    first = {"modules": search_path(), "parent": os.getpid(), "function": b"no pickle"}
+    with started(worker_child.__file__) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        worker_child.send(process.stdin, first)
+        answer, kind, _ = pickle.loads(worker_child.receive(process.stdout))
+        assert (answer, kind) == ("raised", "UnpicklingError")
+        assert process.wait(30.0) == 0
+
+
+def test_half_a_message_is_the_end_of_the_pipe() -> None:
+    whole = io.BytesIO()
+    worker_child.send(whole, "a message")
+    for cut in (3, len(whole.getvalue()) - 1):
+        with pytest.raises(EOFError):
+            worker_child.receive(io.BytesIO(whole.getvalue()[:cut]))
+    assert pickle.loads(worker_child.receive(io.BytesIO(whole.getvalue()))) == "a message"

@@ -20,6 +20,9 @@ _SAFE_PATH = "PYTHONSAFEPATH"
 """Environment variable of Python (3.11 and later): a process puts no folder of its own before its search path."""
 _WATCH_S = 0.5
 """s between two looks at the parent. Chosen here [S]: a killed run soon frees the machine; looks cost nothing."""
+END_S = 1.0
+"""s in which a script of ours that has nothing left to do may end by itself, before it is ended. It takes milliseconds;
+chosen here [S]."""
 _SAFE_DEPTH_LOCK = threading.Lock()
 _safe_depth = 0
 _before: str | None = None

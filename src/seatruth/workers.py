@@ -27,7 +27,7 @@ import cloudpickle
 
 from seatruth import worker_child
 from seatruth.errors import PluginError
-from seatruth.processes import search_path, started
+from seatruth.processes import END_S, search_path, started
 
 START_S = 60.0
 """s that a process may take until its function is there: libraries may load slowly from a cold disk (chosen here [S]).
@@ -91,9 +91,14 @@ class Workers:
         """Ends all processes, also those that are at work: their calls fail."""
         with self._lock:
             self.closed += 1
-            workers, self._all, self._idle = list(self._all), set(), []
-        for worker in workers:
+            idle, self._idle = self._idle, []
+            workers, self._all = self._all, set()
+        for worker in workers.difference(idle):
             worker.end()
+        for worker in idle:
+            worker.dismiss()
+        for worker in idle:
+            worker.end(END_S)
 
     def _free(self) -> _Worker:
         with self._lock:
@@ -109,7 +114,8 @@ _OPEN: weakref.WeakSet[Workers] = weakref.WeakSet()
 
 
 @atexit.register
-def _close_all() -> None:
+def close_all() -> None:
+    """Ends the processes of all pools, as the end of the program does."""
     for pool in list(_OPEN):
         pool.close()
 
@@ -136,8 +142,17 @@ class _Worker:
         why = f"it raised {found[1]}: {found[2]}" if found[0] == "raised" else str(found[1])
         return Answer(None, why, 0.0, wall_s), usable
 
-    def end(self) -> None:
-        """Ends the process."""
+    def dismiss(self) -> None:
+        """Closes the pipe of a process that is idle, which then ends by itself."""
+        with suppress(OSError):
+            if self._process.stdin is not None:
+                self._process.stdin.close()
+
+    def end(self, patience_s: float = 0.0) -> None:
+        """Ends the process, where it does not end by itself within so many seconds."""
+        if patience_s:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(patience_s)
         with suppress(OSError):
             self._process.kill()
         for stream in (self._process.stdin, self._process.stdout):

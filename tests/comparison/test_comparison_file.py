@@ -98,10 +98,15 @@ def test_a_file_is_read(folder: Path) -> None:
         ('name = "swarm first"', 'name = "least_squares"', "second solver is called 'least_squares'"),
         ("stages = [", 'use = "newton"\nstages = [', "either `use` or `stages`"),
         ("[[solvers]]", "[[solver]]", "unknown key 'solver'"),
+        ('name = "swarm first"', 'name = "swarm first"\nparticles = 3', "'particles'. Options belong to the stages"),
+        ('name = "swarm first"', 'name = "f"\nsweep = { particles = [3, 4] }', "no options to sweep. Sweep a single"),
+        ("[[noise]]", '[[solvers]]\nname = "b"\nuse = "least_squares"\n[[noise]]', "'b' is the same as a solver above"),
+        ("[[noise]]", '[[problems]]\nstudy = "line.toml"\n[[noise]]', "a second problem is called 'line'"),
+        ('[[problems]]\nstudy = "line.toml"\ntruth = "study"\n', "", r"names no problems. Add \[\[problems\]\]"),
     ],
 )
 def test_each_mistake_is_one_clear_message(folder: Path, old: str, new: str, message: str, capsys: Any) -> None:
-    (folder / "c.toml").write_text(GOOD.replace(old, new))
+    (folder / "c.toml").write_text(GOOD.replace(old, new, 1))
     assert cli.run(["compare", "c.toml", "--quiet"]) == 2
     said = " ".join(capsys.readouterr().err.split())
     assert re.search(message, said), said
@@ -109,12 +114,26 @@ def test_each_mistake_is_one_clear_message(folder: Path, old: str, new: str, mes
     assert not (folder / "c-result").exists()
 
 
-def test_empty_comparisons_are_refused() -> None:
+def test_comparisons_that_say_nothing_are_refused() -> None:
     for key in ("problems", "solvers", "noise", "budgets"):
         with pytest.raises(BadInput, match=f"it has no {key}"):
             small(**{key: []})
     with pytest.raises(BadInput, match="is repeated"):
         small(noise=[Noise(), Noise()])
+    for change, says in (
+        ({"seeds": 0}, "0 seeds are not possible. Give 1 or more"),
+        ({"seeds": True}, "True seeds are not possible"),
+        ({"costs": ["trajektory"]}, "no cost 'trajektory' for all. Did you mean 'trajectory'"),
+        ({"targets": [0.0]}, "targets must be above 0"),
+        ({"rope": 0.5}, "rope is 0.5. Give a factor of 1 or more"),
+        ({"stop": "budjet"}, "a search cannot stop at 'budjet'. Did you mean 'budget'"),
+        ({"solvers": "least_squares"}, "solvers is a text. Give a list of them"),
+        ({"solvers": ["least_squares", "least_squares"]}, "two solvers are called 'least_squares'"),
+    ):
+        with pytest.raises(BadInput) as caught:
+            small(**change)
+        assert says in str(caught.value)
+        assert "comparison 'small'" in str(caught.value)
     with pytest.raises(BadInput, match="0 workers"):
         compare(small(), "nowhere", workers=0)
 

@@ -101,6 +101,19 @@ def tries(many: int) -> Any:
     return solver
 
 
+def test_all_runs_are_made_again_where_that_is_wished(tmp_path: Path) -> None:
+    made = small(solvers={"guess": solvers()["guess"]}, seeds=1, noise=[Noise("white", 0.05)])
+    first = compare(made, tmp_path).runs
+    kept, again = compare(made, tmp_path).runs, compare(made, tmp_path, fresh=True).runs
+    # No two searches take the same time to the last digit.
+    assert kept["search_s"].tolist() == first["search_s"].tolist()
+    assert (again["search_s"] != first["search_s"]).all()
+    pd.testing.assert_frame_equal(numbers(compare(made, tmp_path)), numbers(compare(made, tmp_path, fresh=True)))
+    for part in ((0, 2), (3, 2)):
+        with pytest.raises(BadInput, match=f"there is no part {part[0]} of 2. Count the parts from 1"):
+            compare(made, tmp_path, part=part)
+
+
 def test_functions_made_with_other_values_are_other_solvers() -> None:
     keys = {
         small(solvers={"it": from_callable(function, name="it")}).runs[0].key

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seatruth.effects import Effect, ExtendedModel, available, broken, effects_by_name, with_effects
+from seatruth import effects
+from seatruth.effects import Effect, ExtendedModel, available, broken, effects_by_name, load_effects, with_effects
 from seatruth.errors import BadInput, PluginError
 from seatruth.models import load_model
 from seatruth.models.black_box import BlackBox
@@ -213,3 +216,41 @@ def test_an_extended_model_shows_itself() -> None:
     assert isinstance(extended, ExtendedModel)
     assert "constant current" in extended.title
     assert "current_north" in extended._repr_html_()
+
+
+BROKEN = """
+from seatruth.effects import Effect
+class Raises(Effect):
+    def __init__(self):
+        raise ValueError("no such rudder")
+class Other:
+    pass
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "says"),
+    [
+        ("Raises", PluginError, "making it raised ValueError: no such rudder. Correct the effect file."),
+        ("Other", BadInput, "it is no Effect. Derive the class from seatruth.effects.Effect."),
+    ],
+)
+def test_a_file_that_gives_no_effect_says_why(tmp_path: Path, name: str, error: type[Exception], says: str) -> None:
+    (tmp_path / "mine.py").write_text(BROKEN)
+    with pytest.raises(error) as caught:
+        load_effects([f"mine.py:{name}"], tmp_path)
+    assert says in str(caught.value)
+    assert f"mine.py:{name}" in str(caught.value)
+
+
+def test_an_installed_effect_that_cannot_be_loaded_is_listed_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [
+        EntryPoint("gone", "no_such_package:Effect", effects.GROUP),
+        EntryPoint("text", "string:digits", effects.GROUP),
+        EntryPoint("current", "seatruth.effects.environment:Current", effects.GROUP),
+    ]
+    monkeypatch.setattr(effects, "entry_points", lambda group: points)
+    assert list(effects.available()) == ["current"]
+    reasons = effects.broken()
+    assert "ModuleNotFoundError: No module named 'no_such_package'" in reasons["gone"]
+    assert "effect 'text' (string:digits): it is not an Effect. Derive the class" in reasons["text"]

@@ -44,6 +44,21 @@ class TestCounts:
         assert outcome.evaluations == 17 + 1 + 1 + 5
         assert (outcome.code, outcome.reason) == ("converged", "done")
 
+    def test_a_solver_sees_what_it_has_spent_and_what_the_cost_gives(self) -> None:
+        known = ellipsoid("e", 3, 10.0)
+        seen: list[Any] = []
+
+        def run(problem: Problem, rng: np.random.Generator) -> str:
+            problem.values(problem.sample(rng, 17))
+            seen.append((problem.names, problem.evaluations, problem.remaining))
+            seen.append(problem.gives >= {"values", "residuals", "derivatives"})
+            Z = problem.sample(rng, 4)
+            np.testing.assert_allclose(problem.z_of(problem.x_of(Z)), Z)
+            return "done"
+
+        minimise(known.cost, solver(run), budget=Budget(100))
+        assert seen == [(known.cost.names, 17, 83), True]
+
     def test_a_budget_within_a_population_evaluates_only_what_it_covers(self) -> None:
         seen: list[int] = []
         cost = Wrapped(rosenbrock().cost, lambda X: seen.append(len(X)))

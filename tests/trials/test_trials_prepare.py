@@ -216,3 +216,64 @@ def test_differentiate_makes_a_rate() -> None:
     assert not known[(T > 19.6) & (T < 21.4)].any()
     with pytest.raises(BadInput, match="there already"):
         prepare.differentiate(trial(), of="psi", into="delta")
+
+
+HOLES = np.where((T > 20.0) & (T < 30.0), np.nan, T)
+
+
+@pytest.mark.parametrize(
+    ("step", "options", "outputs", "says"),
+    [
+        ("low_pass", {"cutoff": 1.0}, {"psi": 0 * T + np.nan}, "'psi' has no valid sample. Leave 'psi' out of"),
+        (
+            "low_pass",
+            {"cutoff": 1.0},
+            {"u": HOLES},
+            "no valid sample from 20.1 to 29.9 s, and gaps are bridged up to",
+        ),
+        ("resample", {"rate": 0.005}, None, "0.005 Hz gives 1 samples of 1000. Choose another rate."),
+        ("resample", {"rate": 1e5}, None, "gives 9.99e+06 samples of 1000. Choose another rate."),
+        (
+            "differentiate",
+            {"of": "psi", "into": "psi"},
+            None,
+            "'psi' is there already. Choose another name for 'into'.",
+        ),
+        ("differentiate", {"of": "psi", "into": "r/s"}, None, "'r/s' cannot name a channel. Use letters, digits and"),
+        ("differentiate", {"of": "psi", "into": "r", "window": 1001}, None, "longer than the trial, 1000 samples"),
+        ("differentiate", {"of": "psi", "into": "r", "window": 10}, None, "window must be odd and larger than order"),
+    ],
+)
+def test_filters_say_why_they_cannot(step: str, options: dict[str, Any], outputs: Any, says: str) -> None:
+    with pytest.raises(BadInput) as caught:
+        apply_steps(trial(outputs), [(step, options)])
+    assert says in str(caught.value)
+    assert step in str(caught.value)
+
+
+def test_resampling_wants_inputs_without_holes_and_an_even_clock_before_a_lower_rate() -> None:
+    with pytest.raises(BadInput, match=r"input 'delta' has missing samples. Run the step 'fill_gaps' before it"):
+        prepare.resample(trial(inputs={"delta": HOLES}), rate=1.0)
+    uneven = trial({"psi": 2 * T + 1}, t=T + 0.03 * np.sin(T))
+    with pytest.raises(BadInput, match=r"First resample to 10\S* Hz, its own rate, or set anti_alias to false"):
+        prepare.resample(uneven, rate=1.0)
+    assert len(prepare.resample(uneven, rate=1.0, anti_alias=False)) == 100
+    with pytest.raises(BadInput, match="fewer than two samples"):
+        prepare.resample(trial().section(0, 1), rate=1.0)
+
+
+def test_an_output_that_was_never_valid_stays_so_when_it_is_resampled() -> None:
+    found = prepare.resample(trial({"psi": 2 * T + 1, "x": 0 * T + np.nan}), rate=20.0)
+    assert np.isnan(found.outputs["x"]).all()
+    np.testing.assert_allclose(found.outputs["psi"], 2 * found.t + 1)
+
+
+def test_a_derivative_has_no_value_where_its_window_has_a_hole() -> None:
+    found = prepare.differentiate(
+        trial({"psi": np.where((T < 0.25) | (T > 99.75), np.nan, 2 * T + 1)}), of="psi", into="r"
+    )
+    slope = found.outputs["r"]
+    assert np.isnan(slope[:8]).all()
+    assert np.isnan(slope[-7:]).all()
+    np.testing.assert_allclose(slope[8:-7], 2.0)
+    assert found.steps[-1].effect == "r from psi, window 1.1 s; 10 samples lost near gaps"

@@ -38,6 +38,7 @@ def test_a_known_current_is_removed(north: float, east: float, side: float, head
     found = turn_current(run)
     assert (found.north, found.east) == pytest.approx((north, east), abs=2e-3)
     assert max(found.sd_north, found.sd_east) < 2e-3
+    assert found.speed == pytest.approx(math.hypot(north, east), abs=3e-3)
     exact = remove_current(run, north=north, east=east)
     for name in ("x", "y", "u", "v"):
         assert exact.outputs[name] == pytest.approx(still.outputs[name], abs=1e-9)

@@ -191,11 +191,6 @@ class Noise:
                     block.factor = np.asarray(np.linalg.cholesky(block.covariance(errors)), dtype=np.float64)
         return changed
 
-    def start_again(self) -> None:
-        """Restores the weights that held before any estimate."""
-        for block in self._blocks:
-            block.factor = np.diag(self._first[block.columns])
-
     def _add(self, rows: Indices, columns: Indices, estimated: bool, where: str) -> None:
         if estimated and len(rows) < _MIN_SAMPLES:
             raise BadInput(

@@ -190,11 +190,6 @@ class TrajectoryCost(StudyCost):
         changes = self._whole_simulator().discretisation_error(theta, x0)
         return {channel.name: float(error) for channel, error in zip(self.problem.model.outputs, changes)}
 
-    @property
-    def steps(self) -> int:
-        """Integration steps of one candidate."""
-        return self._simulator.steps
-
     def _simulate(self, trials: Sequence[Trial]) -> Simulator:
         return open_loop(self.problem, trials, self.options.hold, self.options.max_step, self._threads)
 

@@ -7,7 +7,9 @@ a file are wrong. In a process of its own they take nothing with them.
 from __future__ import annotations
 
 import json
+import subprocess
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.errors import BadInput
-from seatruth.processes import search_path, started
+from seatruth.processes import END_S, search_path, started
 from seatruth.readers import child
 from seatruth.readers.base import Content, Topic
 
@@ -50,6 +52,8 @@ def read_isolated(reader: str, options: Mapping[str, Any], path: Path, progress:
             process.stdin.write(json.dumps(order).encode())
             process.stdin.close()
             content = _receive(process.stdout, progress)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(END_S)
         except (EOFError, ValueError, OSError):
             content = None
         finally:

@@ -60,11 +60,6 @@ def rows(table: type[BaseModel]) -> list[str]:
     return [_row(name, field) for name, field in table.model_fields.items()]
 
 
-def keys(table: type[BaseModel]) -> list[str]:
-    """The keys that a table knows."""
-    return list(table.model_fields)
-
-
 def _steps() -> list[str]:
     """The preparation steps and their options, from the registry."""
     parts = ["The steps and their options:", "", "| step | does | options |", "|---|---|---|"]
