@@ -27,6 +27,8 @@ from seatruth.storage.checkpoint import Checkpoint
 
 _FAR = 100.0
 """nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
+_CURVED = 5
+"""Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
 _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
 _ROUNDS = 3
@@ -50,7 +52,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
     try:
         # With discrepancy the runs are near their records, where one linearization serves all effects.
         near = found.fits.get(((), True)) or found.null
-        singles = screen(found, near)[: settings.singles]
+        singles = _singles(found, near)
         # The leader first: what it reaches tells which of the others are hopeless.
         for batch in (singles[:1], singles[1:]):
             _fit_at_once(found, batch, near, say, expected, workers)
@@ -84,6 +86,14 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _singles(found: Search, near: Fit) -> list[str]:
+    """Effects that are fitted alone: the first ones, and those of which a linearization at their null says little."""
+    ranked, effects = screen(found, near), found.problem.effects
+    few = found.problem.settings.singles
+    curved = [name for name in ranked[few:] if effects[name].starts and name in found.starts]
+    return [*ranked[:few], *curved[:_CURVED]]
 
 
 def _additions(found: Search, leader: Fit) -> list[str]:
