@@ -10,12 +10,9 @@ import pytest
 from known_models import Blowing, plain_model, record_of
 
 from seatruth.effects import available, effects_by_name, with_effects
-from seatruth.models import Order, WithServos, load_model
+from seatruth.models import load_model
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import sensitivities as module
-from seatruth.simulate.compiler.graph import Graph
-from seatruth.simulate.compiler.node import LANE
-from seatruth.simulate.compiler.partials import vanishing
 from seatruth.trials.trial import Trial
 
 NAMES = ["current", "rudder_lag", "heading_bias", "rudder_rate_limit"]
@@ -49,31 +46,6 @@ def test_both_ways_agree(acting: tuple[str, ...], monkeypatch: pytest.MonkeyPatc
     assert found[0].dx_end.shape == (2, 0, len(free) + 4)
 
 
-@pytest.mark.parametrize("order", [Order(), Order(lag=0.4), Order(rate_limit=0.1), Order(lag=0.4, rate_limit=0.1)])
-@pytest.mark.parametrize("acting", [(), ("rudder_lag_tau", "rudder_rate_limit_slowness")])
-def test_both_ways_agree_behind_servos(order: Order, acting: tuple[str, ...]) -> None:
-    """A servo that is known, or that an effect makes slower, with steps of its order and within steps of the run."""
-    model = with_effects(
-        WithServos(load_model("mmg"), {"delta": order, "n": Order()}), effects_by_name(NAMES, available())
-    )
-    n = 60
-    inputs = {channel.name: np.full(n, 10.0) for channel in model.inputs}
-    inputs["delta"] = 0.3 * np.sign(np.sin(0.2 * np.arange(n))) + 0.02 * np.sin(np.arange(n))
-    outputs = {channel.name: np.full(n, 1.0) for channel in model.outputs}
-    trial = Trial("run", 0.5 * np.arange(n), inputs, outputs, synthetic=True)
-    free = tuple(p.name for p in model.parameters)
-    values = {**model.nominal(), **dict.fromkeys(acting, 0.3)}
-    theta, states = np.array([values[name] for name in free]), ("u", "v", "r", "psi", "delta_acting")
-    for hold in ("foh", "zoh"):
-        sim = simulator(model, [trial], free=free, max_step=0.25, hold=hold)
-        found = sim.jacobian(theta, sim.initial_states, states, last_states=False)
-        exact = sim.jacobian(theta, sim.initial_states, states)
-        size = np.abs(exact.dy).max(axis=0)
-        assert np.isfinite(exact.dy).all()
-        assert (np.abs(found.dy - exact.dy).max(axis=0) <= 1e-10 * size + 1e-13).all()
-        assert found.y == pytest.approx(exact.y, rel=1e-12, abs=1e-12)
-
-
 def test_a_run_that_diverges_has_no_finite_derivatives_from_there_on() -> None:
     trial = record_of(np.arange(60) * 0.1)
     sim = simulator(Blowing(), [trial, trial], free=("a",))
@@ -103,12 +75,3 @@ def test_derivatives_of_every_operation() -> None:
     found = sim.jacobian(theta, x0, ["x", "y", "z"], last_states=False)
     assert found.dy == pytest.approx(sim.jacobian(theta, x0, ["x", "y", "z"]).dy, rel=1e-11, abs=1e-13)
     assert np.abs(found.dy[-1, :2, [0, 1, 3, 4]]).min() > 0.1
-
-
-def test_what_vanishes_with_a_parameter() -> None:
-    graph = Graph()
-    a, b = (graph.leaf("parameter", k, LANE) for k in range(2))
-    gone, left = (a * b, a / b, graph.select(a > 0.0, b, a * b)), (a + b, b - a, b / a)
-    found = vanishing([*gone, *left], [a])
-    assert all(id(node) in found for node in gone)
-    assert not any(id(node) in found for node in left)
