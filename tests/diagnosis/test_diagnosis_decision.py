@@ -156,6 +156,17 @@ def test_nothing_is_named_that_does_not_predict() -> None:
     assert said.discrepancy
 
 
+def test_where_a_look_alike_predicts_both_are_the_cause() -> None:
+    """A wind that does not surely predict is not refused for a wave drift that looks like it and does."""
+    near = {frozenset(("wind", "wave_drift")): 3.0}
+    sets = [(("wind",), 0.75), (("wave_drift",), 0.2), ((), 0.05)]
+    said = decided(*sets, near=near, refused=("wind",))
+    assert [cause.effects for cause in said.clusters] == [("wind", "wave_drift")]
+    assert said.clusters[0].cause == "environment.force_fixed_to_earth"
+    assert said.probability == pytest.approx(0.95)
+    assert decided(*sets, near=near, refused=("wind", "wave_drift")).clusters == ()
+
+
 def test_of_two_effects_only_the_one_that_predicts_is_named() -> None:
     said = decided((("current", "rudder_offset"), 0.95), (("rudder_offset",), 0.04), ((), 0.01), refused=("current",))
     assert said.kind == "effects"

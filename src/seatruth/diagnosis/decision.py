@@ -1,13 +1,13 @@
 """From probabilities to what is said, at the finest level of the tree of causes that reaches its probability.
 
 A cause is first a cluster: one effect of the best answer, with every effect that can stand in its place. If one effect
-holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is
-named by the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely
-positive: where all of an answer falls for that, the most probable answer without it is asked. A term of the hull's
-forces is not named where others are missing beside it: it is then a part of a model of another form, and stands for no
-cause. Damping across the flow and in turns is not named at all, since damping of another form looks the same. Where all
-trials are on one course, what keeps its direction on the earth is not named beside other missing forces either: it is
-then a force ahead or to one side, as a model of another form has them. A term
+holds most of the cluster's probability and no look-alike is near, it is named itself; otherwise the cluster is named by
+the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely positive, or
+that of an effect that can stand in its place: where all of an answer falls for that, the most probable answer without
+it is asked. A term of the hull's forces is not named where others are missing beside it: it is then a part of a model
+of another form, and stands for no cause. Damping across the flow and in turns is not named at all, since damping of
+another form looks the same. Where all trials are on one course, what keeps its direction on the earth is not named
+beside other missing forces either: it is then a force ahead or to one side, as a model of another form has them. A term
 that is refused takes nothing with it: what it stood for is left to the discrepancy of the model's form, beside which
 the other effects have been compared as well.
 """
@@ -206,7 +206,7 @@ def _answer(
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
         ]
-        passing = tuple(name for name in probable if helps(name, kept))
+        passing = tuple(name for name in probable if _one_helps(candidates[name], name, kept, helps))
         refused += [name for name in probable if name not in passing]
         clusters = [
             replace(candidates[name], probability=min(candidates[name].probability, sure[name])) for name in passing
@@ -216,6 +216,15 @@ def _answer(
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
     return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
+
+
+def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:
+    """Whether an effect predicts trials left out, or another of its cluster in its place.
+
+    Where one that looks like the leader predicts, the two are the cause: neither is refused for the other's sake.
+    """
+    rest = [other for other in kept if other != name]
+    return any(helps(member, tuple(sorted((*rest, member)))) for member in cluster.effects if member not in rest)
 
 
 def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings: Settings) -> bool:
