@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, force_input, hats, scales_of, with_forces
+from seatruth.effects import load_effects, with_effects
 from seatruth.manoeuvres import Stepper
 from seatruth.models import Observation, observed
 from seatruth.models.base import Environment
@@ -76,6 +77,29 @@ def test_a_term_adds_its_product_over_the_scales(model: DiscrepancyModel, state:
     expected = np.zeros(6)
     expected[("u", "v").index(state)] = 0.01 * size
     np.testing.assert_allclose(added, expected, rtol=1e-6, atol=1e-14)
+
+
+def test_terms_feel_the_input_that_acts() -> None:
+    """A rudder that turns 20 % further does so in what the structure lacks too; it is no other force."""
+    model = DiscrepancyModel(with_effects(boat.Boat(), load_effects(["rudder_gain"])), KNOTS, DURATION, SCALES)
+    term = next(term for term in model.terms if term.text == "u^2 delta" and term.state == "v")
+    added = {
+        k: rates(model, 3.0, rudder_gain_k=k, **{term.name: 0.01}) - rates(model, 3.0, rudder_gain_k=k)
+        for k in (1.0, 1.2)
+    }
+    np.testing.assert_allclose(added[1.2], 1.2 * added[1.0], rtol=1e-9, atol=1e-15)
+    assert added[1.0][1] != 0.0
+
+
+def test_terms_feel_the_motion_through_the_water() -> None:
+    model = DiscrepancyModel(with_effects(boat.Boat(), load_effects(["current"])), KNOTS, DURATION, SCALES)
+    term = next(term for term in model.terms if term.text == "u v" and term.state == "v")
+    north, east, psi = 0.3, -0.2, 0.3
+    current = {"current_north": north, "current_east": east}
+    added = rates(model, 3.0, **current, **{term.name: 0.01}) - rates(model, 3.0, **current)
+    u = 1.8 - (north * math.cos(psi) + east * math.sin(psi))
+    v = 0.1 - (-north * math.sin(psi) + east * math.cos(psi))
+    np.testing.assert_allclose(added, [0, 0.01 * u / 2.0 * v / 0.2, 0, 0, 0, 0], rtol=1e-9, atol=1e-15)
 
 
 def test_hats_sum_to_one() -> None:

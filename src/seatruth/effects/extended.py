@@ -54,6 +54,10 @@ class ExtendedModel(ModelWrapper):
     def make_output(self) -> Equations:
         return _Equations(self.base, self._applications).output()
 
+    def make_surroundings(self) -> Equations:
+        """The function of (s, i, p, e) that gives the inputs that act on the wrapped model, and e with all currents."""
+        return _Equations(self.base, self._applications).surroundings()
+
     def make_initial_state(self) -> Equations:
         return _Equations(self.base, self._applications).initial_state()
 
@@ -289,16 +293,42 @@ class _Equations:
 
         return vehicle
 
+    def surroundings(self) -> Equations:
+        reaching = self._reaching()
+
+        def surroundings(s: Any, i: Any, p: Any, e: Any) -> Any:
+            _, _, i, _, e, _, _ = reaching(s, i, p, e)
+            return i, e
+
+        return surroundings
+
     def _acting(self) -> Any:
-        """(s, i, p, e) to (states of the model, seen, i, p, e as they act, own, inputs as they reached each effect)."""
-        split, states, vehicle = self._split_parameters(), self._split_states(), self._vehicle()
-        true_parameters, currents = self._once("true_parameters"), self._once("current")
+        """As `_reaching`, with the forces of the effects in e."""
+        reaching, vehicle = self._reaching(), self._vehicle()
         forces = tuple(effect.force for effect in self.effects)
-        true_inputs = tuple(effect.true_inputs for effect in self.effects)
-        views, kind = list(self.view_i), record("Inputs", self.base.inputs)
+        views = list(self.view_i)
         places = [(-1, -1) if a.target is None else (a.target.thruster, a.target.other) for a in self.applied]
 
         def acting(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            s, seen, i, p, e, own, reached = reaching(s, i, p, e)
+            d, thrusters = vehicle(s, i, p, e)
+            for change, q, state, view, (one, other) in zip(forces, own, seen, views, places):
+                if change is not None:
+                    here = d if one < 0 else d._replace(thruster=thrusters[one])
+                    here = here if other < 0 else here._replace(other=thrusters[other])
+                    e = change(e, state, view.of(i), p, q, here)
+            return s, seen, i, p, e, own, reached
+
+        return acting
+
+    def _reaching(self) -> Any:
+        """(s, i, p, e) to (states of the model, seen, i, p, e as they act, own, inputs as they reached each effect)."""
+        split, states = self._split_parameters(), self._split_states()
+        true_parameters, currents = self._once("true_parameters"), self._once("current")
+        true_inputs = tuple(effect.true_inputs for effect in self.effects)
+        views, kind = list(self.view_i), record("Inputs", self.base.inputs)
+
+        def reaching(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             p, own = split(p)
             s, seen = states(s)
             for change, q in zip(true_parameters, own):
@@ -309,15 +339,9 @@ class _Equations:
             for change, q, state, view in zip(true_inputs, own, seen, views):
                 reached.append(view.of(i))
                 i = i if change is None else view.back(change(view.of(i), state, q, e), kind)
-            d, thrusters = vehicle(s, i, p, e)
-            for change, q, state, view, (one, other) in zip(forces, own, seen, views, places):
-                if change is not None:
-                    here = d if one < 0 else d._replace(thruster=thrusters[one])
-                    here = here if other < 0 else here._replace(other=thrusters[other])
-                    e = change(e, state, view.of(i), p, q, here)
             return s, seen, i, p, e, own, reached
 
-        return acting
+        return reaching
 
     def _measured(self) -> Any:
         """From what `_acting` gives to (outputs as measured, outputs as they reached each effect)."""

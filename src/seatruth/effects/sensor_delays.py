@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from seatruth.effects.filtered import Filtered, delayed, delayed_slowly, filter_rates
+from seatruth.effects.filtered import Filtered, delay_rates, delayed, delayed_slowly, filter_rates
 from seatruth.effects.sensors import LOG
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
@@ -124,7 +124,7 @@ class RateDelay(Filtered):
         return y._replace(r=delayed(y.r, s.first, s.second, q.tau, self.filter_time))
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.r, s.first, s.second, q.tau, self.filter_time)
+        return delay_rates(y.r, s.first, s.second, q.tau, self.filter_time)
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
@@ -160,8 +160,8 @@ class SpeedDelay(Filtered):
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
         return (
-            *filter_rates(y.u, s.u_1, s.u_2, q.tau, self.filter_time),
-            *filter_rates(y.v, s.v_1, s.v_2, q.tau, self.filter_time),
+            *delay_rates(y.u, s.u_1, s.u_2, q.tau, self.filter_time),
+            *delay_rates(y.v, s.v_1, s.v_2, q.tau, self.filter_time),
         )
 
     @staticmethod

@@ -21,12 +21,16 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, motions, terms_of
+from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
 from seatruth.models.observed import shows_accelerations
 from seatruth.models.parameter import Parameter
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
+
+_CURRENTS = {"u": "u_c", "v": "v_c", "w": "w_c"}
+"""Current in the direction of each speed, by the speed's standard name."""
 
 
 class MissingForces:
@@ -86,7 +90,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
             p, own = split_p(p)
             i, forces = split_i(i)
             rates = list(base(s, i, p, e))
-            for row, added in lacking(s, i, own, forces, e):
+            for row, added in lacking(s, i, p, own, forces, e):
                 rates[row] = rates[row] + added
             return tuple(rates)
 
@@ -106,7 +110,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
             p, own = split_p(p)
             i, forces = split_i(i)
             more = e
-            for row, added in lacking(s, i, own, forces, e):
+            for row, added in lacking(s, i, p, own, forces, e):
                 if names[row]:
                     more = more._replace(**{names[row]: getattr(more, names[row]) + signs[row] * added})
             return tuple(base(s, i, p, more))
@@ -114,18 +118,30 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         return output
 
     def _lacking(self) -> Any:
-        """The function of (s, i, own parameters, forces, e) that gives (row of a state, missing acceleration)."""
+        """The function of (s, i, p, own parameters, forces, e) that gives (row of a state, missing acceleration).
+
+        Its terms are those of what acts: a rudder that is late is late in them as well, and a hull feels the motion
+        through the water.
+        """
+        surroundings = self.base.make_surroundings() if isinstance(self.base, ExtendedModel) else None
         order = [channel.name for channel in self.base.states]
         rows = [order.index(state) for state in self.equations]
+        standard = self.base.standard_of
         knots, spacing, scales, terms = self.knots, self.spacing, self.scales, self.terms
         term_rows = [order.index(term.state) for term in terms]
+        currents = {name: (_CURRENTS[of], sign) for name in order for of, sign in [standard(name)] if of in _CURRENTS}
 
-        def factor(which: tuple[str, str], s: Any, i: Any) -> Any:
+        def factor(which: tuple[str, str], s: Any, i: Any, e: Any) -> Any:
             what, name = which
-            x = getattr(i if what == "input" or not hasattr(s, name) else s, name) / scales[name]
+            x = getattr(i if what == "input" or not hasattr(s, name) else s, name)
+            if name in currents:
+                current, sign = currents[name]
+                x = x - sign * getattr(e, current)
+            x = x / scales[name]
             return math.sqrt(x * x + 1e-12) if what == "absolute" else x
 
-        def lacking(s: Any, i: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
+        def lacking(s: Any, i: Any, p: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
+            i, e = (i, e) if surroundings is None else surroundings(s, i, p, e)
             found = []
             for place, (row, force) in enumerate(zip(rows, forces)):
                 total = force
@@ -135,7 +151,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
             for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
                 product = coefficient
                 for which in term.factors:
-                    product = product * factor(which, s, i)
+                    product = product * factor(which, s, i, e)
                 found.append((row, product))
             return found
 
