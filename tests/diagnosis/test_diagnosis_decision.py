@@ -261,6 +261,16 @@ def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
     assert said(("current", "rudder_delay", "wind")).kind == "unknown"
 
 
+@pytest.mark.parametrize("gain", ["rudder_gain", "plane_gain", "thrust_gain"])
+def test_a_factor_on_an_actuator_is_a_part_of_another_form_of_the_model(gain: str) -> None:
+    """It is the same as an error of coefficients; without missing forces beside it nothing else is wrong."""
+    beside = decided((("speed_bias", gain), 0.98, True), (("speed_bias",), 0.0195, True), ((), 0.0005))
+    assert [cause.effects for cause in beside.clusters] == [("speed_bias",)]
+    assert beside.discrepancy
+    alone = decided(((gain,), 0.98), ((), 0.02))
+    assert [cause.effects for cause in alone.clusters] == [(gain,)]
+
+
 def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None:
     said = decided((("current",), 0.6), (("trial_current",), 0.35), ((), 0.05))
     assert [cause.effects for cause in said.clusters] == [("current",)]
