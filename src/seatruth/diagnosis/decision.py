@@ -5,11 +5,11 @@ holds most of the cluster's probability and no look-alike is near, it is named i
 the lowest common ancestor of its members. Nothing is named whose gain on trials left out is not surely positive, or
 that of an effect that can stand in its place: where all of an answer falls for that, the most probable answer without
 it is asked. A term of the model's forces, or a factor on what its rudder or propeller gives, is not named where others
-are missing beside it: it is then a part of a model of another form, and stands for no cause. Damping across the flow and in turns is not named at all, since damping of
-another form looks the same. Where all trials are on one course, what keeps its direction on the earth is not named
-beside other missing forces either: it is then a force ahead or to one side, as a model of another form has them. A term
-that is refused takes nothing with it: what it stood for is left to the discrepancy of the model's form, beside which
-the other effects have been compared as well.
+are missing beside it: it is then a part of a model of another form, and stands for no cause. Damping across the flow
+and in turns is not named at all, since damping of another form looks the same. Where all trials are on one course, what
+keeps its direction on the earth is not named beside other missing forces either: it is then a force ahead or to one
+side, as a model of another form has them. A term that is refused takes nothing with it: what it stood for is left to
+the discrepancy of the model's form, beside which the other effects have been compared as well.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth
 _STRUCTURE = ("hydrodynamics", "actuator.steering.gain", "actuator.propulsion.thrust")
 """Causes that are terms of the model's forces, as discrepancy is: those of the hull, and a factor on all of what a
 rudder or a propeller gives, which is the same as an error of its coefficients. In the last two opened test sets of
-`experiments/withheld` (65 cases, 2026-11-22) such a factor was named beside discrepancy in two and the cause in none,
+`experiments/withheld` (65 cases, 2026-11-22) such a factor was named beside discrepancy in two where it did not act,
 and beside the errors put into a recorded ship a rudder of 0.5 or 1.3 times its effect."""
 
 
