@@ -208,7 +208,7 @@ def _final_sizes(
         residuals = at.errors + at.shared @ optimum.shared
         residuals += np.einsum("nl,nl->n", at.local, optimum.local[problem.trial_of])
         sizes, _ = maximise(
-            evidence, sizes, problem.settings, channels=channels, sweeps=1,
+            evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1,
             proposals=proposed_shapes(problem, residuals),
         )  # fmt: skip
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)

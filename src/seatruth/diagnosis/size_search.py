@@ -17,6 +17,9 @@ _NEARLY = 3.0
 """nats by which a proposed shape may be behind: setting its white deviation may bring as much. [S]"""
 _SWEPT = 0.1
 """nats that a sweep must bring for another one. [S] A tenth of what could change an answer."""
+_DONE = 0.1 * _SWEPT
+"""nats that a coordinate must have brought in one sweep to be moved in the next one, not only in the one after. [S]
+It takes ten such to make a sweep."""
 _ROUNDING = 1e-9
 """nats within which two values of the objective are the same."""
 
@@ -47,22 +50,34 @@ def maximise(
             if values[top] > value - _NEARLY:
                 tried, reached = _climb(objective, found[top], values[top], "white", c)
                 best, value = (tried, reached) if reached > value else (best, value)
+    resting = set[tuple[str, int]]()
     for _ in range(sweeps):
-        before = value
-        if noise:
-            for c in channels:
-                best, value = _climb(objective, best, value, "white", c)
-                if shapes:
-                    best, value = _reshape(objective, best, value, c, settings)
-        if sizes.discrepancy:
-            for part in ("terms", "forces"):
-                for e in range(len(best.terms)):
-                    best, value = _climb(objective, best, value, part, e)
-            for k in range(len(best.coupling)):
-                best, value = _climb(objective, best, value, "coupling", k)
+        before, rested = value, resting
+        resting = set()
+        for part, k in _coordinates(best, channels, noise=noise, shapes=shapes):
+            if (part, k) in rested:
+                continue
+            last = value
+            if part == "shape":
+                best, value = _reshape(objective, best, value, k, settings)
+            else:
+                best, value = _climb(objective, best, value, part, k)
+            if value < last + _DONE:
+                resting.add((part, k))
         if value < before + _SWEPT:
             break
     return best, value
+
+
+def _coordinates(sizes: Sizes, channels: Sequence[int], *, noise: bool, shapes: bool) -> list[tuple[str, int]]:
+    """What a sweep moves, in its order: each channel's noise and its shape, then each size of the discrepancy."""
+    found: list[tuple[str, int]] = []
+    if noise:
+        found += [(part, c) for c in channels for part in (("white", "shape") if shapes else ("white",))]
+    if sizes.discrepancy:
+        found += [(part, e) for part in ("terms", "forces") for e in range(len(sizes.terms))]
+        found += [("coupling", k) for k in range(len(sizes.coupling))]
+    return found
 
 
 def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
