@@ -27,10 +27,10 @@ class Boat(BlackBox):
     standard = {"psi": ("psi", 1)}  # noqa: RUF012
     longest_step = 0.5
 
-    def __init__(self) -> None:
+    def __init__(self, run: Callable[..., dict[str, Any]] | None = None) -> None:
         super().__init__(
             "boat",
-            turning,
+            run or turning,
             inputs=[Channel("delta", "rad")],
             outputs=MOTION,
             states=MOTION,
@@ -51,7 +51,7 @@ def turning(trial: Trial, p: dict[str, float], first: dict[str, float], outside:
     return {"u": np.full(len(trial), first["u"]), "v": np.zeros(len(trial)), "r": rate, "psi": rate * trial.t}
 
 
-def lacking(box: BlackBox) -> BlackBoxWrapper:
+def lacking(box: BlackBox) -> DiscrepancyBlackBox:
     scales = {channel.name: 1.0 for channel in (*box.outputs, *box.inputs)}
     return DiscrepancyBlackBox(box, 3, 10.0, scales, {"u": 5000.0})
 
@@ -98,3 +98,20 @@ def test_it_runs_the_wrapped_one(kind: type[BlackBoxWrapper]) -> None:
 @pytest.mark.parametrize("kind", [kind for kind in WRAPPERS if kind is not ObservedBlackBox])
 def test_a_start_that_was_not_recorded_is_the_wrapped_one_s(kind: type[BlackBoxWrapper]) -> None:
     assert WRAPPERS[kind](Boat()).complete({"r": 0.1}, {})["u"] == 1.0
+
+
+def test_terms_of_missing_forces_feel_the_input_that_acts() -> None:
+    """A rudder that turns half as far does so in what the structure lacks too."""
+    pushes = []
+
+    def run(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:
+        pushes.append(outside(0.0, {"u": 1.0, "v": 0.0, "r": 0.0, "psi": 0.0})["X"])
+        return turning(trial, p, first, outside)
+
+    wrapper = lacking(ExtendedBlackBox(Boat(run), [available()["rudder_gain"]]))
+    term = next(one for one in wrapper.terms if one.text == "delta^2")
+    for k in (1.0, 0.5):
+        wrapper.run(
+            TRIAL, {**wrapper.nominal(), term.name: 1e-3, "rudder_gain_k": k}, dict.fromkeys("uvr", 0.0) | {"psi": 0.0}
+        )
+    assert pushes == pytest.approx([5000.0 * 1e-3 * 0.2**2, 5000.0 * 1e-3 * 0.1**2])

@@ -53,29 +53,9 @@ class ExtendedBlackBox(BlackBoxWrapper):
         first_state: dict[str, float] | None,
         outside: Outside | None = None,
     ) -> Mapping[str, Array]:
-        number = self.number_of(trial.name)
-        acting = [
-            (effect, target, namedtuple("Effect", list(values))(**values))
-            for effect, chosen in zip(self.effects, self._targets)
-            for values in [{q.name: parameters[effect.named(q.name)] for q in effect.parameters}]
-            if any(values[name] != effect.null[name] for name in effect.magnitudes)
-            for target in chosen
-        ]
-        plain = {q.name: parameters[q.name] for q in self.base.parameters}
-        p = record("Parameters", self.base.parameters)(**plain)
-        for effect, _, q in acting:
-            if effect.true_parameters is not None:
-                p = effect.true_parameters(p, q)
+        number, acting, p = self.number_of(trial.name), self._acting(parameters), self._plain(parameters)
+        inputs = self._acting_inputs(trial, acting, p)
         plain = {name: float(value) for name, value in p._asdict().items()}
-        inputs = (
-            np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
-        )
-        inputs = self._through_servos(trial.t, inputs, acting)
-        for effect, target, q in acting:
-            if effect.true_inputs is not None:
-                units = {} if target is None else {target.input: target.full}
-                view = View(aliases_of(effect, self.base, target), self.inputs, (), units)
-                inputs = _through_inputs(effect, view, trial.t, number, inputs, p, q)
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
         inside = [one for one in acting if one[0].current is not None or one[0].force is not None]
         if inside:
@@ -87,6 +67,43 @@ class ExtendedBlackBox(BlackBoxWrapper):
                 views = View(aliases, self.outputs), View(aliases, self.inputs)
                 outputs = _through_outputs(effect, *views, trial.t, number, outputs, inputs, p, q)
         return {channel.name: outputs[:, k] for k, channel in enumerate(self.outputs)}
+
+    def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
+        """The trial with the inputs that reach the simulator, once all effects have changed them."""
+        inputs = self._acting_inputs(trial, self._acting(parameters), self._plain(parameters))
+        columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
+        return replace(trial, inputs={**trial.inputs, **columns})
+
+    def _acting(self, parameters: Mapping[str, float]) -> list[tuple[Effect, Target | None, Any]]:
+        """The effects that are not at their null, each on every actuator on which it acts, with its parameters."""
+        return [
+            (effect, target, namedtuple("Effect", list(values))(**values))
+            for effect, chosen in zip(self.effects, self._targets)
+            for values in [{q.name: parameters[effect.named(q.name)] for q in effect.parameters}]
+            if any(values[name] != effect.null[name] for name in effect.magnitudes)
+            for target in chosen
+        ]
+
+    def _plain(self, parameters: Mapping[str, float]) -> Any:
+        """The simulator's own parameters, as the effects change them."""
+        p = record("Parameters", self.base.parameters)(**{q.name: parameters[q.name] for q in self.base.parameters})
+        for effect, _, q in self._acting(parameters):
+            if effect.true_parameters is not None:
+                p = effect.true_parameters(p, q)
+        return p
+
+    def _acting_inputs(self, trial: Trial, acting: Sequence[tuple[Effect, Target | None, Any]], p: Any) -> Array:
+        """Inputs (n, I) as they reach the simulator."""
+        inputs = (
+            np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
+        )
+        inputs = self._through_servos(trial.t, inputs, acting)
+        for effect, target, q in acting:
+            if effect.true_inputs is not None:
+                units = {} if target is None else {target.input: target.full}
+                view = View(aliases_of(effect, self.base, target), self.inputs, (), units)
+                inputs = _through_inputs(effect, view, trial.t, self.number_of(trial.name), inputs, p, q)
+        return inputs
 
     def _through_servos(self, t: Array, inputs: Array, acting: Sequence[tuple[Effect, Target | None, Any]]) -> Array:
         """Inputs (n, I) behind the servos that effects put in front of them; orders are linear between samples."""

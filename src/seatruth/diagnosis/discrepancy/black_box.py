@@ -16,6 +16,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.model import MissingForces, force_input, hats
 from seatruth.diagnosis.discrepancy.terms import Term, equations
+from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
@@ -66,9 +67,11 @@ class DiscrepancyBlackBox(MissingForces, BlackBoxWrapper):
             if own.any():
                 forces[:, column] += hats(np.asarray(trial.t), self.spacing, self.knots) @ own
         acting = [(term, parameters[term.name]) for term in self.terms if parameters[term.name] != 0.0]
-        if forces.any() or acting:
-            outside = AddedForces(self, trial, forces, acting, outside)
         plain = {q.name: parameters[q.name] for q in self.base.parameters}
+        if forces.any() or acting:
+            # Terms are those of the input that acts: a rudder that is late is late in them as well.
+            reached = self.base.acting_inputs(trial, plain) if isinstance(self.base, ExtendedBlackBox) else trial
+            outside = AddedForces(self, reached, forces, acting, outside)
         y = self.base.run(trial, plain, first_state, outside)
         return {channel.name: y[:, k] for k, channel in enumerate(self.outputs)}
 
