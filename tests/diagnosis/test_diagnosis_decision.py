@@ -261,6 +261,14 @@ def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
     assert said(("current", "rudder_delay", "wind")).kind == "unknown"
 
 
+def test_a_factor_on_an_actuator_stands_in_no_other_cause_s_place_beside_missing_forces() -> None:
+    for discrepancy, members in ((True, ("gyro_bias",)), (False, ("gyro_bias", "rudder_gain"))):
+        sets = ((("gyro_bias",), 0.6), (("rudder_gain",), 0.35), ((), 0.05))
+        said = decided(*((key, p, True) if discrepancy else (key, p) for key, p in sets))
+        assert [cause.effects for cause in said.clusters] == [members]
+        assert said.probability == pytest.approx(0.6 if discrepancy else 0.95)
+
+
 @pytest.mark.parametrize("gain", ["rudder_gain", "plane_gain", "thrust_gain"])
 def test_a_factor_on_an_actuator_is_a_part_of_another_form_of_the_model(gain: str) -> None:
     """It is the same as an error of coefficients; without missing forces beside it nothing else is wrong."""

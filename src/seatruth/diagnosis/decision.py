@@ -42,11 +42,13 @@ _FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_
 test set of 2026-11-22) such a term led 13 times: it was the cause three times, ten times it stood for other things."""
 _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth")
 """Causes that keep their direction on the earth, by which they are told from what turns with the vehicle."""
-_STRUCTURE = ("hydrodynamics", "actuator.steering.gain", "actuator.propulsion.thrust")
-"""Causes that are terms of the model's forces, as discrepancy is: those of the hull, and a factor on all of what a
-rudder or a propeller gives, which is the same as an error of its coefficients. In the last two opened test sets of
-`experiments/withheld` (65 cases, 2026-11-22) such a factor was named beside discrepancy in two where it did not act,
-and beside the errors put into a recorded ship a rudder of 0.5 or 1.3 times its effect."""
+_STRUCTURE = "hydrodynamics"
+"""Family of causes that are terms of the hull's forces, as discrepancy is."""
+_FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust")
+"""Factors on all that a rudder or a propeller gives, the same as an error of its coefficients: beside discrepancy they
+are a part of a model of another form. In the last two opened test sets of `experiments/withheld` (65 cases, 2026-11-22)
+such a factor was named beside discrepancy in two where it did not act, and beside the errors put into a recorded ship a
+rudder of 0.5 or 1.3 times its effect."""
 
 
 @dataclass(frozen=True)
@@ -197,9 +199,9 @@ def _answer(
         # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
         # that only together look like something else do not stand when one of them falls.
         gone = set(first) - set(kept)
-        candidates = {name: _cluster(name, first, sets, effects, settings, near) for name in kept}
-        sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         beside = _discrepancy(found, kept)
+        candidates = {name: _cluster(name, first, sets, effects, settings, near, beside=beside) for name in kept}
+        sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         probable = [
             name
             for name in kept
@@ -246,8 +248,13 @@ def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:
 
 
 def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:
-    """Whether it is a term of the model's forces; a factor on one of several actuators is none."""
-    return not effects[name].which and any(is_within(effects[name].cause, cause) for cause in _STRUCTURE)
+    """Whether it is a term of the model's forces."""
+    return is_within(effects[name].cause, _STRUCTURE) or _is_factor(name, effects)
+
+
+def _is_factor(name: str, effects: Mapping[str, Effect]) -> bool:
+    """Whether it is a factor on an actuator; that on one of several is a fault of its own."""
+    return not effects[name].which and any(is_within(effects[name].cause, cause) for cause in _FACTORS)
 
 
 def _without(
@@ -310,8 +317,13 @@ def _cluster(
     effects: Mapping[str, Effect],
     settings: Settings,
     near: Callable[[str, str], float],
+    *,
+    beside: bool,
 ) -> Cluster:
-    """An effect of a set, and the effects that can stand in its place."""
+    """An effect of a set, and the effects that can stand in its place.
+
+    Where forces are missing beside it, a factor on an actuator is no cause, and stands in no other's place.
+    """
     rest = set(key) - {name}
     weight = {name: sum(p for other, p in sets.items() if name in other)}
     for other, p in sets.items():
@@ -322,6 +334,7 @@ def _cluster(
     rivals = sorted(
         (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
     )
+    rivals = [n for n in rivals if not (beside and _is_factor(n, effects))]
     # The same with a value for each trial is no other cause: where the common one leads, they need not differ.
     repeated = [n for n in rivals if _repeats(effects[n], name)]
     rivals = [n for n in rivals if n not in repeated]
