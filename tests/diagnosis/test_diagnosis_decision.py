@@ -261,6 +261,25 @@ def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
     assert said(("current", "rudder_delay", "wind")).kind == "unknown"
 
 
+def test_what_is_only_improbable_beside_the_form_of_the_model_takes_nothing_with_it() -> None:
+    """A rudder of half its effect explains much, and is the model's form; beside it either of two others may act."""
+    sets = [
+        (("gyro_bias", "rudder_gain", "speed_bias"), 170.0, 0.99),
+        (("speed_bias", "trial_current"), 124.0, 0.006),
+        (("gyro_bias", "speed_bias"), 120.0, 0.002),
+        ((), 0.0, 0.0),
+    ]
+    said = decide(
+        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
+        available(),
+        SETTINGS,
+        near=lambda a, b: math.inf,
+        helps=lambda name, key: True,
+        underpowered=False,
+    )
+    assert [cause.effects for cause in said.clusters] == [("speed_bias",)]
+
+
 def test_a_factor_on_an_actuator_stands_in_no_other_cause_s_place_beside_missing_forces() -> None:
     for discrepancy, members in ((True, ("gyro_bias",)), (False, ("gyro_bias", "rudder_gain"))):
         sets = ((("gyro_bias",), 0.6), (("rudder_gain",), 0.35), ((), 0.05))

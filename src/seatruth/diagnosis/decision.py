@@ -193,26 +193,27 @@ def _answer(
     """Takes from the most probable set what is not probable by itself, and what does not predict."""
     sets = answers(found)
     first: Key = next(iter(sets), ())
-    kept, refused = first, list[str]()
+    kept, refused, gone = first, list[str](), set[str]()
     clusters: list[Cluster] = []
     while kept:
         # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
-        # that only together look like something else do not stand when one of them falls.
-        gone = set(first) - set(kept)
+        # that only together look like something else do not stand when one of them falls. What is only improbable may
+        # act all the same.
         beside = _discrepancy(found, kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near, beside=beside) for name in kept}
         sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
+        likely = [name for name in kept if min(candidates[name].probability, sure[name]) >= settings.name_threshold]
         probable = [
             name
-            for name in kept
-            if min(candidates[name].probability, sure[name]) >= settings.name_threshold
-            and not _is_form(name, effects)
+            for name in likely
+            if not _is_form(name, effects)
             and not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
         ]
         passing = tuple(name for name in probable if _one_helps(candidates[name], name, kept, helps))
         refused += [name for name in probable if name not in passing]
+        gone |= set(likely) - set(passing)
         clusters = [
             replace(candidates[name], probability=min(candidates[name].probability, sure[name])) for name in passing
         ]
