@@ -42,7 +42,7 @@ _RUNS = ("seeds = 2\n", "seeds = 8\n")
 """So many realisations that finished runs are stored several times."""
 _NEW_CACHE = 5
 """Every so many cases compile anew, so that kills come among the files of compiled kernels too. Chosen here [S]."""
-_LOOK_S = 0.002
+_LOOK_S = 0.005
 """s between two looks at the processor time, whose own steps are 0.01 s."""
 _TIMES = {"wall_s", "cpu_s", "time_utc", "seconds", "checksum", "traces_checksum", "sha256", "resumed"}
 _SECONDS = re.compile(r"(_s|_utc)$")
