@@ -42,8 +42,8 @@ _RUNS = ("seeds = 2\n", "seeds = 8\n")
 """So many realisations that finished runs are stored several times."""
 _NEW_CACHE = 5
 """Every so many cases compile anew, so that kills come among the files of compiled kernels too. Chosen here [S]."""
-_LOOK_S = 0.005
-"""s between two looks at the processor time, whose own steps are 0.01 s."""
+_LOOK_S = 0.01
+"""s between two looks at the processor time, which itself moves in such steps."""
 _TIMES = {"wall_s", "cpu_s", "time_utc", "seconds", "checksum", "traces_checksum", "sha256", "resumed"}
 _SECONDS = re.compile(r"(_s|_utc)$")
 _SPENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\dZ| UTC)|\b[\d.]+(e-?\d+)?( to [\d.]+)? (ms|s|min)\b")
