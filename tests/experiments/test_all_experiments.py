@@ -109,6 +109,11 @@ def test_times_are_those_of_the_last_run_or_recorded_ones(folder: Path) -> None:
     assert driver.duration(None) == "?"
 
 
+def test_the_small_version_of_every_experiment_has_a_duration() -> None:
+    known = json.loads(driver.DURATIONS.read_text(encoding="utf-8"))["quick"]
+    assert {one.name for one in driver.find()} - set(known) == set()
+
+
 def test_the_command_line_lists_all_there_are() -> None:
     command = [sys.executable, str(EXPERIMENTS / "all.py"), "--quick", "--list", "--data", str(EXPERIMENTS / "nowhere")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
