@@ -13,9 +13,10 @@ sys.path.insert(0, str(ROOT / "tools" / "documentation"))
 import assemble  # noqa: E402  (the folder of tools is no package)
 import codes_pages  # noqa: E402
 import effects_pages  # noqa: E402
+import optimizers_page  # noqa: E402
 import reference_pages  # noqa: E402
 
-from seatruth import load_model, models, optimizers  # noqa: E402
+from seatruth import load_model, minimise, models, optimizers  # noqa: E402
 from seatruth.codes import Cause, Code  # noqa: E402
 from seatruth.commands.list_installed import Kind  # noqa: E402
 from seatruth.effects import available  # noqa: E402
@@ -62,7 +63,7 @@ def test_the_gallery_shows_every_effect_and_what_it_is_confused_with(tmp_path: P
     parameters.add("N_delta")  # of models of one's own
     for name, effect in known.items():
         runs = [made[0].name for made in effects_pages.shown_on(effect)]
-        assert runs or not effect.dynamic, f"no run shows {name}"
+        assert runs or name in effects_pages._NOISE, f"no run shows {name}"
         if name in thrusters:
             assert runs == ["twin_thruster", "bluerov2"]
         assert {*effect.confused_with, *effect.equivalent} <= {*known, *parameters}, name
@@ -76,6 +77,34 @@ def test_an_effect_has_a_picture_of_what_it_changes_on_each_vehicle(name: str, t
     assert len(pictures) == len(effects_pages.shown_on(known[name]))
     assert all((tmp_path / picture).stat().st_size > 1000 for picture in pictures)
     assert all(f"[{other}]({other}.md)" in text for other in known[name].confused_with if other in known)
+
+
+@pytest.mark.parametrize("name", effects_pages._NOISE)
+def test_noise_has_a_picture_of_what_it_makes_of_a_record(name: str, tmp_path: Path) -> None:
+    text = effects_pages.page(available()[name], available(), tmp_path)
+    assert f"![What {name} does to a record]({name}.svg)" in text
+    records, noises = (
+        [line.get_ydata() for line in axes.get_lines()]
+        for axes in effects_pages.noise_signature(available()[name]).axes
+    )
+    if name == "quantisation":
+        assert len(set(records[1])) < 0.5 * len(set(records[0]))
+    elif name == "outliers":
+        assert max(abs(noises[1])) > 2 * max(abs(noises[0]))
+    else:
+        alone, noisy = ((y[1:] @ y[:-1]) / (y @ y) for y in noises)
+        assert noisy > alone + 0.2
+
+
+@pytest.mark.slow
+def test_every_solver_has_two_test_functions(tmp_path: Path) -> None:
+    optimizers_page.write(tmp_path)
+    text = (tmp_path / "optimizers.md").read_text(encoding="utf-8")
+    functions = text.partition("## What each one is")[0]
+    for name in optimizers.available():
+        assert len([line for line in functions.splitlines() if line.startswith("|") and f"| `{name}` |" in line]) >= 2
+    for known in (optimizers_page.collinear(), optimizers_page.linear_regression()):
+        assert minimise(known.cost, "least_squares", seed=1).value == pytest.approx(known.value)
 
 
 def test_every_model_and_solver_has_its_entry_in_the_reference() -> None:

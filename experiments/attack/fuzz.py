@@ -32,6 +32,8 @@ class Tally:
     gave_way: list[str] = field(default_factory=list)
     """The first reasons; `failed` counts all."""
     failed: int = 0
+    when: dict[str, int] = field(default_factory=dict)
+    """Of kills: how many came upon what."""
 
     def note(self, case: str, verdict: guard.Verdict) -> None:
         """Counts one case."""

@@ -141,4 +141,8 @@ def table(tallies: Sequence[Tally]) -> str:
     whole = sum(t.tried for t in tallies), sum(t.refused for t in tallies), sum(t.seconds for t in tallies)
     failed = sum(t.failed for t in tallies)
     lines.append(f"| **together** | **{whole[0]}** | {whole[1]} | {whole[2]:.0f} | | **{failed or 'nothing'}** |")
+    killed = [t for t in tallies if t.when]
+    if killed:
+        lines += ["", f"| kills that came | {' | '.join(kills.STAGES)} |", "|---" + "|---:" * len(kills.STAGES) + "|"]
+        lines += [f"| {t.name} | {' | '.join(str(t.when[stage]) for stage in kills.STAGES)} |" for t in killed]
     return "\n".join(lines) + "\n"

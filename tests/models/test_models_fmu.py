@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from fmu_ships import PORTS, ship_fmu, zigzag
 from seatruth import Study, load_model, simulator
 from seatruth.costs import cost_of
 from seatruth.errors import BadInput
-from seatruth.models import FMU, Parameter, load_fmu
+from seatruth.models import FMU, Parameter, fmu_description, fmu_simulation, load_fmu
 from seatruth.models.fmu_simulation import _grid
 from seatruth.storage.cache_folder import CACHE
 from seatruth.trials.trial import Trials
@@ -181,6 +182,59 @@ def test_files_that_are_no_fmu(tmp_path: Path) -> None:
     assert isinstance(load_model("ship.fmu", tmp_path), FMU)
     with pytest.raises(BadInput, match="no parameter sets"):
         load_model("ship.fmu", tmp_path, "KVLCC2")
+
+
+HEAD = '<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">'
+
+
+def archive(path: Path, text: str, more: dict[str, bytes] | None = None) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
+        made.writestr("modelDescription.xml", text)
+        for name, content in (more or {}).items():
+            made.writestr(name, content)
+    return path
+
+
+def test_an_fmu_that_grows_without_bound_or_reads_elsewhere_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "hostile.fmu"
+    secret = tmp_path / "secret.txt"
+    secret.write_text("the secret")
+    entity = f'<!DOCTYPE m [<!ENTITY x SYSTEM "{secret.as_uri()}">]>{HEAD}&x;</fmiModelDescription>'
+    with pytest.raises(BadInput, match="declares a document type"):
+        load_fmu(archive(file, entity))
+    with pytest.raises(BadInput, match=r"more than 67 MB"):
+        load_fmu(archive(file, HEAD + " " * 2**26))
+    monkeypatch.setattr(fmu_description, "_LARGEST", 10**6)
+    with pytest.raises(BadInput, match=r"would unpack to 0\.002 GB in 2 files"):
+        load_fmu(archive(file, HEAD, {"resources/zeros": bytes(2 * 10**6)}))
+    monkeypatch.setattr(fmu_description, "_MOST_FILES", 3)
+    with pytest.raises(BadInput, match="in 5 files"):
+        load_fmu(archive(file, HEAD, {f"resources/{k}": b"" for k in range(4)}))
+
+
+def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:
+    """Its decoder raises what is no error of archives."""
+    content = bytearray(archive(tmp_path / "damaged.fmu", HEAD + "abcdefgh" * 1000).read_bytes())
+    for place in range(60, 75):
+        content[place] ^= 0xFF
+    (tmp_path / "damaged.fmu").write_bytes(content)
+    with pytest.raises(BadInput, match="cannot be read"):
+        load_fmu(tmp_path / "damaged.fmu")
+
+
+def test_what_does_not_fit_on_the_disk_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fmu_simulation.shutil, "disk_usage", lambda folder: SimpleNamespace(free=100))
+    with pytest.raises(BadInput, match=r"unpacks to .* GB left"):
+        load_fmu(ship_fmu(prefix="no_room_"))
+
+
+@pytest.mark.parametrize("factor", ["nan", "inf", "0", "1e400"])
+def test_a_unit_that_turns_numbers_into_none_is_unknown(factor: str) -> None:
+    edit = (('unit="kN"', 'unit="pull"'), ('name="kN"', 'name="pull"'), ('factor="1000"', f'factor="{factor}"'))
+    with pytest.raises(BadInput, match="pull"):
+        load_fmu(ship_fmu(edit=edit))
 
 
 def test_an_older_file_is_another_simulator() -> None:

@@ -11,16 +11,20 @@ import pytest
 from browser import ask, needs_chromium, printed
 from fake_diagnosis import diagnosis
 from fake_estimate import estimate
+from fake_prediction import prediction
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "comparison"))
 from small_comparison import line, small
 
-from seatruth import Budget, compare, identify, write_report
+from seatruth import Budget, compare, identify, sample, write_report
 from seatruth.report.comparison import write_comparison_report
+from seatruth.report.log_map import log_map
+from seatruth.report.prediction import write_prediction_report
+from seatruth.trials.stretches import by_events
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 
-NAMES = ("estimate", "formula", "diagnosis", "comparison")
+NAMES = ("estimate", "formula", "diagnosis", "comparison", "prediction", "map")
 """Every kind of page that seatruth writes."""
 
 
@@ -34,6 +38,11 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         write_report(result, found[name])
     found["comparison"] = folder / "comparison.html"
     write_comparison_report(compare(small(), folder / "store"), found["comparison"])
+    found["prediction"], found["map"] = folder / "prediction.html", folder / "map.html"
+    write_prediction_report(prediction(), found["prediction"])
+    log = sample.load().trials[0]
+    parts = by_events(log.t, [40.0, 90.0])
+    found["map"].write_text(log_map(log, parts, [part.name for part in parts], "events"), encoding="utf-8")
     return found
 
 
@@ -124,7 +133,7 @@ def test_a_click_on_a_head_sorts_by_its_numbers(pages: dict[str, Path]) -> None:
 
 EVERY = """
   const wrong = [];
-  let zoomed = 0, sorted = 0;
+  let zoomed = 0, sorted = 0, toggled = 0;
   for (const plot of new Set([...page.querySelectorAll("figure [data-box]")].map(box => box.closest("figure")))) {
     const size = () => [...plot.querySelectorAll("[data-box] path")].map(path => path.getBoundingClientRect().width);
     const before = size();
@@ -132,6 +141,16 @@ EVERY = """
     if (!size().some((width, k) => width > 1.5 * before[k])) wrong.push("no zoom: " + plot.textContent.slice(0, 60));
     plot.querySelector("[aria-label='Show the whole plot']").click();
     if (size().some((width, k) => Math.abs(width - before[k]) > 0.5)) wrong.push("not whole again");
+    for (const toggle of plot.querySelectorAll(".tools input")) {
+      const name = toggle.parentElement.textContent.trim();
+      const lines = [...plot.querySelectorAll("[data-trace]")].filter(line => line.dataset.trace === name);
+      const hidden = () => lines.filter(line => inner.getComputedStyle(line).display === "none").length;
+      toggle.click();
+      if (!lines.length || hidden() !== lines.length) wrong.push("still there: " + name);
+      toggle.click();
+      if (hidden()) wrong.push("not back: " + name);
+      toggled += 1;
+    }
     zoomed += 1;
   }
   for (const table of page.querySelectorAll("table")) {
@@ -148,7 +167,7 @@ EVERY = """
   }
   const outside = [...page.querySelectorAll("[src], link[href]")].map(node => node.src || node.href)
     .filter(address => !address.startsWith("data:"));
-  return { wrong, zoomed, sorted, outside, requests: inner.performance.getEntriesByType("resource").length };
+  return { wrong, zoomed, sorted, toggled, outside, requests: inner.performance.getEntriesByType("resource").length };
 """
 
 
@@ -159,6 +178,7 @@ def test_each_plot_zooms_each_column_sorts_and_nothing_is_asked_for(pages: dict[
     assert (found["wrong"], found["outside"], found["requests"]) == ([], [], 0)
     assert found["sorted"] > 3
     assert found["zoomed"] > 0 or name in ("formula", "comparison")
+    assert found["toggled"] > 1 or name not in ("estimate", "prediction", "map")
 
 
 NARROW = """
@@ -184,5 +204,25 @@ def test_nothing_leaves_the_screen_of_a_phone(pages: dict[str, Path], name: str)
 @pytest.mark.parametrize("name", NAMES)
 def test_paper_has_every_figure(pages: dict[str, Path], name: str) -> None:
     figures = pages[name].read_text(encoding="utf-8").count('<svg class="plot"')
-    assert figures > (1 if name in ("formula", "comparison") else 3)
+    assert figures > (3 if name in ("estimate", "diagnosis") else 1)
     assert len(re.findall(rb"/S\s*/Figure", printed(pages[name]))) >= figures
+
+
+NUMBERS = """
+  const plot = page.querySelector("figure [data-box]").closest("figure");
+  const label = [...plot.querySelectorAll("[data-box] [clip-path] text")].find(text => text.textContent.trim() === "2");
+  const marker = [...plot.querySelectorAll("[data-box] [clip-path] use")][1];
+  const apart = () => {
+    const [a, b] = [label, marker].map(node => node.getBoundingClientRect());
+    return [a.left - b.left, a.top - b.top, a.height];
+  };
+  const before = apart();
+  plot.querySelector("[aria-label='Zoom in']").click();
+  return { before, after: apart() };
+"""
+
+
+def test_the_number_of_a_stretch_stays_at_its_start_when_its_map_is_zoomed(pages: dict[str, Path]) -> None:
+    found, logged = ask(pages["map"], NUMBERS)
+    assert logged == []
+    assert found["after"] == pytest.approx(found["before"], abs=0.6)

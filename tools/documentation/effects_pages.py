@@ -13,6 +13,7 @@ from codes_pages import literal
 from matplotlib.figure import Figure
 
 from seatruth import Model, Trial, load_model, simulator
+from seatruth.arrays import Array
 from seatruth.effects import Effect, available, with_effects
 from seatruth.effects.reference import ordered
 from seatruth.report.figures.style import BLUE, GREY, VERMILLION, placed, styled
@@ -21,7 +22,8 @@ _HEAD = """# Effects and their signatures
 
 Each picture shows what an effect of its typical size changes in a standard run of a built-in model: the difference of
 the outputs with and without the effect, nothing refitted; effects of thrusters are shown on a boat with two and on an
-underwater vehicle with six. All runs are **synthetic**. Two effects with signatures of
+underwater vehicle with six. Noise changes no equation: its pictures show a record with it and one with white noise
+alone. All runs are **synthetic**. Two effects with signatures of
 one shape look alike in such a run; *confused with* names those that only some trials can tell apart, *never told from*
 those that none can.
 
@@ -31,6 +33,8 @@ _WITH_THRUSTERS = ("twin_thruster", "bluerov2")
 """Vehicles on which effects of thrusters and of a tether are shown."""
 
 
+Sizes = Mapping[str, float]
+"""An effect's typical values by parameter."""
 Setting = tuple[Model, Trial, dict[str, float], str]
 """Model, run, first outputs and a description."""
 
@@ -64,10 +68,12 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
             figure.savefig(folder / file)
             text += f"![What {effect.name} changes]({file})\n\n"
             text += f"Synthetic run of `{setting[0].name}`: {setting[3]}.\n\n"
-    if "![" not in text:
-        if effect.dynamic:  # each effect of the gallery has its picture: the build stops here where one has none
-            raise ValueError(f"no run of the gallery shows {effect.name!r}: add one to _settings()")
-        text += "It is noise: it changes no equation, and so has no signature of its own in a run.\n\n"
+    if effect.name in _NOISE:
+        noise_signature(effect).savefig(folder / f"{effect.name}.svg")
+        text += f"![What {effect.name} does to a record]({effect.name}.svg)\n\n"
+        text += f"Synthetic: {_NOISE_RUN}. Left the record, right what remains of it without the motion.\n\n"
+    if "![" not in text:  # each effect of the gallery has its picture: the build stops here where one has none
+        raise ValueError(f"no run of the gallery shows {effect.name!r}: add one to _settings() or to _NOISE")
     for label, names in (("Never told from", effect.equivalent), ("Confused with", effect.confused_with)):
         if names:
             linked = [f"[{name}]({name}.md)" if name in known else f"`{name}`" for name in names]
@@ -123,6 +129,64 @@ def _settings() -> list[Setting]:
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
     return made
+
+
+def _quantised(
+    y: Array, white: Array, sd: float, size: Mapping[str, float], dt: float, rng: np.random.Generator
+) -> Array:
+    step = size["step"] * _COARSE * sd
+    return step * np.round((y + white) / step)
+
+
+def _with_outliers(
+    y: Array, white: Array, sd: float, size: Mapping[str, float], dt: float, rng: np.random.Generator
+) -> Array:
+    few = rng.choice(len(y), max(2, round(size["rate"] * len(y))), replace=False)
+    far = np.zeros(len(y))
+    far[few] = rng.choice([-1.0, 1.0], len(few)) * rng.uniform(8.0, 15.0, len(few)) * sd
+    return y + white + far
+
+
+def _coloured(
+    y: Array, white: Array, sd: float, size: Mapping[str, float], dt: float, rng: np.random.Generator
+) -> Array:
+    keep = math.exp(-dt / size["time"])
+    slow = np.zeros(len(y))
+    for k in range(1, len(y)):
+        slow[k] = keep * slow[k - 1] + math.sqrt(1.0 - keep**2) * rng.standard_normal()
+    return y + white + size["sd"] * sd * slow
+
+
+_COARSE = 6.0
+"""Quantisation is drawn with so many times its typical step, which the noise would hide in a picture of this size."""
+_NOISE = {"quantisation": _quantised, "outliers": _with_outliers, "coloured_noise": _coloured}
+"""What each kind of noise makes of a channel (n,) with white noise (n,) of a standard deviation."""
+_NOISE_RUN = "yaw rate of `mmg` in a zigzag 15/15, with white noise alone (grey) and with this noise (blue)"
+
+
+@styled
+def noise_signature(effect: Effect) -> Figure:
+    """A channel with white noise alone and with this noise, and what the noise leaves of it without the motion."""
+    model, trial, first, _ = _settings()[0]
+    start = model.first_state(
+        {c.name: first.get(c.name, 0.0) for c in model.outputs},
+        {name: float(v[0]) for name, v in trial.inputs.items()},
+        model.nominal(),
+    )
+    run = simulator(model, [trial], backend="reference", max_step=0.5)
+    column = [channel.name for channel in model.outputs].index("r")
+    y = math.degrees(1.0) * run.outputs(np.zeros((1, 0)), np.array(start)[None]).y[0][:, column]
+    rng, sd, dt = np.random.default_rng(1), 0.03 * float(np.ptp(y)), float(trial.t[1] - trial.t[0])
+    white = sd * rng.standard_normal(len(y))
+    noisy = _NOISE[effect.name](y, white, sd, {q.name: q.value for q in effect.parameters}, dt, rng)
+    figure = Figure(figsize=(6.8, 1.9))
+    for left, motion, title in ((0.6, 0.0, "r (deg/s)"), (4.0, 1.0, "noise of r (deg/s)")):
+        axes: Any = placed(figure, left, 0.45, 2.6, 1.2)
+        axes.plot(trial.t, y + white - motion * y, color=GREY, linewidth=0.7)
+        axes.plot(trial.t, noisy - motion * y, color=BLUE, linewidth=0.9)
+        axes.set_title(title, loc="left")
+        axes.set_xlabel("t (s)")
+    return figure
 
 
 @styled

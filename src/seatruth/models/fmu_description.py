@@ -21,6 +21,12 @@ NUMBERS = FLOATS | WHOLE | LOGICAL
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _HEAD = 20_000
 """Bytes of the description in which its version stands: the first element. Chosen here [S]."""
+_LONGEST = 64 * 2**20
+"""Bytes of a description. Chosen here [S]: a hundred thousand variables take half of that."""
+_LARGEST = 4 * 2**30
+"""Bytes of an FMU when it is unpacked. Chosen here [S]: many times what libraries and tables of a simulator take."""
+_MOST_FILES = 20_000
+"""Files in an FMU. Chosen here [S]."""
 _SHOWN = 12
 """Names of each kind that a message lists. Chosen here [S]."""
 
@@ -132,15 +138,25 @@ def read_description(path: Path) -> Description:
 
 
 def _check_version(path: Path, where: str) -> None:
-    """BadInput for an archive without a description, or one of another version of the FMI."""
+    """BadInput for an archive without a description, one of another version of the FMI, or one that grows too large."""
     try:
-        with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as stream:
-            head = stream.read(_HEAD).decode("utf-8", "replace")
-    except (KeyError, OSError, zipfile.BadZipFile, RuntimeError) as problem:
+        with zipfile.ZipFile(path) as archive:
+            files = archive.infolist()
+            long = archive.getinfo("modelDescription.xml").file_size > _LONGEST
+            text = b"" if long else archive.read("modelDescription.xml")
+    except Exception as problem:  # zipfile and its decoders raise many kinds
         raise BadInput(
             f"it is no FMU: its modelDescription.xml cannot be read ({problem})", where=where, do="Export it again."
         ) from None
-    found = re.search(r"fmiVersion\s*=\s*[\"']([^\"']*)", head)
+    size = sum(file.file_size for file in files)
+    if long or size > _LARGEST or len(files) > _MOST_FILES:
+        what = f"it would unpack to {size / 1e9:.3g} GB in {len(files)} files"
+        what = f"its modelDescription.xml has more than {_LONGEST / 1e6:.0f} MB" if long else what
+        raise BadInput(what, where=where, do="Export it without what the simulation does not need.")
+    if b"<!DOCTYPE" in text:  # entities could read other files, or grow without end
+        what = "its modelDescription.xml declares a document type, which the FMI does not know"
+        raise BadInput(what, where=where, do="Export it again.")
+    found = re.search(r"fmiVersion\s*=\s*[\"']([^\"']*)", text[:_HEAD].decode("utf-8", "replace"))
     version = found.group(1) if found else "of no version"
     if not version.startswith(("2.", "3.")):
         what = f"it follows FMI {version}; versions 2 and 3 can be simulated"
@@ -213,5 +229,8 @@ def _units(definitions: Sequence[Any]) -> dict[str, tuple[str, Conversion]]:
             continue
         powers = [(name, int(getattr(base, name) or 0)) for name in _BASE]
         text = "*".join(f"{name}^{power}" if power != 1 else name for name, power in powers if power)
-        found[str(unit.name)] = (text or "1", Conversion(float(base.factor or 1.0), float(base.offset or 0.0)))
+        factor = 1.0 if base.factor is None else float(base.factor)
+        offset = float(base.offset or 0.0)
+        if factor != 0.0 and math.isfinite(factor) and math.isfinite(offset):  # no numbers come of another
+            found[str(unit.name)] = (text or "1", Conversion(factor, offset))
     return found

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import atexit
 import math
+import shutil
 import tempfile
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -237,6 +239,12 @@ def unpacked(path: Path, checksum: str) -> str:
     if checksum not in _FOLDERS:
         import fmpy
 
+        with zipfile.ZipFile(path) as archive:
+            size = sum(file.file_size for file in archive.infolist())
+        left = shutil.disk_usage(tempfile.gettempdir()).free
+        if size > left:
+            what = f"it unpacks to {size / 1e9:.3g} GB, and {tempfile.gettempdir()} has {left / 1e9:.3g} GB left"
+            raise BadInput(what, where=path.name, do="Free some space, or set TMPDIR to a folder with more.")
         folder = tempfile.TemporaryDirectory(prefix="seatruth-fmu-")
         try:
             fmpy.extract(str(path), unzipdir=folder.name)

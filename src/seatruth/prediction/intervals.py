@@ -114,7 +114,7 @@ def widened(frame: pd.DataFrame, center: str, error: float, level: float) -> pd.
 
 def _normal(level: float) -> float:
     """Half the width of the interval of a standard normal variable."""
-    return float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
+    return float(scipy.special.ndtri(0.5 + 0.5 * level))
 
 
 def prior_share(values: Array, drawn: ParameterDraws) -> float:

@@ -27,6 +27,8 @@ from seatruth.report.figures.style import (
     placed,
     styled,
     thinned,
+    trace,
+    zoomable,
 )
 from seatruth.report.page import page
 from seatruth.report.sections.pictures import Album
@@ -47,6 +49,7 @@ _SHOWN = ("delta", "delta_s", "psi", "theta", "u", "n", "r", "depth", "z")
 _PANELS = 5
 _POINTS = 1500
 """Points of a track; a pixel of the page holds more of them than can be seen."""
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 _UNITS = "Angles are shown in degrees; everything else in SI units. x is up, y to the right."
 _SYNTHETIC = "This log says that a simulator made it. Nothing here was measured at sea."
 
@@ -138,29 +141,24 @@ def track(log: Trial, stretches: Sequence[Stretch]) -> Figure:
         axes.text(0.5, 0.5, "No position is valid.", ha="center", transform=axes.transAxes, color=GREY)
         return figure
     whole = np.flatnonzero(known)
-    axes.plot(*_line(east, north, whole), color=MEASURED, linewidth=0.9)
+    axes.plot(*_line(east, north, whole), color=MEASURED, linewidth=0.9, gid=trace("whole log"))
     for number, stretch in enumerate(stretches, 1):
         rows = np.flatnonzero(known & (log.t >= stretch.start) & (log.t <= stretch.end))
         if not rows.size:
             continue
         shade = colour(stretch, number)
-        axes.plot(*_line(east, north, rows), color=shade, linewidth=2.0, solid_capstyle="butt")
+        axes.plot(*_line(east, north, rows), color=shade, linewidth=2.0, solid_capstyle="butt", gid=trace(stretch.kind))
         at = (float(east[rows[0]]), float(north[rows[0]]))
         axes.plot(*at, marker="o", color=shade, markersize=4)
-        axes.annotate(
-            str(number),
-            at,
-            xytext=(4, 4),
-            textcoords="offset points",
-            color=INK,
-            fontweight="bold",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8},
-        )
+        # It begins at the very point, so that it stays there when a reader zooms.
+        axes.text(*at, f"{_NO_BREAK}{number}", color=INK, fontweight="bold", clip_on=True)
     kinds = {stretch.kind: colour(stretch, number) for number, stretch in enumerate(stretches, 1)}
     lines = [Line2D([], [], color=shade, linewidth=2.0, label=kind) for kind, shade in kinds.items()]
     lines.append(Line2D([], [], color=MEASURED, linewidth=0.9, label="no stretch"))
     axes.legend(handles=lines, loc="best")
     axes.set_aspect("equal", adjustable="datalim")
+    axes.apply_aspect()
+    zoomable(axes)
     few_ticks(axes, 7, 6)
     axes.set_xlabel("y (m)")
     axes.set_ylabel("x (m)")
@@ -195,6 +193,7 @@ def histories(log: Trial, stretches: Sequence[Stretch]) -> Figure:
         _history(axes, log, name)
         _bands(axes, stretches, numbers=k == 0)
         axes.set_xlim(float(log.t[0]), float(log.t[-1]))
+        zoomable(axes, "t")
         if k + 1 < len(names):
             axes.tick_params(labelbottom=False)
         else:
@@ -224,4 +223,5 @@ def _bands(axes: Axes, stretches: Sequence[Stretch], *, numbers: bool) -> None:
         axes.axvline(stretch.start, color=FAINT, linewidth=0.6)
         if numbers:
             middle = 0.5 * (stretch.start + stretch.end)
-            axes.text(middle, 1.02, str(number), transform=across, ha="center", va="bottom", fontweight="bold")
+            look = {"ha": "center", "va": "top", "fontweight": "bold", "clip_on": True}
+            axes.text(middle, 0.97, str(number), transform=across, **look)

@@ -58,12 +58,15 @@ class AutoregressiveModel:
     def multiply_by_factor_transpose(self, columns: Array) -> Array:
         """L' columns, where L L' is the covariance matrix of n samples: (n, K) -> (n, K).
 
-        This is the AR filter run backwards in time, so the matrix is never built.
+        This is the AR filter run backwards in time, so the matrix is never built: the filter is a solution with the
+        banded matrix of its coefficients (scipy.signal's own filter takes half a second to load, in every worker).
         """
-        denominator = np.concatenate([[1.0], -self.coefficients])
         if not columns.size:
             return columns  # every parameter is held by a bound
-        return np.asarray(scipy.signal.lfilter([self.innovation_sd], denominator, columns[::-1], axis=0)[::-1])
+        bands = np.repeat(np.concatenate([[1.0], -self.coefficients])[:, None], len(columns), axis=1)
+        backwards = self.innovation_sd * columns[::-1]
+        filtered, _ = scipy.linalg.lapack.dtbtrs(bands, backwards, uplo="L", diag="U")
+        return np.asarray(filtered[::-1])
 
     def innovations(self, series: Array) -> Array:
         """Prediction errors (n,) of a series (n,); 0 for the first `order` samples, which have too short a past."""

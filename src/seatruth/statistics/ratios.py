@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from seatruth.arrays import Array
 
@@ -36,7 +36,7 @@ def ratio_interval(above: Array, below: Array, level: float = 0.95) -> tuple[flo
     n = len(above)
     if n < 2 or not (np.isfinite(above).all() and np.isfinite(below).all()):
         return -math.inf, math.inf
-    factor = float(student.ppf(0.5 + 0.5 * level, n - 1)) ** 2 / n
+    factor = float(stdtrit(n - 1, 0.5 + 0.5 * level)) ** 2 / n
     spread = np.cov(above, below)
     a = float(below.mean()) ** 2 - factor * spread[1, 1]
     half_b = float(above.mean() * below.mean()) - factor * spread[0, 1]

@@ -72,7 +72,7 @@ class Covariance:
 
     def half_width(self, level: float = 0.95) -> Array:
         """Half the confidence interval of this level, (K,): Student's t with the degrees of freedom."""
-        return np.asarray(scipy.stats.t.ppf(0.5 + level / 2.0, self.degrees_of_freedom) * self.stderr)
+        return np.asarray(scipy.special.stdtrit(self.degrees_of_freedom, 0.5 + level / 2.0) * self.stderr)
 
 
 def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:

@@ -114,6 +114,6 @@ def compare_models(first: Array, second: Array, test_train_ratio: float = 0.0) -
         raise BadInput("two models are compared by two scores or more, all of them finite")
     mean = float(gaps.mean())
     error = math.sqrt(float(gaps.var(ddof=1)) * (1.0 / count + test_train_ratio))
-    half = float(scipy.stats.t.ppf(0.975, count - 1)) * error
-    p = float(2 * scipy.stats.t.sf(abs(mean) / error, count - 1)) if error > 0 else float(mean == 0)
+    half = float(scipy.special.stdtrit(count - 1, 0.975)) * error
+    p = float(2 * scipy.special.stdtr(count - 1, -abs(mean) / error)) if error > 0 else float(mean == 0)
     return ModelComparison(mean, mean - half, mean + half, p, float((gaps < 0).mean()), count)

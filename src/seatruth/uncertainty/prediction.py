@@ -64,7 +64,7 @@ def prediction_intervals(
     determined = values > _RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
     freedom = max(1, len(residuals) - int(determined.sum()))
     variance = float(residuals @ residuals) / freedom
-    quantile = float(scipy.stats.t.ppf(0.5 + 0.5 * level, freedom))
+    quantile = float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * level))
     sigma = next(iter(cost.sigma.values()))
     predictions = []
     for trial, y in zip(cost.trials if trials is None else trials, cost.predict(x, trials)):

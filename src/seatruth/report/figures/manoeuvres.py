@@ -23,6 +23,8 @@ from seatruth.report.figures.style import (
     rows,
     styled,
     text,
+    trace,
+    zoomable,
 )
 
 _WIDTH = 3.93
@@ -44,14 +46,15 @@ def predicted_tracks(found: Predictions, manoeuvre: str) -> Figure:
     axes = placed(figure, 0.72, 0.5, _WIDTH, height)
     for ship, part in own.groupby("ship"):
         if ship:
-            axes.plot(part.y, part.x, color=MEASURED, linewidth=0.6, alpha=0.7, zorder=1)
+            axes.plot(part.y, part.x, color=MEASURED, linewidth=0.6, alpha=0.7, zorder=1, gid=trace("drawn ships"))
     best = own[own.ship == 0]
-    axes.plot(best.y, best.x, color=BLUE, linewidth=1.6, zorder=2)
+    axes.plot(best.y, best.x, color=BLUE, linewidth=1.6, zorder=2, gid=trace("estimate"))
     # Equal scales within the frame that there is: the shorter side gets more room.
     scale = max((limits[1] - limits[0]) / _WIDTH, (limits[3] - limits[2]) / height)
     middle = 0.5 * (limits[0] + limits[1]), 0.5 * (limits[2] + limits[3])
     axes.set_xlim(middle[0] - 0.5 * scale * _WIDTH, middle[0] + 0.5 * scale * _WIDTH)
     axes.set_ylim(middle[1] - 0.5 * scale * height, middle[1] + 0.5 * scale * height)
+    zoomable(axes)
     few_ticks(axes)
     axes.set_xlabel("y (m)")
     axes.set_ylabel("x (m)")

@@ -26,7 +26,8 @@
       clipped.replaceWith(outer);
       outer.appendChild(clipped);
       clipped.removeAttribute("clip-path");
-      const marks = [...clipped.querySelectorAll("use")].map((use) => [use, +use.getAttribute("x"), +use.getAttribute("y")]);
+      // Marks and words keep their size: they move.
+      const marks = [...clipped.querySelectorAll("use, text")].map((one) => [one, +one.getAttribute("x"), +one.getAttribute("y")]);
       if (!marks.length) clipped.setAttribute("vector-effect", "non-scaling-stroke");
       axes.moved.push({ element: clipped, marks });
     }
@@ -57,9 +58,9 @@
     const ty = box.y - sy * (box.y + ((whole[3] - view[3]) / (whole[3] - whole[2])) * box.height);
     for (const { element, marks } of axes.moved) {
       if (!marks.length) element.setAttribute("transform", `matrix(${sx} 0 0 ${sy} ${tx} ${ty})`);
-      for (const [use, x, y] of marks) {
-        use.setAttribute("x", sx * x + tx);
-        use.setAttribute("y", sy * y + ty);
+      for (const [mark, x, y] of marks) {
+        mark.setAttribute("x", sx * x + tx);
+        mark.setAttribute("y", sy * y + ty);
       }
     }
     for (const old of axes.drawn) old.remove();
