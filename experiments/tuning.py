@@ -149,7 +149,7 @@ def body(options: Options, results: Results) -> None:
         swept_rows += [{"solver": solver, **row} for row in scored.reset_index().to_dict("records")]
         gain = _round(scored.loc["former defaults", "score"] / scored.loc[best, "score"])
         say(f"  {solver}: {best}, {gain} times as fast as before where it was tuned")
-        recommended = {name: value for name, value in tried[best].items()}
+        recommended = dict(tried[best])
         same = all(getattr(make(solver), name) == value for name, value in recommended.items())
         if not options.quick:
             note = best if same else f"{best}; the default differs"

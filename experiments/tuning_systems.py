@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,7 +22,7 @@ from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.mmg import MMGShip
 from seatruth.models.twin_thruster import TwinThruster
 from seatruth.study import formula_study
-from seatruth.trials import Channel, Trial
+from seatruth.trials import Channel
 
 NOISE = {"tuned on": (0.01,), "checked on": (0.0, 0.02)}
 """[S] White noise, parts of each channel's range."""

@@ -26,8 +26,8 @@ class Genetic(Optimizer):
     sbx              simulated binary crossover (Deb and Agrawal 1995), parameter by parameter, pymoo's. It does not
                      reach the best fit of a vehicle's model: its coefficients are correlated
 
-    The defaults were chosen by experiments/tuning.py. Liu, Yue and Yu print population 200, crossover 0.8, mutation 0.15
-    (a gene) and 2000 generations, which are an upper limit here beside the budget; the algorithm has no rule of
+    The defaults were chosen by experiments/tuning.py. Liu, Yue and Yu print population 200, crossover 0.8, mutation
+    0.15 (a gene) and 2000 generations, which are an upper limit here beside the budget; the algorithm has no rule of
     convergence. pymoo's operators run on plain arrays: with its objects for individuals and its comparison of all pairs
     for duplicates, a candidate would cost more than ten times as much. A child that would be a copy of its parent gets
     one gene mutated.

@@ -31,10 +31,10 @@ class ParticleSwarm(Optimizer):
     global-best swarm), the `neighbours` nearest ones ("ring", the local-best swarm of pyswarms), or those that were the
     nearest when the search began ("fixed").
 
-    The pulls have one random weight for each particle, or as in the first papers one for each component ("component").
-    The latter favours the axes, and is lost where parameters are correlated, as a vehicle's coefficients are. One weight
-    a particle is often said to lose its directions too soon; with fixed neighbours it does so less. The defaults were
-    chosen by experiments/tuning.py.
+    The pulls have one random weight for each particle ("particle"), or as in the first papers one for each component
+    ("component"), which favours the axes and is lost where parameters are correlated, as a vehicle's coefficients are.
+    One weight a particle leaves the swarm few directions; with fixed neighbours it keeps them longer. The defaults
+    were chosen by experiments/tuning.py.
 
     pyswarms keeps the personal bests, finds the best neighbour and puts particles back that leave the search range.
     The velocity rule is ours, because pyswarms draws its random numbers from NumPy's global generator, and a result
