@@ -1,4 +1,4 @@
-"""The tuning of the solvers: its problems are its own, its sweeps name options that exist, and its score counts failures."""
+"""The tuning of the solvers: its problems are its own, its sweeps name options that exist, failures count."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_each_truth_lies_inside_its_bounds(name: str) -> None:
 @pytest.mark.parametrize("solver", list(tuning.FORMER))
 def test_every_setting_of_a_sweep_is_one_that_the_solver_takes(solver: str) -> None:
     tried = tuning.settings(solver)
-    assert list(tried)[0] == "former defaults"
+    assert next(iter(tried)) == "former defaults"
     assert len({make(solver, **options) for options in tried.values()}) >= 6
 
 

@@ -25,7 +25,7 @@ from seatruth.simulate.compiler.kernels import (
 from seatruth.simulate.compiler.lanes import FEW, NARROW, from_lanes, lane_blocks, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
 from seatruth.simulate.compiler.node import Node, ordered
-from seatruth.simulate.compiler.pool import Buffer, run_kernel
+from seatruth.simulate.compiler.pool import Buffer, Kept, run_kernel
 from seatruth.simulate.compiler.system import Directions, System, differentiated, differentiated_rates
 from seatruth.simulate.compiler.trace import Equations, trace
 from seatruth.simulate.time_grid import TimeGrid
@@ -68,6 +68,7 @@ class Program:
         self._systems: dict[int, System] = {}
         self._evaluation_kernels: dict[object, Kernel] = {}
         self._features: WeakKeyDictionary[TimeGrid, dict[object, Array]] = WeakKeyDictionary()
+        self._buffers: WeakKeyDictionary[TimeGrid, dict[int, tuple[_SimulationKernel, Kept]]] = WeakKeyDictionary()
 
     def squared_errors(
         self, grid: TimeGrid, values: Array, x0: Array, weighted_measured: Array, weights: Array, threads: int
@@ -234,19 +235,32 @@ class Program:
             "counter": np.zeros(1, dtype=np.int64),
             "parameters": lanes,
             "x0": x0,
-            "start": grid.start,
-            "substeps": grid.substeps,
-            "length": grid.length,
-            "stage_start": grid.stage_start,
-            "stage_features": self._grid_features(
-                grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
-            ),
-            "step_features": self._step_features(grid, chosen.step_features),
-            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.trial, grid.inputs),
             **arrays,
         }
         sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t), "stages": 4 * grid.steps}
-        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
+        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks, self._grid_buffers(grid, chosen))
+
+    def _grid_buffers(self, grid: TimeGrid, chosen: _SimulationKernel) -> Kept:
+        """What a kernel reads of a grid: kept as long as both."""
+        kept = self._buffers.setdefault(grid, {})
+        if id(chosen) not in kept:
+            buffers = Kept(
+                {
+                    "start": grid.start,
+                    "substeps": grid.substeps,
+                    "length": grid.length,
+                    "stage_start": grid.stage_start,
+                    "stage_features": self._grid_features(
+                        grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
+                    ),
+                    "step_features": self._step_features(grid, chosen.step_features),
+                    "sample_features": self._grid_features(
+                        grid, chosen.sample_features, grid.t, grid.trial, grid.inputs
+                    ),
+                }
+            )
+            kept[id(chosen)] = chosen, buffers  # the kernel too, so that no other one gets its id
+        return kept[id(chosen)][1]
 
     def _grid_features(
         self, grid: TimeGrid, features: tuple[Node, ...], t: Array, trial: Array, inputs: Array
