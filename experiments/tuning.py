@@ -82,7 +82,7 @@ SWEEPS: dict[str, tuple[dict[str, list[Any]], ...]] = {
         {"strategy": ["randtobest1bin"], "recombination": [0.95], "population": [50, 70],
          "mutation_low": [0.4, 0.5], "mutation_high": [1.0]},
     ),
-    "cma_es": ({"sigma": [0.1, 0.3, 0.5], "population": [None, 16]},),
+    "cma_es": ({"sigma": [0.1, 0.3, 0.5]}, {"population": [16]}),
 }  # fmt: skip
 """What is swept; a value that is not named is the default."""
 

@@ -30,8 +30,8 @@ STRATEGIES = (
 class DifferentialEvolution(Optimizer):
     """scipy.optimize.differential_evolution, deferred updates, no polishing (chain a local optimizer instead).
 
-    The defaults were chosen by experiments/tuning.py. SciPy's own ("best1bin", crossover 0.7) leaves more parameters of a
-    candidate as they are, which is slow where parameters are correlated.
+    The defaults were chosen by experiments/tuning.py. SciPy's own ("best1bin", crossover 0.7) leaves more parameters
+    of a candidate as they are, which is slow where parameters are correlated.
     """
 
     name: ClassVar[str] = "differential_evolution"

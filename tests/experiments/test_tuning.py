@@ -45,7 +45,7 @@ def test_each_truth_lies_inside_its_bounds(name: str) -> None:
 def test_every_setting_of_a_sweep_is_one_that_the_solver_takes(solver: str) -> None:
     tried = tuning.settings(solver)
     assert next(iter(tried)) == "former defaults"
-    assert len({make(solver, **options) for options in tried.values()}) >= 6
+    assert len({make(solver, **options) for options in tried.values()}) >= 4
 
 
 def test_a_setting_that_never_arrives_scores_worse_than_one_that_is_slow() -> None:
