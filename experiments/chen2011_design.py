@@ -128,7 +128,7 @@ def _worst(elevators: Array) -> Array:
 
 def search(seconds: float, evaluations: int, seed: int, workers: int) -> tuple[dict[str, float], Trial]:
     """The settings found by Differential Swarm and then CMA-ES around its best, and the run without noise."""
-    chain = Chain((make("differential_swarm", particles=40), make("cma_es", sigma=0.05)))
+    chain = Chain((make("differential_swarm", particles=40, omega=1.0), make("cma_es", sigma=0.05)))
     out = minimise(DesignCost(seconds, workers), chain, seed=seed, budget=Budget(evaluations))
     return dict(zip((q.name for q in SETTINGS), out.x.tolist())), trial(steered(out.x[None], seconds)[0])
 

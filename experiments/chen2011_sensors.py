@@ -42,7 +42,7 @@ class SameSensors(DesignCost):
 def search(seconds: float, evaluations: int, seed: int) -> dict[str, Any]:
     """The settings found, and the bounds in per cent under the benchmark's noise."""
     sd = system.noise_of(system.benchmark(), LEVEL)
-    chain = Chain((make("differential_swarm", particles=40), make("cma_es", sigma=0.05)))
+    chain = Chain((make("differential_swarm", particles=40, omega=1.0), make("cma_es", sigma=0.05)))
     out = minimise(SameSensors(seconds, sd), chain, seed=seed, budget=Budget(evaluations))
     run = trial(steered(out.x[None], seconds)[0])
     settings = dict(zip((q.name for q in SETTINGS), out.x.tolist()))

@@ -39,7 +39,8 @@ def run(name: str, fixed: bool, solver: str, seed: int, generations: int, evalua
     used = study(name, fixed)
     cost = cost_of(used, threads=1)
     printed = solver == "genetic"
-    options = {"population": 200, "generations": generations, "crossover": 0.8, "mutation": 0.15} if printed else {}
+    options: dict[str, Any] = {"crossing": "sbx", "population": 200, "crossover": 0.8, "mutation": 0.15}
+    options = options | {"generations": generations} if printed else {}
     budget = Budget(200 * (generations + 1) if printed else evaluations)
     row = {"cost": f"{name}, {FIXED[name]} fixed" if fixed else name, "solver": solver, "seed": seed}
     try:

@@ -60,6 +60,7 @@ class Seatruth:
         weigh = dict(zip(job.outputs, job.weights))
         row = np.array([weigh.get(channel.name, 0.0) for channel in self.model.outputs])
         self.weights = np.tile(row, (len(job.t) * trials, 1))
+        self.weights.setflags(write=False)  # as a cost gives them: they are put onto the measurements once
 
     def costs(self, theta: Array) -> Array:
         """Squared-error cost of each candidate; shape (P,)."""

@@ -28,17 +28,21 @@ STRATEGIES = (
 
 @dataclass(frozen=True)
 class DifferentialEvolution(Optimizer):
-    """scipy.optimize.differential_evolution, deferred updates, no polishing (chain a local optimizer instead)."""
+    """scipy.optimize.differential_evolution, deferred updates, no polishing (chain a local optimizer instead).
+
+    The defaults were chosen by experiments/tuning.py. SciPy's own ("best1bin", crossover 0.7) leaves more parameters
+    of a candidate as they are, which is slow where parameters are correlated.
+    """
 
     name: ClassVar[str] = "differential_evolution"
     title: ClassVar[str] = "Differential evolution (Storn and Price)"
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
-    population: int = option(50, "candidates a generation", low=5, high=100_000)
-    strategy: str = option("best1bin", "rule that makes the trial vectors", choices=STRATEGIES)
+    population: int = option(30, "candidates a generation", low=5, high=100_000)
+    strategy: str = option("randtobest1bin", "rule that makes the trial vectors", choices=STRATEGIES)
     mutation_low: float = option(0.5, "smallest weight of the difference (drawn in each generation)", low=0.0, high=1.9)
     mutation_high: float = option(1.0, "largest weight of the difference", low=0.0, high=1.99)
-    recombination: float = option(0.7, "crossover probability", low=0.0, high=1.0)
+    recombination: float = option(0.9, "crossover probability", low=0.0, high=1.0)
     tolerance: float = option(1e-8, "spread of a generation's costs over their mean at which it has converged", low=0.0)
 
     def run(self, problem: Problem, rng: np.random.Generator) -> str:

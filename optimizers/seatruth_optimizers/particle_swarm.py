@@ -16,18 +16,25 @@ from seatruth.arrays import Array
 from seatruth.costs.base import Ability
 from seatruth.optimizers import Optimizer, Problem, option
 
+DRAWS = ("particle", "component")
+TOPOLOGIES = ("star", "ring", "fixed")
 _LOGGING = Path(__file__).with_name("pyswarms_logging.yaml")
 _ENVIRONMENT = threading.Lock()
 
 
 @dataclass(frozen=True)
 class ParticleSwarm(Optimizer):
-    """Particle swarm with constriction coefficients (Clerc and Kennedy 2002) by default.
+    """Particle swarm with constriction (Clerc and Kennedy 2002).
 
     Each step, a particle's velocity is `inertia` times its last one, plus random pulls to the best place that the
     particle has seen and to the best place that its neighbours have seen. The neighbours are all particles ("star", the
-    global-best swarm) or the `neighbours` nearest ones ("ring", the local-best swarm of pyswarms; slower, and less
-    likely to end in a local minimum).
+    global-best swarm), the `neighbours` nearest ones ("ring", the local-best swarm of pyswarms), or those that were the
+    nearest when the search began ("fixed").
+
+    The pulls have one random weight for each particle ("particle"), or as in the first papers one for each component
+    ("component"), which favours the axes and is lost where parameters are correlated, as a vehicle's coefficients are.
+    One weight a particle leaves the swarm few directions; with fixed neighbours it keeps them longer. The defaults
+    were chosen by experiments/tuning.py.
 
     pyswarms keeps the personal bests, finds the best neighbour and puts particles back that leave the search range.
     The velocity rule is ours, because pyswarms draws its random numbers from NumPy's global generator, and a result
@@ -38,14 +45,17 @@ class ParticleSwarm(Optimizer):
     title: ClassVar[str] = "Particle swarm (global or local best)"
     needs: ClassVar[frozenset[Ability]] = frozenset({"values"})
 
-    particles: int = option(50, "size of the swarm", low=2, high=100_000)
+    particles: int = option(100, "size of the swarm", low=2, high=100_000)
     inertia: float = option(0.7298, "part of the velocity that is kept", low=0.0, high=1.5)
     cognitive: float = option(1.4962, "pull to the best place that the particle has seen", low=0.0, high=4.0)
     social: float = option(1.4962, "pull to the best place that its neighbours have seen", low=0.0, high=4.0)
-    topology: str = option("star", "the neighbours: all particles, or the nearest ones", choices=("star", "ring"))
-    neighbours: int = option(5, "number of neighbours in a ring, the particle itself included", low=2, high=100_000)
+    draw: str = option("particle", "random weights of the pulls: one a particle, or one a component", choices=DRAWS)
+    topology: str = option(
+        "fixed", "the neighbours: all particles, the nearest ones, or those nearest at first", choices=TOPOLOGIES
+    )
+    neighbours: int = option(10, "number of neighbours, the particle itself included", low=2, high=100_000)
     boundary: str = option(
-        "nearest", "where a particle is put that leaves the range", choices=("nearest", "reflective", "periodic")
+        "reflective", "where a particle is put that leaves the range", choices=("nearest", "reflective", "periodic")
     )
     spread: float = option(1e-10, "extent of the swarm, in search coordinates, at which it has converged", low=0.0)
 
@@ -57,7 +67,7 @@ class ParticleSwarm(Optimizer):
             from pyswarms.backend.topology import Ring, Star
 
             boundary = BoundaryHandler(self.boundary)
-            topology = Star() if self.topology == "star" else Ring()
+            topology = Star() if self.topology == "star" else Ring(static=self.topology == "fixed")
         # pyswarms' Ring takes the neighbours by distance: p is the norm, k their number.
         metric = {} if self.topology == "star" else {"p": 2, "k": min(self.neighbours, self.particles)}
         low, high = problem.box
@@ -84,7 +94,8 @@ class ParticleSwarm(Optimizer):
 
     def _velocity(self, swarm: Any, rng: np.random.Generator) -> Array:
         """New velocities (particles, K) of a pyswarms Swarm: Clerc and Kennedy (2002)."""
-        shape = swarm.position.shape
+        particles, d = swarm.position.shape
+        shape = (particles, d if self.draw == "component" else 1)
         cognitive = self.cognitive * rng.random(shape) * (swarm.pbest_pos - swarm.position)
         social = self.social * rng.random(shape) * (swarm.best_pos - swarm.position)
         velocity: Array = self.inertia * swarm.velocity + cognitive + social

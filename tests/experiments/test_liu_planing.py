@@ -73,7 +73,7 @@ def test_the_study_file_is_fitted_and_its_scale_named(name: str, count: int) -> 
 
 
 def test_the_genetic_algorithm_takes_the_papers_settings() -> None:
-    options = {"population": 200, "generations": 2000, "crossover": 0.8, "mutation": 0.15}
+    options = {"crossing": "sbx", "population": 200, "generations": 2000, "crossover": 0.8, "mutation": 0.15}
     cost = cost_of(system.study("M2"), threads=1)
     found = minimise(cost, make("genetic", **options), seed=1, budget=Budget(40_200))
     best = minimise(cost, "least_squares", seed=1)

@@ -32,9 +32,20 @@ class TestDifferentialSwarm(OptimizerConformance):
 
 
 class TestParticleSwarm(OptimizerConformance):
+    tolerances: ClassVar = {"twelve_parameters": 1e-6}
+
     @pytest.fixture(params=["nearest", "reflective"])
     def optimizer(self, request: pytest.FixtureRequest) -> Optimizer:
         return make("particle_swarm", boundary=request.param)
+
+
+@SLOW
+class TestSwarmByComponents(OptimizerConformance):
+    """As in the first papers."""
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("particle_swarm", particles=50, draw="component", topology="star")
 
 
 class TestLocalBestSwarm(OptimizerConformance):
@@ -59,7 +70,17 @@ class TestGenetic(OptimizerConformance):
 
     @pytest.fixture
     def optimizer(self) -> Optimizer:
-        return make("genetic", population=100)
+        return make("genetic")
+
+
+class TestGeneticByParameters(OptimizerConformance):
+    """With the settings of Liu, Yue and Yu, but for the population."""
+
+    tolerance = 1e-4
+
+    @pytest.fixture
+    def optimizer(self) -> Optimizer:
+        return make("genetic", crossing="sbx", population=100, crossover=0.8, mutation=0.15)
 
 
 class TestSimulatedAnnealing(OptimizerConformance):

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seatruth.simulate.compiler.lanes import NARROW, WIDE, from_lanes, lane_blocks, to_lanes
+from seatruth.simulate.compiler.lanes import FEW, NARROW, WIDE, from_lanes, lane_blocks, to_lanes
 
 
 @settings(max_examples=200, deadline=None)
@@ -15,11 +15,11 @@ def test_blocks_cover_all_candidates_once(size: int, trials: int, threads: int) 
     parts = lane_blocks(size, trials, threads)
     covered = np.concatenate([np.arange(size)[part] for part, _ in parts])
     assert covered.tolist() == list(range(size))
-    assert {width for _, width in parts} <= {NARROW, WIDE}
+    assert {width for _, width in parts} <= {FEW, NARROW, WIDE}
 
 
 @settings(max_examples=50, deadline=None)
-@given(size=st.integers(1, 40), width=st.sampled_from([NARROW, WIDE]))
+@given(size=st.integers(1, 40), width=st.sampled_from([FEW, NARROW, WIDE]))
 def test_there_and_back(size: int, width: int) -> None:
     values = np.random.default_rng(size).normal(size=(size, 3, 2))
     lanes = to_lanes(values, width)

@@ -12,6 +12,10 @@ from seatruth.simulate.compiler.machine_code import vector_bytes
 NARROW = 8
 """Lanes of a block: doubles in the widest vector of present processors (AVX-512), two or four vectors elsewhere."""
 WIDE = 2 * NARROW
+FEW = NARROW // 2
+"""Lanes where no more candidates are left. Divisions and roots of the widest vectors take longer, and processors that
+run them in two halves take twice as long for all else: one candidate takes a fifth to a third less time with these
+(experiments/engine_speed.py)."""
 _PLENTY = 16
 """Wide tasks a thread from which on uneven ends do not matter: at most a sixteenth of the time. Chosen here [S]."""
 
@@ -51,6 +55,8 @@ def lane_blocks(size: int, trials: int, threads: int) -> list[tuple[slice, int]]
     candidates as give every thread the same number of tasks, single vectors take the rest. The numbers of a lane do
     not depend on the width.
     """
+    if size <= FEW:
+        return [(slice(0, size), FEW)]
     if vector_bytes() != 64 or size * trials < WIDE * threads:
         return [(slice(0, size), NARROW)]
     if size * trials >= _PLENTY * WIDE * threads:

@@ -22,16 +22,19 @@ from seatruth.simulate.compiler.kernels import (
     servo_values,
     simulation_kernel,
 )
-from seatruth.simulate.compiler.lanes import NARROW, from_lanes, lane_blocks, last_axis_from_lanes, to_lanes
+from seatruth.simulate.compiler.lanes import FEW, NARROW, from_lanes, lane_blocks, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
 from seatruth.simulate.compiler.node import Node, ordered
-from seatruth.simulate.compiler.pool import Buffer, run_kernel
+from seatruth.simulate.compiler.pool import Buffer, Kept, run_kernel
 from seatruth.simulate.compiler.system import Directions, System, differentiated, differentiated_rates
 from seatruth.simulate.compiler.trace import Equations, trace
 from seatruth.simulate.time_grid import TimeGrid
 
 _CHUNK = 512
 """Rows of one task of an evaluation; a multiple of every width. Chosen here [S]: long against the task's overhead."""
+_MOST_GROUPS = 6
+"""Groups of directions in one kernel: more would run little faster and compile longer. Chosen here [S]: with five, the
+20 directions of a ship's model take half the time of five kernels' runs (experiments/engine_speed.py)."""
 _MOST_DERIVATIVES = 512 * 1024 * 1024
 """Bytes of derivatives that one call of a kernel records; more directions take several calls. Chosen here [S]."""
 
@@ -62,8 +65,10 @@ class Program:
     def __init__(self, model: Model) -> None:
         self.equations: Equations = trace(model)
         self._simulation_kernels: dict[tuple[str, int], _SimulationKernel] = {}
+        self._systems: dict[int, System] = {}
         self._evaluation_kernels: dict[object, Kernel] = {}
         self._features: WeakKeyDictionary[TimeGrid, dict[object, Array]] = WeakKeyDictionary()
+        self._buffers: WeakKeyDictionary[TimeGrid, dict[int, tuple[_SimulationKernel, Kept]]] = WeakKeyDictionary()
 
     def squared_errors(
         self, grid: TimeGrid, values: Array, x0: Array, weighted_measured: Array, weights: Array, threads: int
@@ -106,10 +111,11 @@ class Program:
         """Outputs (P, N, D) or states (P, N, S), and last states (P, T, S): values (P, n_parameters), x0 (P, T, S)."""
         e = self.equations
         roots = e.outputs if what == "outputs" else e.states
-        lanes, starts = to_lanes(values, NARROW), to_lanes(x0, NARROW)
-        record = np.full((len(lanes), len(grid.t), len(roots), NARROW), math.nan)
-        x_end = np.empty((len(lanes), len(grid.rows), len(e.states), NARROW))
-        chosen = self._simulation_kernel(what, NARROW, System(e.states, e.rates, roots, e.parameters, e.driven))
+        width = FEW if len(values) <= FEW else NARROW
+        lanes, starts = to_lanes(values, width), to_lanes(x0, width)
+        record = np.full((len(lanes), len(grid.t), len(roots), width), math.nan)
+        x_end = np.empty((len(lanes), len(grid.rows), len(e.states), width))
+        chosen = self._simulation_kernel(what, width, System(e.states, e.rates, roots, e.parameters, e.driven))
         self._simulate(chosen, grid, lanes, starts, threads, {"record": record, "x_end": x_end})
         return from_lanes(record, len(values)), from_lanes(x_end, len(values))
 
@@ -119,11 +125,11 @@ class Program:
         Returns them at the four stages of every step (S, 4 M), at the samples (N, S), and the last ones (T, S).
         """
         e = self.equations
-        lanes, starts = to_lanes(values[None], NARROW), to_lanes(x0[None], NARROW)
-        record = np.full((1, len(grid.t), len(e.states), NARROW), math.nan)
-        x_end = np.empty((1, len(grid.rows), len(e.states), NARROW))
+        lanes, starts = to_lanes(values[None], FEW), to_lanes(x0[None], FEW)
+        record = np.full((1, len(grid.t), len(e.states), FEW), math.nan)
+        x_end = np.empty((1, len(grid.rows), len(e.states), FEW))
         stage_states = np.full((len(e.states), 4 * grid.steps), math.nan)
-        chosen = self._simulation_kernel("stages", NARROW, System(e.states, e.rates, e.states, e.parameters, e.driven))
+        chosen = self._simulation_kernel("stages", FEW, System(e.states, e.rates, e.states, e.parameters, e.driven))
         arrays = {"record": record, "x_end": x_end, "stage_states": stage_states}
         self._simulate(chosen, grid, lanes, starts, threads, arrays)
         return stage_states, record[0, :, :, 0], x_end[0, :, :, 0]
@@ -136,34 +142,38 @@ class Program:
         along: Directions,
         threads: int,
     ) -> Derivatives:
-        """One candidate's derivatives in some directions, each in a lane: values (n_parameters,), x0 (T, S)."""
+        """One candidate's derivatives in some directions: values (n_parameters,), x0 (T, S).
+
+        A kernel takes FEW directions in the lanes of each of its groups, so that its lanes need the values once.
+        """
         e, size = self.equations, along.size
-        states, outputs, samples = len(e.states), len(e.outputs), len(grid.t)
-        parameters = len(e.parameters)
-        # One row a direction: the values, then the direction itself. Without any, one row for the values.
-        directions = np.zeros((max(size, 1), 2 * parameters))
-        directions[:, :parameters] = values
-        directions[np.arange(len(along.columns)), parameters + along.columns] = 1.0
-        starts = np.zeros((max(size, 1), len(grid.rows), 2 * states))
-        starts[:, :, :states] = x0
-        starts[:size, :, states:] = along.first_states(states)[:, None]
-        y, x_end = np.empty((samples, outputs)), np.empty((len(grid.rows), states))
-        dy, dx_end = np.empty((samples, outputs, size)), np.empty((len(grid.rows), states, size))
-        system = self._differentiated
-        chosen = self._simulation_kernel("derivatives", NARROW, system)
-        at_once = max(1, _MOST_DERIVATIVES // (samples * len(system.outputs) * 8 * NARROW)) * NARROW
-        for k in range(0, max(size, 1), at_once):
-            part = slice(k, min(k + at_once, size))
-            lanes, first = to_lanes(directions[k : k + at_once], NARROW), to_lanes(starts[k : k + at_once], NARROW)
-            record = np.full((len(lanes), samples, len(system.outputs), NARROW), math.nan)
-            last = np.empty((len(lanes), len(grid.rows), len(system.states), NARROW))
-            self._simulate(chosen, grid, lanes, first, threads, {"record": record, "x_end": last})
-            y[:], x_end[:] = record[0, :, :outputs, 0], last[0, :, :states, 0]
-            wanted = part.stop - part.start
-            if wanted:
-                dy[:, :, part] = last_axis_from_lanes(record[:, :, outputs:], wanted)
-                dx_end[:, :, part] = last_axis_from_lanes(last[:, :, states:], wanted)
-        return Derivatives(y, dy, x_end, dx_end)
+        states, outputs, samples, parameters = len(e.states), len(e.outputs), len(grid.t), len(e.parameters)
+        blocks = max(1, -(-size // (FEW * _MOST_GROUPS)))
+        groups = max(1, -(-size // (FEW * blocks)))
+        moved = np.zeros((blocks * groups * FEW, parameters))
+        moved[np.arange(len(along.columns)), along.columns] = 1.0
+        first = np.zeros((blocks * groups * FEW, states))
+        first[:size] = along.first_states(states)
+        lanes = np.empty((blocks, (1 + groups) * parameters, FEW))
+        lanes[:, :parameters] = values[:, None]
+        lanes[:, parameters:] = _in_groups(moved, blocks)
+        starts = np.empty((blocks, len(grid.rows), (1 + groups) * states, FEW))
+        starts[:, :, :states] = x0[:, :, None]
+        starts[:, :, states:] = _in_groups(first, blocks)[:, None]
+        system = self._differentiated(groups)
+        chosen = self._simulation_kernel(f"derivatives in {groups} groups", FEW, system)
+        at_once = max(1, _MOST_DERIVATIVES // (samples * len(system.outputs) * 8 * FEW))
+        dy, dx_end = [], []
+        for k in range(0, blocks, at_once):
+            block = slice(k, min(k + at_once, blocks))
+            count = block.stop - block.start
+            record = np.full((count, samples, len(system.outputs), FEW), math.nan)
+            last = np.empty((count, len(grid.rows), len(system.states), FEW))
+            self._simulate(chosen, grid, lanes[block], starts[block], threads, {"record": record, "x_end": last})
+            dy.append(_from_groups(record[:, :, outputs:], groups))
+            dx_end.append(_from_groups(last[:, :, states:], groups))
+        y, x_end = np.array(record[0, :, :outputs, 0]), np.array(last[0, :, :states, 0])
+        return Derivatives(y, _joined(dy, size), x_end, _joined(dx_end, size))
 
     def rates(self, values: Array, leaves: Array, threads: int) -> Array:
         """Rates (P, S, N) on rows: `values` (P, n_parameters); `leaves` (S + I + 2, N): states, inputs, time, trial."""
@@ -189,9 +199,10 @@ class Program:
         places = [order.index(id(servo.state)) for servo in self.equations.driven]
         return np.concatenate([leaves, leaves[places]]) if places else leaves
 
-    @cached_property
-    def _differentiated(self) -> System:
-        return differentiated(self.equations)
+    def _differentiated(self, groups: int) -> System:
+        if groups not in self._systems:
+            self._systems[groups] = differentiated(self.equations, groups)
+        return self._systems[groups]
 
     @cached_property
     def _differentiated_rates(self) -> System:
@@ -224,19 +235,32 @@ class Program:
             "counter": np.zeros(1, dtype=np.int64),
             "parameters": lanes,
             "x0": x0,
-            "start": grid.start,
-            "substeps": grid.substeps,
-            "length": grid.length,
-            "stage_start": grid.stage_start,
-            "stage_features": self._grid_features(
-                grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
-            ),
-            "step_features": self._step_features(grid, chosen.step_features),
-            "sample_features": self._grid_features(grid, chosen.sample_features, grid.t, grid.trial, grid.inputs),
             **arrays,
         }
         sizes = {"tasks": tasks, "trials": len(grid.rows), "samples": len(grid.t), "stages": 4 * grid.steps}
-        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks)
+        run_kernel(chosen.kernel, SIMULATION_CONTEXT, buffers, sizes, threads, tasks, self._grid_buffers(grid, chosen))
+
+    def _grid_buffers(self, grid: TimeGrid, chosen: _SimulationKernel) -> Kept:
+        """What a kernel reads of a grid: kept as long as both."""
+        kept = self._buffers.setdefault(grid, {})
+        if id(chosen) not in kept:
+            buffers = Kept(
+                {
+                    "start": grid.start,
+                    "substeps": grid.substeps,
+                    "length": grid.length,
+                    "stage_start": grid.stage_start,
+                    "stage_features": self._grid_features(
+                        grid, chosen.stage_features, grid.stage_t, grid.stage_trial, grid.stage_inputs
+                    ),
+                    "step_features": self._step_features(grid, chosen.step_features),
+                    "sample_features": self._grid_features(
+                        grid, chosen.sample_features, grid.t, grid.trial, grid.inputs
+                    ),
+                }
+            )
+            kept[id(chosen)] = chosen, buffers  # the kernel too, so that no other one gets its id
+        return kept[id(chosen)][1]
 
     def _grid_features(
         self, grid: TimeGrid, features: tuple[Node, ...], t: Array, trial: Array, inputs: Array
@@ -299,6 +323,26 @@ class Program:
         sizes = {"tasks": tasks, "chunks": chunks, "chunk": _CHUNK, "rows": padded}
         run_kernel(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
         return answer[:, :, :size]
+
+
+def _in_groups(directions: Array, blocks: int) -> Array:
+    """(directions, items) -> (blocks, groups x items, FEW)."""
+    items = directions.shape[1]
+    split = directions.reshape(blocks, -1, FEW, items)
+    return split.transpose(0, 1, 3, 2).reshape(blocks, -1, FEW)
+
+
+def _from_groups(lanes: Array, groups: int) -> Array:
+    """(blocks, rows, groups x items, FEW) -> (rows, items, directions)."""
+    blocks, rows = lanes.shape[:2]
+    split = lanes.reshape(blocks, rows, groups, -1, FEW)
+    return split.transpose(1, 3, 0, 2, 4).reshape(rows, split.shape[3], -1)
+
+
+def _joined(parts: Sequence[Array], size: int) -> Array:
+    """The first `size` directions of these parts."""
+    whole = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
+    return np.ascontiguousarray(whole[:, :, :size])
 
 
 def fingerprint(model: Model) -> str:

@@ -49,25 +49,35 @@ class Directions(NamedTuple):
         return moves
 
 
-def differentiated(e: Equations) -> System:
-    """The equations, followed by their derivatives along a direction in parameters and states."""
-    dp = [e.graph.leaf("parameter direction", k, LANE) for k in range(len(e.parameters))]
-    dx = [e.graph.leaf("state direction", k, BOTH) for k in range(len(e.states))]
-    da = [e.graph.leaf("acting direction", k, BOTH) for k in range(len(e.driven))]
+def differentiated(e: Equations, groups: int = 1) -> System:
+    """The equations, followed by their derivatives along so many directions in parameters and states.
+
+    A lane has one direction of each group, and the values that all of them need once.
+    """
+    parts = [_along(e, group) for group in range(groups)]
+    return System(
+        (*e.states, *(node for part in parts for node in part.states)),
+        (*e.rates, *(node for part in parts for node in part.rates)),
+        (*e.outputs, *(node for part in parts for node in part.outputs)),
+        (*e.parameters, *(node for part in parts for node in part.parameters)),
+        (*e.driven, *(servo for part in parts for servo in part.driven)),
+    )
+
+
+def _along(e: Equations, group: int) -> System:
+    """The derivatives along one direction."""
+    sizes = len(e.parameters), len(e.states), len(e.driven)
+    dp = [e.graph.leaf("parameter direction", group * sizes[0] + k, LANE) for k in range(sizes[0])]
+    dx = [e.graph.leaf("state direction", group * sizes[1] + k, BOTH) for k in range(sizes[1])]
+    da = [e.graph.leaf("acting direction", group * sizes[2] + k, BOTH) for k in range(sizes[2])]
     acting = [servo.acting for servo in e.driven]
     directions = {id(leaf): d for leaf, d in (*zip(e.parameters, dp), *zip(e.states, dx), *zip(acting, da))}
     derivatives = directional_derivatives([*e.rates, *e.outputs], directions)
     size = len(e.rates)
     moves = directional_derivatives(servo_values(e.driven), directions)
     along = {id(state): direction for state, direction in zip(e.states, dx)}
-    driven = [Driven(along[id(e.driven[k].state)], da[k], *moves[3 * k : 3 * k + 3]) for k in range(len(da))]
-    return System(
-        (*e.states, *dx),
-        (*e.rates, *derivatives[:size]),
-        (*e.outputs, *derivatives[size:]),
-        (*e.parameters, *dp),
-        (*e.driven, *driven),
-    )
+    driven = tuple(Driven(along[id(e.driven[k].state)], da[k], *moves[3 * k : 3 * k + 3]) for k in range(len(da)))
+    return System(tuple(dx), tuple(derivatives[:size]), tuple(derivatives[size:]), tuple(dp), driven)
 
 
 def differentiated_rates(e: Equations) -> System:
