@@ -90,7 +90,8 @@ class Genetic(Optimizer):
             step += self.reach * rng.standard_normal((2 * pairs, 1)) * (parents - mean)
             children = parents + step * (rng.random((2 * pairs, 1)) < self.crossover)
             outside = (children < low) | (children > high)
-            return np.where(outside, low + rng.random(children.shape) * width, children)
+            inside: Array = np.where(outside, low + rng.random(children.shape) * width, children)
+            return inside
 
         cross = sbx if self.crossing == "sbx" else parent_centric
 
