@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -223,5 +224,5 @@ def _bands(axes: Axes, stretches: Sequence[Stretch], *, numbers: bool) -> None:
         axes.axvline(stretch.start, color=FAINT, linewidth=0.6)
         if numbers:
             middle = 0.5 * (stretch.start + stretch.end)
-            look = {"ha": "center", "va": "top", "fontweight": "bold", "clip_on": True}
+            look: dict[str, Any] = {"ha": "center", "va": "top", "fontweight": "bold", "clip_on": True}
             axes.text(middle, 0.97, str(number), transform=across, **look)
