@@ -11,7 +11,23 @@ from pathlib import Path
 import psutil
 import pytest
 
-from seatruth.processes import interrupt_at_signals, safe_search_path, search_path, started
+from seatruth.errors import BadInput
+from seatruth.processes import (
+    MOST_WORKERS,
+    interrupt_at_signals,
+    require_workers,
+    safe_search_path,
+    search_path,
+    started,
+)
+
+
+@pytest.mark.parametrize("workers", [-1, 0, MOST_WORKERS + 1, 10**30])
+def test_workers_that_cannot_be_started_are_refused(workers: int) -> None:
+    require_workers(1)
+    require_workers(MOST_WORKERS)
+    with pytest.raises(BadInput, match=f"Ask for 1 to {MOST_WORKERS}"):
+        require_workers(workers)
 
 
 def test_inside_another_the_environment_is_restored_by_the_last(monkeypatch: pytest.MonkeyPatch) -> None:

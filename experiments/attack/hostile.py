@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -214,6 +215,53 @@ def _places() -> Iterator[tuple[str, Case]]:
 
         return prepare
 
+    def comparison(old: str, new: str) -> Case:
+        def prepare(folder: Path) -> Prepared:
+            file = folder / "comparison.toml"
+            file.write_text(file.read_text().replace(old, new))
+            return ["compare", str(file), "--workers", "1", "--quiet"]
+
+        return prepare
+
+    def init(name: str) -> Case:
+        def prepare(folder: Path) -> Prepared:
+            log_file = folder / "run_1.csv"
+            log_file.write_text(log_file.read_text().replace("delta", name, 1), encoding="utf-8")
+            return ["init", str(log_file), "-o", str(folder / "made.toml")]
+
+        return prepare
+
+    def archive(*members: tuple[str, bytes]) -> Case:
+        def prepare(folder: Path) -> Prepared:
+            with zipfile.ZipFile(folder / "ship.fmu", "w", zipfile.ZIP_DEFLATED) as made:
+                for name, content in members:
+                    made.writestr(name, content)
+            study = folder / "study.toml"
+            study.write_text(study.read_text().replace("boat.py:Nomoto", "ship.fmu"))
+            return ["check", str(study)]
+
+        return prepare
+
+    head = b'<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">'
+    yield "an FMU whose description is 200 MB of blanks", archive(("modelDescription.xml", head + b" " * 200_000_000))
+    entities = b"".join(b'<!ENTITY a%d "%s">' % (k, b"&a%d;" % (k - 1) * 10) for k in range(1, 12))
+    entities = b'<!DOCTYPE m [<!ENTITY a0 "x">' + entities + b"]>"
+    yield "an FMU of entities", archive(("modelDescription.xml", entities + head + b"&a11;</fmiModelDescription>"))
+    yield "an FMU that leads elsewhere", archive(("modelDescription.xml", head), ("../../escaped", b"x"))
+    yield "an FMU without a description", archive(("binaries/x", b"x"))
+    yield "a comparison of 1e23 seeds", comparison("seeds = 2", f"seeds = 1{'0' * 23}")
+    yield "a comparison of 20,000 budgets", comparison("[30]", str(list(range(1, 100_001, 5))))
+    yield "a comparison of 100,000 levels", comparison("[0.01]", str([1e-6 * k for k in range(1, 100_001)]))
+    yield "a comparison with a budget of 1e30", comparison("[30]", f"[1{'0' * 30}]")
+    yield "a comparison with noise of 1e308", comparison("[0.01]", "[1e308]")
+    yield "a comparison whose study is a device", comparison("study.toml", "/dev/zero")
+    yield "a comparison whose study is itself", comparison("study.toml", "comparison.toml")
+    yield (
+        "a million workers",
+        lambda folder: ["identify", str(folder / "study.toml"), "--quiet", "--cross-validate", "--workers", "1000000"],
+    )
+    for name in ('r"]', "a\\", "'", "\u202e", "#", "${HOME}", "{{7*7}}", "x" * 100_000):
+        yield f"a column {name[:10]!r} for init", init(name)
     yield "a log whose name is not UTF-8", renamed(b"run_\xff.csv")
     yield "a log whose name moves the cursor", renamed(b"run_\x1b[2J.csv")
     yield "a folder with brackets", in_folder("a [1] * folder?")

@@ -44,10 +44,13 @@ _NEW_CACHE = 5
 """Every so many cases compile anew, so that kills come among the files of compiled kernels too. Chosen here [S]."""
 _LOOK_S = 0.01
 """s between two looks at the processor time, which itself moves in such steps."""
-_TIMES = {"wall_s", "cpu_s", "time_utc", "seconds", "checksum", "traces_checksum", "sha256", "resumed"}
+_TIMES = {"wall_s", "cpu_s", "time_utc", "seconds", "checksum", "traces_checksum", "sha256", "resumed", "commit"}
+"""What differs between two runs of one program; `commit` tells whether someone edits seatruth meanwhile."""
 _SECONDS = re.compile(r"(_s|_utc)$")
 _SPENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\dZ| UTC)|\b[\d.]+(e-?\d+)?( to [\d.]+)? (ms|s|min)\b")
 """Dates and durations in a report."""
+_OWN = re.compile(r"against search time|>commit<")
+"""Lines of a report that hold more than a date or a duration of their run."""
 
 
 def run(command: str, cases: int, seed: int, place: Path, seconds: float = math.inf) -> Tally:
@@ -198,7 +201,8 @@ def _timeless_content(path: Path) -> Any:
         return len(path.read_text().splitlines())  # the numbers of the table beside it, among them seconds
     if path.suffix == ".html":
         # The picture of what search time buys is drawn from the times themselves.
-        return [_SPENT.sub("", line) for line in path.read_text().splitlines() if "against search time" not in line]
+        lines = (line for line in path.read_text().splitlines() if not _OWN.search(line))
+        return [_SPENT.sub("", line) for line in lines]
     return path.read_bytes()
 
 

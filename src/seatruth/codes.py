@@ -131,7 +131,12 @@ def _finding(
 def _pairs(tree: ast.Module) -> list[dict[str, str]]:
     """The pairs of an angle and its rate that a module checks: what its constant `_PAIRS` holds."""
     for node in tree.body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_PAIRS":
+        # Another module's constant of this name may be computed.
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Tuple)
+            and ast.unparse(node.targets[0]) == "_PAIRS"
+        ):
             return [dict(zip(("angle", "rate"), pair)) for pair in ast.literal_eval(node.value)]
     return []
 

@@ -21,6 +21,7 @@ from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput, SeatruthError, nearest
 from seatruth.estimate import Estimate
 from seatruth.optimizers import Budget, Optimizer, Outcome, minimise, starting_points
+from seatruth.processes import require_workers
 from seatruth.progress import Progress, ProgressEvent, silent
 from seatruth.storage.checkpoint import Checkpoint, jobs_file, starts_file
 from seatruth.study.settings import RunSettings, run_settings
@@ -127,8 +128,7 @@ def _check(study: Study, settings: RunSettings, workers: int) -> None:
             raise BadInput(f"{name!r} is no free parameter, so it has no profile", do=nearest(name, free))
     if settings.posterior:
         require_emcee()  # before hours of searching
-    if workers < 1:
-        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    require_workers(workers)
     if settings.cross_validate and len(study.trials) < 2 and study.cost.kind != "formula":
         raise BadInput("leaving trials out needs at least two to fit", do="Add a trial or leave cross_validate out.")
 

@@ -16,6 +16,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
+from seatruth.errors import BadInput
+
 _SAFE_PATH = "PYTHONSAFEPATH"
 """Environment variable of Python (3.11 and later): a process puts no folder of its own before its search path."""
 _WATCH_S = 0.5
@@ -23,9 +25,21 @@ _WATCH_S = 0.5
 END_S = 1.0
 """s in which a script of ours that has nothing left to do may end by itself, before it is ended. It takes milliseconds;
 chosen here [S]."""
+MOST_WORKERS = 1000
+"""Jobs at once. Chosen here [S]: more than any machine has processors; each takes memory of its own."""
 _SAFE_DEPTH_LOCK = threading.Lock()
 _safe_depth = 0
 _before: str | None = None
+
+
+def require_workers(workers: int) -> None:
+    """BadInput for a number of workers that cannot be started.
+
+    Example:
+        >>> require_workers(2)
+    """
+    if not 1 <= workers <= MOST_WORKERS:
+        raise BadInput(f"{workers} workers are not possible", do=f"Ask for 1 to {MOST_WORKERS}.")
 
 
 def started(script: str) -> subprocess.Popen[bytes]:

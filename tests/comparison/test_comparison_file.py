@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
@@ -134,8 +135,31 @@ def test_comparisons_that_say_nothing_are_refused() -> None:
             small(**change)
         assert says in str(caught.value)
         assert "comparison 'small'" in str(caught.value)
-    with pytest.raises(BadInput, match="0 workers"):
-        compare(small(), "nowhere", workers=0)
+    for workers in (0, 1_000_000):
+        with pytest.raises(BadInput, match=f"{workers} workers are not possible"):
+            compare(small(), "nowhere", workers=workers)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"seeds": 10**23}, r"runs, and 200,000 are possible"),
+        ({"budgets": range(1, 1_002)}, "1001 budgets are too many. Give at most 1000"),
+        ({"noise": [Noise("white", 1e-6 * k) for k in range(1, 50_000)]}, "runs, and 200,000 are possible"),
+        ({"budgets": [10**30]}, "Give whole numbers, 1 to 1,000,000,000,000"),
+    ],
+)
+def test_more_than_can_be_named_or_stored_is_refused_before_it_is_made(change: dict[str, Any], says: str) -> None:
+    with pytest.raises(BadInput, match=says):
+        small(**change)
+
+
+def test_workers_that_would_not_fit_into_memory_are_not_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seatruth.memory.psutil.virtual_memory", lambda: SimpleNamespace(available=3e8))
+    with pytest.raises(BadInput, match=r"2 workers need 0\.4 GB of memory"):
+        compare(small(), tmp_path, workers=2)
 
 
 def test_the_command_compares_resumes_and_reports(folder: Path, capsys: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -17,6 +18,10 @@ from seatruth.study import Study
 
 COSTS = ("trajectory", "regression", "formula")
 """Kinds of cost."""
+MOST_EVALUATIONS = 10**12
+"""Evaluations of a run. Chosen here [S]: a thousand times what a processor does in a day."""
+MOST_BUDGETS = 1000
+"""Budgets of a problem. Chosen here [S]: the history of a search tells what lies between them."""
 Start = Literal["random", "study"]
 
 
@@ -121,16 +126,20 @@ def digest(content: Any) -> str:
 def checked_budgets(budgets: Sequence[int], where: str) -> tuple[int, ...]:
     """Budgets in rising order; BadInput for a value that is no budget, or a repeated one."""
     for budget in budgets:
-        if isinstance(budget, bool) or not isinstance(budget, int | np.integer) or budget < 1:
+        if isinstance(budget, bool) or not isinstance(budget, int | np.integer) or not 1 <= budget <= MOST_EVALUATIONS:
             raise BadInput(
-                f"a budget of {budget!r} evaluations is not possible", where=where, do="Give whole numbers, 1 or more."
+                f"a budget of {budget!r} evaluations is not possible",
+                where=where,
+                do=f"Give whole numbers, 1 to {MOST_EVALUATIONS:,}.",
             )
+    if len(budgets) > MOST_BUDGETS:
+        raise BadInput(f"{len(budgets)} budgets are too many", where=where, do=f"Give at most {MOST_BUDGETS}.")
     check_distinct("budgets", [str(budget) for budget in budgets], where)
     return tuple(sorted(int(budget) for budget in budgets))
 
 
 def check_distinct(what: str, names: Sequence[str], where: str) -> None:
     """Raises BadInput if a name is repeated."""
-    repeated = sorted({name for name in names if names.count(name) > 1})
+    repeated = sorted(name for name, times in Counter(names).items() if times > 1)
     if repeated:
         raise BadInput(f"{repeated[0]!r} is repeated among its {what}", where=where, do="Name each once.")

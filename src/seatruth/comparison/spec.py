@@ -34,6 +34,8 @@ TARGETS = (100.0, 10.0, 1.0, 0.1, 0.01)
 
 DENSE_TARGETS = tuple(10.0 ** (exponent / 5.0) for exponent in range(20, -11, -1))
 """31 excesses from 10,000 to 0.01: five a decade, as COCO spaces its 51 targets (Hansen and others 2021)."""
+MOST_RUNS = 200_000
+"""Runs of a comparison. Chosen here [S]: naming them takes some ten seconds, and 0.1 s each make six hours."""
 STOPS = ("budget", "targets")
 """What ends a search besides its own rule."""
 
@@ -117,6 +119,17 @@ class Comparison:
             raise BadInput(f"a search cannot stop at {self.stop!r}", where=where, do=nearest(str(self.stop), STOPS))
         if not self.fitting:
             raise BadInput("no solver fits any of its costs", where=where, do="See `seatruth list optimizers --long`.")
+        count = (
+            self.seeds
+            * len(self.noise)
+            * sum(1 + len(self.budgets_of(self.problem(name))) * len(able) for (name, _), able in self.fitting.items())
+        )
+        if count > MOST_RUNS:
+            raise BadInput(
+                f"it has {count:,} runs, and {MOST_RUNS:,} are possible",
+                where=where,
+                do="Compare fewer seeds, budgets, levels or solvers, or split it into several comparisons.",
+            )
 
     @property
     def base_level(self) -> float:

@@ -24,6 +24,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.models.isolated import failures_of, isolated_in
+from seatruth.processes import require_workers
 from seatruth.progress import Progress, ProgressEvent, remaining, silent
 from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
@@ -90,8 +91,7 @@ def diagnose(
     def say(stage: str) -> _Stage:
         return _Stage(stage, show, began)
 
-    if workers < 1:
-        raise BadInput(f"{workers} workers are not possible", do="Ask for 1 or more.")
+    require_workers(workers)
     evaluations = study.diagnosis_budget if evaluations is None else evaluations
     if evaluations is not None and evaluations < 1:
         raise BadInput(f"{evaluations} evaluations are not possible", do="Ask for 1 or more.")
