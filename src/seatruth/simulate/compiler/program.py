@@ -35,6 +35,9 @@ _CHUNK = 512
 _MOST_GROUPS = 6
 """Groups of directions in one kernel: more would run little faster and compile longer. Chosen here [S]: with five, the
 20 directions of a ship's model take half the time of five kernels' runs (experiments/engine_speed.py)."""
+_MOST_OPERATIONS = 6000
+"""Operations of a kernel of several groups: with many effects a model has one group, or its kernel would take minutes
+to compile. Chosen here [S]: the largest built-in model has 700, and 1900 with one direction."""
 _MOST_DERIVATIVES = 512 * 1024 * 1024
 """Bytes of derivatives that one call of a kernel records; more directions take several calls. Chosen here [S]."""
 
@@ -148,7 +151,7 @@ class Program:
         """
         e, size = self.equations, along.size
         states, outputs, samples, parameters = len(e.states), len(e.outputs), len(grid.t), len(e.parameters)
-        blocks = max(1, -(-size // (FEW * _MOST_GROUPS)))
+        blocks = max(1, -(-size // (FEW * self._most_groups)))
         groups = max(1, -(-size // (FEW * blocks)))
         moved = np.zeros((blocks * groups * FEW, parameters))
         moved[np.arange(len(along.columns)), along.columns] = 1.0
@@ -198,6 +201,14 @@ class Program:
         order = [id(state) for state in self.equations.states]  # nodes compare as numbers do
         places = [order.index(id(servo.state)) for servo in self.equations.driven]
         return np.concatenate([leaves, leaves[places]]) if places else leaves
+
+    @cached_property
+    def _most_groups(self) -> int:
+        """Groups of directions for which one kernel is worth its compilation."""
+        e, one = self.equations, self._differentiated(1)
+        plain = len(ordered([*e.rates, *e.outputs]))
+        each = len(ordered([*one.rates, *one.outputs])) - plain
+        return int(np.clip((_MOST_OPERATIONS - plain) // max(each, 1), 1, _MOST_GROUPS))
 
     def _differentiated(self, groups: int) -> System:
         if groups not in self._systems:
