@@ -120,7 +120,8 @@ def measured(
     )
     found = compare(made, out, workers=1)
     rows: list[dict[str, Any]] = []
-    for row in found.expected.itertuples(index=False):
+    every: Any = found.expected.itertuples(index=False)
+    for row in every:
         ert = float(row.ert) if math.isfinite(row.ert) else 2.0 * row.runs * budget
         numbers = {"searches": int(row.runs), "arrived": round(row.success_rate * row.runs), "evaluations": ert}
         same = [label for label, optimizer in optimizers.items() if once[optimizer] == row.solver]
@@ -128,7 +129,7 @@ def measured(
     return rows
 
 
-def scores(rows: list[dict[str, Any]]) -> pd.DataFrame:
+def scores(rows: list[dict[str, Any]]) -> Any:
     """By setting: geometric mean of the expected running times, searches that arrived, searches; the best first."""
     table = pd.DataFrame(rows)
     by = table.assign(log=np.log(table["evaluations"])).groupby("setting", sort=False)
