@@ -20,6 +20,7 @@ from seatruth import load_model, minimise, models, optimizers  # noqa: E402
 from seatruth.codes import Cause, Code  # noqa: E402
 from seatruth.commands.list_installed import Kind  # noqa: E402
 from seatruth.effects import available  # noqa: E402
+from seatruth.testing.problems import linear_regression  # noqa: E402
 
 
 def test_links_lead_to_pages_of_the_site_pictures_come_along_and_other_files_keep_their_names(tmp_path: Path) -> None:
@@ -103,7 +104,7 @@ def test_every_solver_has_two_test_functions(tmp_path: Path) -> None:
     functions = text.partition("## What each one is")[0]
     for name in optimizers.available():
         assert len([line for line in functions.splitlines() if line.startswith("|") and f"| `{name}` |" in line]) >= 2
-    for known in (optimizers_page.collinear(), optimizers_page.linear_regression()):
+    for known in (optimizers_page.collinear(), linear_regression()):
         assert minimise(known.cost, "least_squares", seed=1).value == pytest.approx(known.value)
 
 

@@ -15,7 +15,7 @@ from fmu_ships import PORTS, ship_fmu, zigzag
 from seatruth import Study, load_model, simulator
 from seatruth.costs import cost_of
 from seatruth.errors import BadInput
-from seatruth.models import FMU, Parameter, fmu_description, fmu_simulation, load_fmu
+from seatruth.models import FMU, Parameter, fmu_description, load_fmu
 from seatruth.models.fmu_simulation import _grid
 from seatruth.storage.cache_folder import CACHE
 from seatruth.trials.trial import Trials
@@ -225,7 +225,7 @@ def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:
 
 
 def test_what_does_not_fit_on_the_disk_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fmu_simulation.shutil, "disk_usage", lambda folder: SimpleNamespace(free=100))
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=100))
     with pytest.raises(BadInput, match=r"unpacks to .* GB left"):
         load_fmu(ship_fmu(prefix="no_room_"))
 
