@@ -31,8 +31,8 @@ from seatruth.workers import by_value
 
 _REFERENCE_BUDGET = Budget(evaluations=20_000)
 """Far more than a local fit from the truth needs. Chosen here [S]."""
-_POPULATION = 64
-"""Candidates of a population that is simulated by the widest kernels."""
+_POPULATIONS = (1, 8, 64)
+"""Candidates of populations that are simulated by the kernels of each width, from one alone to the widest."""
 _costs = CostCache()
 _unpacked: dict[str, NoisyProblem] = {}
 _reference_values: dict[str, float] = {}
@@ -288,7 +288,7 @@ def _compile_kernels(problem: NoisyProblem, runs: Sequence[Run]) -> None:
     for run in {run.cost: run for run in runs}.values():
         with suppress(SeatruthError):
             cost = cost_of(problem.realise(run.cost, run.noise, run.seed), threads=1)
-            for population in (1, _POPULATION):
+            for population in _POPULATIONS:
                 cost.values(np.repeat(cost.start[None], population, axis=0))
             cost.residuals(cost.start)
             cost.jacobian(cost.start)
