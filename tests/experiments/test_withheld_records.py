@@ -229,7 +229,7 @@ def test_a_wind_is_near_in_direction_and_speed() -> None:
 
 
 TRUTH: dict[str, Any] = {
-    "case": "c002", "family": "marin", "kind": "injected", "accepted": ["heading_bias"], "control": "c001",
+    "case": "c002", "family": "marin", "kind": "injected", "effects": ["heading_bias"], "control": "c001",
     "causes": [{"key": "heading_bias", "values": {"b": 0.06}, "times_typical": 2.0}],
 }  # fmt: skip
 
@@ -243,7 +243,7 @@ def test_an_error_that_a_wrong_model_hides_still_shows_against_its_control() -> 
     )  # fmt: skip
     before = {"heading_bias": 1.0, "current": 150.0, "wind": 25.0}
     control = _said("c001", [(["unknown"], 1.0)], before, heading_bias={"b": (0.004, 0.001)})
-    row = measures.of_injected(TRUTH, own, control, 1.1)
+    row = measures.of_injected(TRUTH, own, control)
     assert not row["named"]
     assert row["probability"] == pytest.approx(8e-10)
     assert row["share"] == pytest.approx(0.8)
@@ -254,15 +254,15 @@ def test_an_error_that_a_wrong_model_hides_still_shows_against_its_control() -> 
     assert row["recovered"] == pytest.approx(0.058 / 0.06)
 
 
-def test_a_turned_log_is_looked_for_as_a_bias_across() -> None:
-    truth = {**TRUTH, "accepted": ["unknown", "sway_bias"],
+def test_a_turned_log_is_looked_for_by_its_angle() -> None:
+    truth = {**TRUTH, "effects": ["log_misalignment"],
              "causes": [{"key": "log_misalignment", "values": {"angle": 0.07}, "times_typical": 2.0}]}  # fmt: skip
-    own = _said("c002", [(["sway_bias"], 0.9), (["unknown"], 0.1)], {"sway_bias": 9.0}, sway_bias={"b": (-0.07, 0.01)})
-    row = measures.of_injected(truth, own, None, 1.0)
+    own = _said("c002", [(["log_misalignment"], 0.9), (["unknown"], 0.1)], {}, log_misalignment={"angle": (0.06, 0.01)})
+    row = measures.of_injected(truth, own, None)
     assert row["named"]
-    assert row["recovered"] == pytest.approx(-0.07 / -math.sin(0.07))
-    said_unknown = measures.of_injected(truth, _said("c002", [(["unknown"], 1.0)], {}), None, 1.0)
-    assert not said_unknown["named"], "the control is called unknown too"
+    assert row["recovered"] == pytest.approx(0.06 / 0.07)
+    said_unknown = measures.of_injected(truth, _said("c002", [(["unknown"], 1.0)], {}), None)
+    assert not said_unknown["named"]
     assert said_unknown["recovered"] is None
 
 

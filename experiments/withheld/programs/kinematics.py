@@ -38,6 +38,7 @@ ERRORS: dict[str, dict[str, tuple[str, float, Change]]] = {
     "speed_scale": {"k": ("1", 0.01, lambda c, h: {"u": c["u"] * (1 + h)})},
     "speed_bias": {"b": ("m/s", 0.01, lambda c, h: {"u": c["u"] + h})},
     "sway_bias": {"b": ("m/s", 0.01, lambda c, h: {"v": c["v"] + h})},
+    "log_misalignment": {"angle": ("rad", 0.01, lambda c, h: {"u": c["u"] + h * c["v"], "v": c["v"] - h * c["u"]})},
     "log_lever_arm": {
         "forward": ("m", 0.1, lambda c, h: {"v": c["v"] + h * c["r"]}),
         "starboard": ("m", 0.1, lambda c, h: {"u": c["u"] - h * c["r"]}),

@@ -52,6 +52,18 @@ def sway_bias(y: Outputs, q: Values, t: Array) -> Outputs:
     return {"v": y["v"] + q["b"]}
 
 
+def turned_log(y: Outputs, q: Values, t: Array) -> Outputs:
+    """The log's axes are turned to starboard by `angle`, rad."""
+    c, d = np.cos(q["angle"]), np.sin(q["angle"])
+    return {"u": c * y["u"] + d * y["v"], "v": c * y["v"] - d * y["u"]}
+
+
+def turned_log_vertical(y: Outputs, q: Values, t: Array) -> Outputs:
+    """The log's axes are turned bow up by `angle`, rad."""
+    c, d = np.cos(q["angle"]), np.sin(q["angle"])
+    return {"u": c * y["u"] - d * y["w"], "w": d * y["u"] + c * y["w"]}
+
+
 def pitch_gyro_bias(y: Outputs, q: Values, t: Array) -> Outputs:
     return {"q": y["q"] + q["b"]}
 

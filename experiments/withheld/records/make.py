@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from seatruth.errors import BadInput
-from withheld.names import UNKNOWN
 from withheld.records import anemometer
 from withheld.records.injected import injected
 from withheld.records.plan import BASINS, CASES, ERRORS, QUICK, SOURCES, Plan
@@ -86,7 +85,7 @@ def sealed(plans: Mapping[str, Plan], name: str, data: Path) -> dict[str, Any]:
     """What is sealed of a case. `control` names the case with the same runs and nothing put in; "" where none is.
 
     A real model lacks something whatever is put in, so that `effects` are what must be among the causes, not all of
-    them. `accepted` are the names that count: of an error without one in the library, those that are akin, too.
+    them.
     """
     plan = plans[name]
     source = SOURCES[plan.source]
@@ -102,7 +101,6 @@ def sealed(plans: Mapping[str, Plan], name: str, data: Path) -> dict[str, Any]:
         "runs": list(source.runs),
         "day": source.day,
         "effects": effects,
-        "accepted": [UNKNOWN, *error.akin] if error and error.name == UNKNOWN else effects,
         "causes": [],
         "places": ["surge", "sway", "yaw"] if plan.kind == "wind" else error.place.split(",") if error else [],
         "control": alike[0] if plan.kind == "injected" and alike else "",

@@ -35,8 +35,8 @@ NEAR = 0.25
 """Part of the size put in by which an estimate may be off."""
 NAMED_GOAL = 12 / 13
 """Share of the errors put into sensors that are to be named."""
-MAIN = {"log_lever_arm": "forward", "position_lever_arm": "forward", "sway_bias": "b"}
-"""The parameter that is compared where an effect has several, or stands for an error without a name."""
+MAIN = {"log_lever_arm": "forward", "position_lever_arm": "forward"}
+"""The parameter that is compared where an effect has several."""
 TOWARDS = math.radians(30.0)
 SPEED = 0.5
 """Direction (rad) and part of the speed by which an estimated wind may be off."""
@@ -80,24 +80,20 @@ def parameter(verdict: Verdict, effect: str, name: str) -> tuple[float, float] |
     return None
 
 
-def put_in(truth: Truth, mean_speed: float) -> dict[str, Any]:
-    """What to look for in an injected case: the library's name, the parameter that is compared, the size put in.
-
-    A log that is turned by an angle reads a part of the speed along (mean_speed, m/s) as speed across.
-    """
+def put_in(truth: Truth) -> dict[str, Any]:
+    """What to look for in an injected case: the library's names, the parameter that is compared, the size put in."""
     cause = truth["causes"][0]
-    names = [name for name in truth["accepted"] if name != UNKNOWN]
+    names = truth["effects"]
     name = MAIN.get(names[0], next(iter(cause["values"])))
-    size = cause["values"].get(name)
     return {
         "error": cause["key"], "times": cause["times_typical"], "names": names, "parameter": name,
-        "size": -math.sin(cause["values"]["angle"]) * mean_speed if size is None else size,
+        "size": cause["values"][name],
     }  # fmt: skip
 
 
-def of_injected(truth: Truth, own: Verdict, control: Verdict | None, mean_speed: float) -> dict[str, Any]:
+def of_injected(truth: Truth, own: Verdict, control: Verdict | None) -> dict[str, Any]:
     """A row of the table of injected cases; None where a program or a case has nothing to say."""
-    sought = put_in(truth, mean_speed)
+    sought = put_in(truth)
     names, first = sought["names"], sought["names"][0]
     mine, theirs = evidence(own), evidence(control) if control else {}
     rises = {name: value - theirs[name] for name, value in mine.items() if name in theirs}

@@ -6,7 +6,6 @@ of this length; a test compares them, so that neither follows the other unseen.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -65,8 +64,7 @@ LENGTHS = {"marin": 7.0, "hsva": 7.0, "pond_31-Jul": 3.0, "pond_14-Sep": 3.0, "p
 class Error:
     """What can be put into a record: its values (SI, rad) at full scale, the power of length / 100 m that they go by.
 
-    `name` is what the library calls it, "unknown" where it has no name for it; `akin` are effects of the library that
-    leave the same trace at a constant speed. `place` in the library's words.
+    `name` is what the library calls it; `place` in the library's words.
     """
 
     key: str
@@ -76,7 +74,6 @@ class Error:
     typical: Mapping[str, float]
     units: Mapping[str, str]
     power: float = 0.0
-    akin: tuple[str, ...] = ()
 
     def values(self, length: float, times: float) -> dict[str, float]:
         """Its values on a ship of this length (m), so many times typical."""
@@ -96,12 +93,9 @@ ERRORS: dict[str, Error] = {
         Error("position_lever_arm", "position_lever_arm", 8, "sensor:x,sensor:y", _ARM, _METRES, 1.0),
         Error("position_delay", "position_delay", 10, "sensor:x,sensor:y", {"tau": 0.4}, {"tau": "s"}),
         Error("heading_delay", "heading_delay", 10, "sensor:psi", {"tau": 0.4}, {"tau": "s"}),
-        Error(
-            "log_misalignment", "unknown", 0, "sensor:v", {"angle": math.radians(2.0)}, {"angle": "rad"},
-            akin=("sway_bias",),
-        ),
+        Error("log_misalignment", "log_misalignment", 8, "sensor:u,sensor:v", {"angle": 0.035}, {"angle": "rad"}),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from seatruth.errors import BadInput
 from withheld.diagnose import MANIFEST
 from withheld.records import measures
 from withheld.records.left_out import VARIANTS, left_out, relative
 from withheld.records.plan import SOURCES
-from withheld.records.tables import read
 from withheld.score import opened, said
 from withheld.seal import digest_file, log, note, write
 
@@ -71,18 +68,13 @@ def rows(
             found["wind"].append(measures.of_wind(truth, own))
         elif truth["kind"] == "injected":
             control = verdicts.get(truth["control"])
-            found["put"].append(measures.of_injected(truth, own, control, mean_speed(out / "public" / name)))
+            found["put"].append(measures.of_injected(truth, own, control))
         else:
             found["calm"].append(measures.of_calm(truth, own))
         found_row = next(of[-1] for of in found.values() if of and of[-1]["case"] == name)
         found_row["failed"] = own.get("failed", "")
     turn = list(SOURCES)
     return {kind: sorted(of, key=lambda row: (turn.index(row["family"]), row["case"])) for kind, of in found.items()}
-
-
-def mean_speed(folder: Path) -> float:
-    """Mean recorded speed along of a case's runs, m/s."""
-    return float(np.mean(np.concatenate([read(file).columns["u"] for file in sorted(folder.glob("trial_*.csv"))])))
 
 
 def by_run(out: Path, truths: Mapping[str, Mapping[str, Any]], data: Path) -> list[dict[str, Any]]:

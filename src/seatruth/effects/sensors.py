@@ -1,4 +1,4 @@
-"""Offsets, scale errors and places of sensors. Delays: `sensor_delays`."""
+"""Offsets, scale errors, places and directions of sensors. Delays: `sensor_delays`."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class SwayBias(Effect):
     equation = "v_m = v + b"
     source = "[S] magnitude of the catalogue: 0.01 to 0.1 m/s"
     acts_on = ("sensor:v",)
-    confused_with = ("current", "heading_bias", "log_lever_arm")
+    confused_with = ("log_misalignment", "current", "heading_bias", "log_lever_arm")
     distinguished_by = "constant whatever the heading, the speed and the rate of turn"
     needs_outputs = ("v",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": LOG["v"]}
@@ -95,7 +95,7 @@ class HeadingBias(Effect):
     equation = "psi_m = psi + b"
     source = "[S] magnitude of the catalogue: 0.5 to 3 deg"
     acts_on = ("sensor:psi",)
-    confused_with = ("current", "compass_deviation", "sway_bias")
+    confused_with = ("current", "compass_deviation", "sway_bias", "log_misalignment")
     distinguished_by = "the error of the track turns with the heading: reciprocal and beam headings"
     needs_outputs = ("psi",)
     parameters = (Parameter("b", 0.03, "rad", -0.3, 0.3, source="[S] chosen here", description="added to psi"),)
@@ -213,6 +213,56 @@ class LogLeverArmVertical(Effect):
     @staticmethod
     def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         return y._replace(u=y.u + q.below * y.q, w=y.w - q.forward * y.q)
+
+
+class LogMisalignment(Effect):
+    """The axes of the log are turned from those of the vehicle."""
+
+    name = "log_misalignment"
+    title = "misalignment of the log"
+    cause = "sensor.alignment.speed"
+    number = 8
+    equation = "(u_m, v_m) = R(angle)^T (u, v)"
+    source = "[L] components in turned axes; [S] magnitude of the catalogue: 0.01 to 0.1 rad before calibration"
+    acts_on = ("sensor:u", "sensor:v")
+    confused_with = ("sway_bias", "heading_bias", "current", "rudder_offset")
+    distinguished_by = "in proportion to the speed; the track keeps to the heading, and both signs of a turn differ"
+    needs_outputs = ("u", "v")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
+    parameters = (
+        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log turned to starboard"),
+    )
+    null: Mapping[str, float] = {"angle": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        c, d = math.cos(q.angle), math.sin(q.angle)
+        return y._replace(u=c * y.u + d * y.v, v=c * y.v - d * y.u)
+
+
+class LogMisalignmentVertical(Effect):
+    """The axes of the log are pitched from those of the vehicle."""
+
+    name = "log_misalignment_vertical"
+    title = "misalignment of the log in the diving plane"
+    cause = "sensor.alignment.speed"
+    number = 8
+    equation = "u_m = u cos(angle) - w sin(angle), w_m = u sin(angle) + w cos(angle)"
+    source = LogMisalignment.source
+    acts_on = ("sensor:u", "sensor:w")
+    confused_with = ("current_along", "plane_offset", "net_weight", "log_lever_arm_vertical")
+    distinguished_by = "in proportion to the speed; depth and pitch angle do not show it"
+    needs_outputs = ("u", "w")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "w": LOG["w"]}
+    parameters = (
+        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log pitched bow up"),
+    )
+    null: Mapping[str, float] = {"angle": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        c, d = math.cos(q.angle), math.sin(q.angle)
+        return y._replace(u=c * y.u - d * y.w, w=d * y.u + c * y.w)
 
 
 class PositionLeverArm(Effect):
