@@ -38,7 +38,6 @@ ERRORS: dict[str, dict[str, tuple[str, float, Change]]] = {
     "speed_scale": {"k": ("1", 0.01, lambda c, h: {"u": c["u"] * (1 + h)})},
     "speed_bias": {"b": ("m/s", 0.01, lambda c, h: {"u": c["u"] + h})},
     "sway_bias": {"b": ("m/s", 0.01, lambda c, h: {"v": c["v"] + h})},
-    "log_misalignment": {"angle": ("rad", 0.01, lambda c, h: {"u": c["u"] + h * c["v"], "v": c["v"] - h * c["u"]})},
     "log_lever_arm": {
         "forward": ("m", 0.1, lambda c, h: {"v": c["v"] + h * c["r"]}),
         "starboard": ("m", 0.1, lambda c, h: {"u": c["u"] - h * c["r"]}),
@@ -52,6 +51,8 @@ ERRORS: dict[str, dict[str, tuple[str, float, Change]]] = {
     "rate_delay": {"tau": ("s", 0.1, _late("r"))},
     "gyro_bias": {"b": ("rad/s", 0.001, lambda c, h: {"r": c["r"] + h})},
 }
+"""By error: its parameters, their units, a step and what it changes. A turned log is left out: by tracks and speeds
+alone it is a heading bias."""
 
 
 def left(c: Record) -> tuple[Array, Array]:
