@@ -257,7 +257,9 @@ def test_an_error_that_a_wrong_model_hides_still_shows_against_its_control() -> 
 def test_a_turned_log_is_looked_for_by_its_angle() -> None:
     truth = {**TRUTH, "effects": ["log_misalignment"],
              "causes": [{"key": "log_misalignment", "values": {"angle": 0.07}, "times_typical": 2.0}]}  # fmt: skip
-    own = _said("c002", [(["log_misalignment"], 0.9)], {"log_misalignment": 9.0}, log_misalignment={"angle": (0.06, 0.01)})
+    own = _said(
+        "c002", [(["log_misalignment"], 0.9)], {"log_misalignment": 9.0}, log_misalignment={"angle": (0.06, 0.01)}
+    )
     row = measures.of_injected(truth, own, None)
     assert row["named"]
     assert row["recovered"] == pytest.approx(0.06 / 0.07)

@@ -75,7 +75,7 @@ class Fit:
     settled: bool
     ahead: float
     """nats by which the objective would still fall, were the model linear about the point: what the fit did not reach
-    because long runs bend. The evidence is as uncertain as this is large."""
+    because long runs bend. The evidence is that of the point that was reached, and as uncertain as this is large."""
 
     def linearized(self, problem: Problem) -> Linearization:
         """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
@@ -237,7 +237,9 @@ def fit_at(
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     settled = settled and ahead < _AHEAD_OF_IT
     likelihood.close(sizes)
-    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence - price, price, settled, ahead)
+    # What a fit did not reach is not credited to it: where long runs bend, a linear model promises anything.
+    evidence -= price + max(ahead, 0.0)
+    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence, price, settled, ahead)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

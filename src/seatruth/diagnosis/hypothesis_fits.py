@@ -50,12 +50,7 @@ def fit_null(found: Search) -> None:
     if problem.discrepancy is not None:
         loose = fit_once(found, (), True, start, sizes)
         if loose is None or not loose.settled:
-            guess = from_equation_error(problem)
-            if guess is not None:
-                again = fit_once(
-                    found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt="from the equation error"
-                )
-                loose = again or loose
+            loose = fit_from_equation_error(found, sizes) or loose
         if loose is not None:
             start, sizes = loose.point, loose.sizes
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
@@ -69,13 +64,27 @@ def fit_null(found: Search) -> None:
     if problem.discrepancy is not None and bare and (loose is None or loose.evidence < bare.evidence - _NESTED):
         little = bare.sizes.with_discrepancy(_SMALL)
         fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
-    # Everything is measured by these fits, and a fit that begins at its own end may still find better noise.
     for on in (False, True):
-        for number in range(1, 1 + _AGAIN):
-            known = found.fits.get(((), on))
-            again = known and fit_once(found, (), on, known.point, known.sizes, attempt=f"from its end, {number}")
-            if known is None or again is None or again.evidence < known.evidence + _NOT_AGAIN:
-                break
+        fit_again(found, discrepancy=on)
+
+
+def fit_from_equation_error(found: Search, sizes: Sizes) -> Fit | None:
+    """Fits the model alone with the forces that the recorded motion asks for; None where it does not say."""
+    guess = from_equation_error(found.problem)
+    if guess is None:
+        return None
+    return fit_once(found, (), True, guess, sizes.with_discrepancy(_LARGE), attempt="from the equation error")
+
+
+def fit_again(found: Search, *, discrepancy: bool) -> None:
+    """Fits the model alone from its own end, where it may still find better noise: everything is measured by it."""
+    for number in range(1, 1 + _AGAIN):
+        known = found.fits.get(((), discrepancy))
+        if known is None:
+            return
+        again = fit_once(found, (), discrepancy, known.point, known.sizes, attempt=f"from its end, {number}")
+        if again is None or again.evidence < known.evidence + _NOT_AGAIN:
+            return
 
 
 def fit_both(found: Search, key: Key, near: Fit) -> None:
@@ -110,7 +119,8 @@ def fit_once(
     `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
     finished one is stored.
     """
-    name = f"fit {'+'.join(key)} {'with' if discrepancy else 'without'} discrepancy, attempt {attempt}"
+    beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
+    name = f"fit {'+'.join(key)} {beside}, attempt {attempt}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))

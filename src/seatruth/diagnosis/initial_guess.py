@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatruth.arrays import Array, Flags
+from seatruth.diagnosis.compensation import can_compensate, compensated
 from seatruth.diagnosis.discrepancy.model import hats
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.black_box import BlackBox
@@ -114,25 +115,8 @@ def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Poi
     Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
     Those of a black box stay: its equations would be needed.
     """
-    model, columns, moved = problem.discrepancy, problem.columns[name], moved_to(problem, point, name, values)
-    if model is None or isinstance(model, BlackBox):
-        return moved
-    names = [problem.unknowns[k].name for k in columns]
-    both = np.stack([point.shared[columns], moved.shared[columns]])
-    order, forces = [channel.name for channel in model.states], point.forces.copy()
-    rows = [order.index(state) for state in problem.equations]
-    nominal = {**problem.space.nominal(), **problem.named(point)}
-    for number, (trial, states) in enumerate(zip(problem.trials, problem.states(point))):
-        t = np.asarray(trial.t)
-        inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
-        own = np.full(t.size, model.number_of(trial.name))
-        before, after = evaluate_rhs(model, both, names, nominal, states, inputs, t, trial=own)
-        change = (after - before)[:, rows]
-        finite = np.isfinite(change).all(axis=1)
-        if finite.any():
-            basis = hats(t, model.spacing, problem.settings.knots)
-            forces[number] -= np.linalg.lstsq(basis[finite], change[finite], rcond=1e-8)[0].T
-    return Point(moved.shared, point.initial, forces)
+    moved = moved_to(problem, point, name, values)
+    return compensated(problem, point, moved.shared) if can_compensate(problem) else moved
 
 
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:

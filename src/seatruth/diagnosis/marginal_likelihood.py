@@ -31,6 +31,8 @@ from seatruth.statistics.state_space_noise import whiten
 
 _LARGEST_SQUARE = 1e13
 """Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
+_ROUNDED = 0.01
+"""nats by which a sum of squares may come out negative: what one is wrong by that decides nothing."""
 _RIDGE = 1e-9
 """Relative ridge on correlation matrices: rounding."""
 _BOUNDS = 10
@@ -199,7 +201,10 @@ class Likelihood:
             np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root), dtype=np.float64
         )
         half = _forward(factor, root.T @ gram[1 + at, 0])
-        return 0.5 * float(gram[0, 0] - half @ half) + self._charge, base, factor
+        least = 0.5 * float(gram[0, 0] - half @ half)
+        if least < -_ROUNDED:
+            raise np.linalg.LinAlgError("rounding decides the sum of squares")
+        return least + self._charge, base, factor
 
     def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
         """The same, averaged over the unknown order of each effect's magnitude, within its bounds (`evidence.py`)."""

@@ -154,7 +154,9 @@ def diagnose(
             "evaluations": None if problem.few_runs is None else -(-problem.meter.spent // len(problem.trials)),
             "wall_s": time.perf_counter() - began,
             "cpu_s": time.process_time() - cpu,
-            "settings": {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(settings).items()},
+            "settings": {
+                name: list(v) if isinstance(v, tuple) else v for name, v in asdict(found.problem.settings).items()
+            },
         }
         failed = failures_of(study.model)
         if failed:

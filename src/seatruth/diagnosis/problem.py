@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -133,6 +133,11 @@ class Problem:
             self.initial_mean.copy(),
             np.zeros((len(self.trials), len(self.equations), settings.knots)),
         )
+
+    def with_knots(self, knots: int) -> Problem:
+        """The same with each trial's own forces between so many knots. Not for a black box, whose runs are counted."""
+        settings = replace(self.settings, knots=knots)
+        return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
 
     def active(self, effects: Sequence[str], *, discrepancy: bool) -> Indices:
         """Columns of the shared unknowns that a hypothesis frees: coefficients, terms, these effects' parameters."""

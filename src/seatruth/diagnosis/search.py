@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
@@ -19,6 +20,7 @@ from seatruth.diagnosis.initial_guess import without_effects
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
@@ -50,6 +52,8 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
     say("the model alone", 0, expected)
     fit_null(found)
     try:
+        found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
+        problem = found.problem
         # With discrepancy the runs are near their records, where one linearization serves all effects.
         near = found.fits.get(((), True)) or found.null
         singles = _singles(found, near)
@@ -73,6 +77,9 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     fit_both(found, key, leader)
+        leaders = [fit for fit in found.sets() if fit.effects and _leads(found, fit)]
+        near_leader = [fit for fit in leaders if fit.evidence > found.leader.evidence - settings.hopeless]
+        fit_directions(found, near_leader[: settings.leaders])
         _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)

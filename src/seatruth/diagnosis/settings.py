@@ -28,8 +28,8 @@ class Settings:
     initial_width: float = 10.0
     """Prior standard deviation of an initial state over the spread of its record. [S] As good as unknown."""
     knots: int = 12
-    """Knots of the forces of each trial over the longest one. [S] A gap that changes within a twelfth of a trial is
-    left to the terms in the motion and to the noise."""
+    """Knots of the forces of each trial over the longest one, to begin with. [S] A gap that changes within a twelfth of
+    a trial is left to terms and noise, unless forces explain much: then the trials choose (`refinement.py`)."""
     force_memory: float = 1.5
     """Knots over which a trial's own missing force keeps its sign (exponential correlation). [S]"""
     noise_ratios: tuple[float, ...] = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0)

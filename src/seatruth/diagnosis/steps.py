@@ -7,11 +7,12 @@ cut off at a bound afterwards leads astray, since what was to move with the one 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.compensation import along, can_compensate
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
@@ -54,7 +55,18 @@ def step(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likeliho
     try:
         within = likelihood.bounded(sizes, effects)
         whole = within.solve(sizes, effects)
-        part = next((part for part in _PARTS if simulated(problem.moved(point, whole.shared, whole.local, part))), 0.0)
+        forced = bool(np.isfinite(sizes.forces).any()) and can_compensate(problem)
+        near: Callable[[float], Point] | None = None
+
+        def useful(part: float) -> bool:
+            nonlocal near
+            if simulated(problem.moved(point, whole.shared, whole.local, part)):
+                return True
+            if forced and near is None:
+                near = along(problem, point, whole)
+            return near is not None and simulated(near(part))
+
+        part = next((part for part in _PARTS if useful(part)), 0.0)
         if part < _LARGE_PART:
             for longer in (part for part in _PARTS if part <= _LARGE_PART):
                 if any(better(*nearer) for nearer in corrected(problem, at, sizes, within, whole, longer)):

@@ -1,0 +1,74 @@
+"""What a change of parameters does to the forces along a motion, so that missing forces can take its place.
+
+Over a long run a small change of any parameter drives the model away from its record, and no step that is linear in the
+parameters survives. With each trial's own missing forces changed by as much the other way, the motion stays: what the
+equations of motion say along it needs no simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.marginal_likelihood import Solution
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.models.black_box import BlackBox
+from seatruth.simulate import evaluate_rhs
+
+_SLOPE = 1e-4
+"""Part of a step by which its slope is taken: differences of a double keep eight digits by it, and bend by 1e-4."""
+
+
+def can_compensate(problem: Problem) -> bool:
+    """Whether missing forces can take the place of others: not those of a black box, whose equations are unknown."""
+    return problem.discrepancy is not None and not isinstance(problem.discrepancy, BlackBox)
+
+
+def compensated(problem: Problem, point: Point, shared: Array) -> Point:
+    """The point with other shared unknowns (S,), and their change of force taken from each trial's own forces."""
+    change = _changes(problem, point, problem.states(point), shared)[0]
+    return Point(shared, point.initial, point.forces - change)
+
+
+def along(problem: Problem, point: Point, whole: Solution) -> Callable[[float], Point]:
+    """Where parts of a step lead, with missing forces in the place of what the step's slope leaves out.
+
+    To first order that is the step itself. Whatever the shared unknowns change beyond, a wind by its square or a rudder
+    by the flow of the propeller, is taken from the forces, so that each trial moves as the slope has it.
+    """
+    states = problem.states(point)
+
+    def to(part: float) -> Point:
+        moved = problem.moved(point, whole.shared, whole.local, part)
+        change, slope = _changes(problem, point, states, moved.shared)
+        return Point(moved.shared, moved.initial, moved.forces - (change - slope))
+
+    return to
+
+
+def _changes(problem: Problem, point: Point, states: list[Array], shared: Array) -> tuple[Array, Array]:
+    """Change of the forces (T, E, K) by other shared unknowns along a motion, states (n, S) by trial; and its slope."""
+    model, found = problem.discrepancy, np.zeros((2, *point.forces.shape))
+    columns = np.flatnonzero(shared != point.shared)
+    if model is None or isinstance(model, BlackBox) or not columns.size:
+        return found[0], found[1]
+    names = [problem.unknowns[k].name for k in columns]
+    here, there = point.shared[columns], shared[columns]
+    candidates = np.stack([here, there, here + _SLOPE * (there - here)])
+    order = [channel.name for channel in model.states]
+    rows = [order.index(state) for state in problem.equations]
+    nominal = {**problem.space.nominal(), **problem.named(point)}
+    for number, (trial, motion) in enumerate(zip(problem.trials, states)):
+        t = np.asarray(trial.t)
+        inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
+        own = np.full(t.size, model.number_of(trial.name))
+        before, after, beside = evaluate_rhs(model, candidates, names, nominal, motion, inputs, t, trial=own)[..., rows]
+        basis = hats(t, model.spacing, problem.settings.knots)
+        for k, change in enumerate((after - before, (beside - before) / _SLOPE)):
+            finite = np.isfinite(change).all(axis=1)
+            if finite.any():
+                found[k, number] = np.linalg.lstsq(basis[finite], change[finite], rcond=1e-8)[0].T
+    return found[0], found[1]

@@ -1,0 +1,81 @@
+"""Effects with a direction on the earth, each fitted in the place of another one.
+
+At its null a wind has no slope, and from a wrong direction its fit falls back there. What one effect of a leading set
+has shown of the direction holds for those that it can be confused with: they begin along it, with the size that leaves
+least to missing forces. So what looks alike is compared at its own optimum, not at where its search happened to end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypothesis_fits import fit_once, started
+from seatruth.diagnosis.initial_guess import with_effect, without_effects
+from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.steps import objective
+from seatruth.effects import Effect
+
+_PARTS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Sizes from which an effect is tried, over its typical one. [S]"""
+
+
+def fit_directions(found: Search, leaders: Sequence[Fit]) -> None:
+    """Fits these sets with each effect that has a direction replaced by each that is confused with it."""
+    for leader in leaders:
+        for name in leader.effects:
+            for other in _confused(found, leader, name):
+                key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
+                start = _in_its_place(found, leader, name, other)
+                if start is not None:
+                    words = f"along the direction of {name} in {'+'.join(leader.effects)}"
+                    fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words)
+
+
+def _confused(found: Search, leader: Fit, name: str) -> list[str]:
+    effects = found.problem.effects
+    one = effects[name]
+
+    def alike(other: Effect) -> bool:
+        near = other.name in one.confused_with or name in other.confused_with
+        return near and bool(other.direction) and not other.each_trial and other.name not in leader.effects
+
+    return [other.name for other in effects.values() if alike(other)] if one.direction and not one.each_trial else []
+
+
+def _in_its_place(found: Search, leader: Fit, name: str, other: str) -> Point | None:
+    """The point of a fit with one effect replaced; None where it shows no direction, or the model diverges there."""
+    problem = found.problem
+    shown = np.array([leader.point.shared[k] for k in _components(found, name)])
+    if not shown.any():
+        return None
+    own = problem.columns[name]
+    if leader.discrepancy:
+        bare = with_effect(problem, leader.point, name, problem.mean[own])
+    else:
+        bare = without_effects(problem, leader.point, [name])
+    columns, places = problem.columns[other].tolist(), _components(found, other)
+    typical = float(np.mean(problem.sd[places])) / problem.settings.prior_width
+    rest = [n for n in leader.effects if n != name]
+    best: tuple[float, Point] | None = None
+    for part in _PARTS:
+        values = problem.mean[columns].copy()
+        values[[columns.index(k) for k in places]] = part * typical * shown / np.linalg.norm(shown)
+        point = started(problem, replace(leader, point=bare), other, values)
+        errors = problem.errors(point)
+        if np.isfinite(errors).all():
+            left = objective(problem, point, errors, leader.sizes, rest, leader.likelihood)
+            if best is None or left < best[0]:
+                best = left, point
+    return None if best is None else best[1]
+
+
+def _components(found: Search, name: str) -> list[int]:
+    """Columns of the components of an effect's direction."""
+    effect = found.problem.effects[name]
+    order = [q.name for q in effect.parameters]
+    return [int(found.problem.columns[name][order.index(component)]) for component in effect.direction]

@@ -1,0 +1,86 @@
+"""How finely the forces of each trial follow time: with more knots as long as the trials ask for them.
+
+A trial's own missing force keeps its sign over `force_memory` knots. Hulls forget within one to five times L / U, while
+a recorded trial may last a hundred times that: with few knots what a gust or a wake does within a knot is taken for
+slow errors of every sensor, and what causes it is not seen. The spacing is a size like the others, chosen by the
+marginal likelihood of the model alone. Where forces explain little, their spacing matters to nothing, and is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit, fit_at
+from seatruth.diagnosis.hypotheses import HOPE, Search
+from seatruth.diagnosis.hypothesis_fits import fit_again, fit_from_equation_error, fit_once
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sizes import NoisePrior, Sizes
+
+_FINER = 10.0
+"""nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S]"""
+_MOST = 45
+"""Most knots: an eighth of the recorded ships' longest trials is then shorter than their memory of motion. [S]"""
+
+
+def refine(found: Search, say: Callable[[int], None]) -> Search:
+    """The search with the spacing of the trials' own forces halved as often as the evidence rises by it.
+
+    `say` gets the number of knots that is tried. The model alone is fitted already, with discrepancy and without.
+    """
+    first = found.problem
+    coarse, plain = found.fits.get(((), True)), found.fits.get(((), False))
+    explained = math.inf if coarse is None or plain is None else coarse.evidence - plain.evidence
+    if coarse is None or explained < HOPE or first.discrepancy is None or first.few_runs is not None:
+        return found
+    knots, forces = 2 * first.settings.knots - 1, between(coarse.point.forces)
+    while knots <= _MOST:
+        say(knots)
+        problem = first.with_knots(knots)
+        finer = Search(problem, found.known, store=found.store)
+        at = found.fits[(), True]
+        start = Point(at.point.shared, at.point.initial, forces)
+        loose = _loose(finer, start, _over(at, found.problem, problem), at.evidence + _FINER)
+        if loose is not None and loose.evidence >= at.evidence + _FINER:
+            if plain is not None:
+                finer.fits[(), False] = _same(plain, problem, found.known)
+            found, at = finer, loose
+        elif loose is not None and loose.settled:
+            break
+        # A fit that did not converge says nothing of finer forces, with which the next one may.
+        forces = between(at.point.forces if at is loose else forces)
+        knots = 2 * knots - 1
+    return found
+
+
+def _loose(finer: Search, start: Point, sizes: Sizes, least: float) -> Fit | None:
+    """The fit of the model alone with forces, from a coarser fit, and from the recorded motion where that fails."""
+    loose = fit_once(finer, (), True, start, sizes)
+    if loose is None or not loose.settled or loose.evidence < least:
+        loose = fit_from_equation_error(finer, sizes) or loose
+    fit_again(finer, discrepancy=True)
+    return finer.fits.get(((), True))
+
+
+def _same(plain: Fit, problem: Problem, known: NoisePrior) -> Fit:
+    """A fit without forces as that of another problem."""
+    point = Point(plain.point.shared, plain.point.initial, problem.start.forces)
+    return fit_at(problem, (), point, plain.sizes, known, discrepancy=False, settled=plain.settled)
+
+
+def between(forces: Array) -> Array:
+    """The same broken lines (T, E, K) with a further knot within each piece: (T, E, 2 K - 1)."""
+    found: Array = np.zeros((*forces.shape[:2], 2 * forces.shape[2] - 1))
+    found[:, :, ::2] = forces
+    found[:, :, 1::2] = 0.5 * (forces[:, :, 1:] + forces[:, :, :-1])
+    return found
+
+
+def _over(fit: Fit, before: Problem, after: Problem) -> Sizes:
+    """The sizes of a fit over the usual accelerations of another problem."""
+    change = np.log(before.usual / after.usual)
+    return replace(fit.sizes, terms=fit.sizes.terms + change, forces=fit.sizes.forces + change)

@@ -1,0 +1,74 @@
+"""Effects with a direction on the earth, each in the place of another one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import boat_case as boat
+import numpy as np
+import pytest
+
+from seatruth.diagnosis.directions import fit_directions
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypothesis_fits import fit_null, fit_once
+from seatruth.diagnosis.initial_guess import moved_to
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import noise_prior
+from seatruth.effects import load_effects
+from seatruth.effects.environment import Current, with_current
+
+
+class Squall(Current):
+    """A current that grows with the square of its size: like a wind, it has no slope at its null."""
+
+    name = "squall"
+    title = "squall"
+    confused_with = ("current",)
+    parameters = Current.parameters
+    null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
+
+    @staticmethod
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        size = math.sqrt(q.north * q.north + q.east * q.east + 1e-12)
+        return with_current(e, s, size * q.north, size * q.east)
+
+
+TRUE = {"squall_north": -0.5, "squall_east": 0.3}
+
+
+@pytest.fixture(scope="module")
+def found() -> Search:
+    """A squall acts; the current that looks like it is fitted, and it is not."""
+    squall = Squall()
+    inputs = [{"delta": boat.zigzag(120, angle, 20.0)} for angle in (0.2, 0.1, 0.3)]
+    runs = boat.trials(boat.Boat(), inputs, headings=(0.0, 1.5, 3.0), effects=TRUE, specs=[squall])
+    problem = Problem(boat.study(boat.Boat(), runs), [*load_effects(["current"]), squall], Settings(), threads=1)
+    search = Search(problem, noise_prior(problem))
+    fit_null(search)
+    near = search.null
+    for on in (True, False):
+        at_current = moved_to(problem, near.point, "current", np.array([-0.25, 0.15]))
+        fit_once(search, ("current",), on, at_current, near.sizes)
+    return search
+
+
+def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Search) -> None:
+    assert not any("squall" in key for key, _ in found.fits)
+    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]])
+    problem = found.problem
+    for on in (False, True):
+        fit, rival = found.fits[("squall",), on], found.fits[("current",), on]
+        values = problem.named(fit.point)
+        error = fit.stderr(problem)[problem.columns["squall"]]
+        for (name, true), sd in zip(TRUE.items(), error, strict=True):
+            assert values[name] == pytest.approx(true, abs=4.0 * sd)
+        assert fit.evidence == pytest.approx(rival.evidence, abs=3.0), "the same force by another name"
+
+
+def test_what_shows_no_direction_leads_nowhere(found: Search) -> None:
+    fits = dict(found.fits)
+    fit_directions(found, [fit for (key, _), fit in fits.items() if not key])
+    assert found.fits == fits
