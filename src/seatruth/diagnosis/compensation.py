@@ -20,6 +20,8 @@ from seatruth.simulate import evaluate_rhs
 
 _SLOPE = 1e-4
 """Part of a step by which its slope is taken: differences of a double keep eight digits by it, and bend by 1e-4."""
+_RIDGE = 1e-10
+"""Ridge over the trace when lines between knots are fitted: rounding."""
 
 
 def can_compensate(problem: Problem) -> bool:
@@ -66,9 +68,11 @@ def _changes(problem: Problem, point: Point, states: list[Array], shared: Array)
         inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
         own = np.full(t.size, model.number_of(trial.name))
         before, after, beside = evaluate_rhs(model, candidates, names, nominal, motion, inputs, t, trial=own)[..., rows]
-        basis = hats(t, model.spacing, problem.settings.knots)
-        for k, change in enumerate((after - before, (beside - before) / _SLOPE)):
-            finite = np.isfinite(change).all(axis=1)
-            if finite.any():
-                found[k, number] = np.linalg.lstsq(basis[finite], change[finite], rcond=1e-8)[0].T
+        both = np.concatenate([after - before, (beside - before) / _SLOPE], axis=1)
+        finite = np.isfinite(both).all(axis=1)
+        basis = hats(t[finite], model.spacing, problem.settings.knots)
+        gram = basis.T @ basis
+        # Knots beyond the end of a trial hold nothing.
+        gram[np.diag_indices_from(gram)] += _RIDGE * max(float(np.trace(gram)), 1.0)
+        found[:, number] = np.linalg.solve(gram, basis.T @ both[finite]).T.reshape(2, len(rows), -1)
     return found[0], found[1]
