@@ -292,7 +292,7 @@ def test_the_page_shows_failures_too(tmp_path: Path) -> None:
     day = {"case": "c004", "family": "pond_14-Sep", "day": "14-Sep", "wind": {"day": _wind(1.0, 0.2)}}
     fitted = {"north": (0.9, 0.1), "east": (0.1, 0.1)}
     own = _said("c004", [(["wind"], 0.9), ([], 0.1)], {"wind": 12.0}, wind=fitted)
-    put = measures.of_injected(TRUTH, _said("c002", [([], 1.0)], {"heading_bias": -1.0}), None, 1.0)
+    put = measures.of_injected(TRUTH, _said("c002", [([], 1.0)], {"heading_bias": -1.0}), None)
     calm = measures.of_calm(
         {"case": "c003", "family": "hsva", "kind": "control", "fitted_to": ""}, verdict("c003", [(["wind"], 1.0)])
     )
