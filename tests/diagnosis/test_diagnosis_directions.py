@@ -57,7 +57,7 @@ def found() -> Search:
 
 def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Search) -> None:
     assert not any("squall" in key for key, _ in found.fits)
-    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]])
+    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]], set())
     problem = found.problem
     for on in (False, True):
         fit, rival = found.fits[("squall",), on], found.fits[("current",), on]
@@ -70,5 +70,5 @@ def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Searc
 
 def test_what_shows_no_direction_leads_nowhere(found: Search) -> None:
     fits = dict(found.fits)
-    fit_directions(found, [fit for (key, _), fit in fits.items() if not key])
+    fit_directions(found, [fit for (key, _), fit in fits.items() if not key], set())
     assert found.fits == fits

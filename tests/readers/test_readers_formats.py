@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import ClassVar
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -161,3 +162,16 @@ class TestDataFlash(Conformance):
 class TestNMEA(Conformance):
     reader = "nmea"
     damages = 20
+
+
+def test_a_file_of_endlessly_nested_groups_is_refused(tmp_path: Path) -> None:
+    """Its library walks to each group from the top: 3000 of them took 30 s."""
+    path = tmp_path / "deep.h5"
+    with h5py.File(path, "w") as file:
+        group = file
+        for _ in range(150):
+            group = group.create_group("g")
+        group["t"] = np.arange(5.0)
+    with pytest.raises(BadInput, match="groups are nested more than 100 deep") as refused:
+        read_log(path)
+    assert str(path) in str(refused.value)

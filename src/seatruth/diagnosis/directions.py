@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once, started
 from seatruth.diagnosis.initial_guess import with_effect, without_effects
 from seatruth.diagnosis.problem import Point
@@ -24,11 +24,17 @@ _PARTS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Sizes from which an effect is tried, over its typical one. [S]"""
 
 
-def fit_directions(found: Search, leaders: Sequence[Fit]) -> None:
-    """Fits these sets with each effect that has a direction replaced by each that is confused with it."""
+def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, bool, str, str]]) -> None:
+    """Fits these sets with each effect that has a direction replaced by each that is confused with it.
+
+    `tried` are the sets, effects and replacements that were fitted so before; these ones join them.
+    """
     for leader in leaders:
         for name in leader.effects:
             for other in _confused(found, leader, name):
+                if (leader.effects, leader.discrepancy, name, other) in tried:
+                    continue
+                tried.add((leader.effects, leader.discrepancy, name, other))
                 key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
                 start = _in_its_place(found, leader, name, other)
                 if start is not None:

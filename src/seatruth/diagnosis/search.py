@@ -77,9 +77,12 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
                         continue
                     say(f"effects {' and '.join(key)}", count, expected)
                     fit_both(found, key, leader)
-        leaders = [fit for fit in found.sets() if fit.effects and _leads(found, fit)]
-        near_leader = [fit for fit in leaders if fit.evidence > found.leader.evidence - settings.hopeless]
-        fit_directions(found, near_leader[: settings.leaders])
+        tried: set[tuple[Key, bool, str, str]] = set()
+        for _ in range(_ROUNDS):
+            # What began along another's direction may lead now, and show where the other should have begun.
+            leaders = [fit for fit in found.sets() if fit.effects and _leads(found, fit)]
+            near_leader = [fit for fit in leaders if fit.evidence > found.leader.evidence - settings.hopeless]
+            fit_directions(found, near_leader[: settings.leaders], tried)
         _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)

@@ -8,10 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from seatruth.errors import BadInput
 from seatruth.readers.base import Column, Content, Progress, Reader
 from seatruth.readers.vectors import topics
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_DEEPEST = 100
+"""Groups within groups of a file. [S] Structures of logs have three or four; the library takes 30 s for 3000."""
 _MOST_VECTORS = 10_000
 """Vectors that are read from one file; more come from a damaged one (chosen here [S])."""
 
@@ -41,7 +44,18 @@ class HDF5(Reader):
         found: dict[str, Column] = {}
         with h5py.File(path, "r") as file:
             names: list[str] = []
-            file.visit(names.append)  # hard links alone: a link to another file is not followed
+
+            def visited(name: str) -> str | None:
+                names.append(name)
+                return name if name.count("/") > _DEEPEST else None
+
+            # Hard links alone: a link to another file is not followed.
+            if file.visit(visited) is not None:
+                raise BadInput(
+                    f"groups are nested more than {_DEEPEST} deep",
+                    where=str(path),
+                    do="Copy what is needed into a flat file.",
+                )
             names = [name for name in names if not name.startswith("#") and isinstance(file[name], h5py.Dataset)]
             for k, name in enumerate(names[:_MOST_VECTORS]):
                 _add(found, name.replace("/", "."), file[name])

@@ -47,7 +47,9 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
     expressions.check(declared, file.model.constraints, problems)
     if not any(parameter.vary for parameter in declared):
         problems.add(
-            ("model", "vary"), "no parameter varies", "Name those to identify: vary = [...] in [model], or vary = true."
+            ("model", "vary"),
+            "no parameter varies",
+            "Name those to identify: vary = [...] in [model], or vary = true in [parameters.NAME].",
         )
     sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
