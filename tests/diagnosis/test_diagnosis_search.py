@@ -13,7 +13,7 @@ import small_case as small
 
 from seatruth.diagnosis import hypothesis_fits, noise_sharing
 from seatruth.diagnosis import search as search_module
-from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
@@ -239,3 +239,20 @@ def test_discrepancy_that_went_astray_is_fitted_again_from_the_model_without_it(
 
 
 REPEATED = "from its fit without discrepancy"
+
+
+def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
+    """A part of the offset is left, as where steps bring nothing in a curved valley."""
+    key: Key = ("rudder_offset",)
+    good, problem = found.fits[key, False], found.problem
+    shared = good.point.shared.copy()
+    shared[problem.columns["rudder_offset"]] *= 0.996
+    point = Point(shared, good.point.initial, good.point.forces)
+    short = fit_at(problem, key, point, good.sizes, found.known, discrepancy=False, settled=True)
+    assert short.ahead > 1.0
+    assert short.evidence == pytest.approx(good.evidence - short.ahead, abs=0.5), "what is ahead is not credited"
+    others = {place: fit for place, fit in found.fits.items() if place[0] != key}
+    spoilt = Search(problem, found.known, fits={**others, (key, False): short})
+    search_module._fit_to_the_end(spoilt)
+    assert spoilt.fits[key, False].evidence == pytest.approx(good.evidence, abs=0.5)
+    assert spoilt.fits[key, False].ahead < 0.5

@@ -33,6 +33,8 @@ _CURVED = 5
 """Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
 _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
+_SHORT = 1.0
+"""nats that a fit has still ahead of it from which it is taken up again. [S] What could change an answer."""
 _ROUNDS = 3
 """Times that a leading set is compared with its parts. [S]"""
 Say = Callable[[str, int, int], None]
@@ -83,6 +85,7 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
             leaders = [fit for fit in found.sets() if fit.effects and _leads(found, fit)]
             near_leader = [fit for fit in leaders if fit.evidence > found.leader.evidence - settings.hopeless]
             fit_directions(found, near_leader[: settings.leaders], tried)
+        _fit_to_the_end(found)
         _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
@@ -160,6 +163,18 @@ def _fit_each_trial(found: Search) -> None:
                 same = found.fits.get((leader, on))
                 if same is not None:
                     fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
+
+
+def _fit_to_the_end(found: Search) -> None:
+    """Fits the sets near the leader again from where they stopped short of what their slope promises.
+
+    Steps end where several of them bring nothing, which in a curved valley is not its end; with sizes set anew they go
+    on. Between look-alikes the difference would decide.
+    """
+    near = found.leader.evidence - found.problem.settings.hopeless
+    for fit in found.sets():
+        if fit.effects and fit.evidence > near and fit.ahead > _SHORT:
+            fit_once(found, fit.effects, fit.discrepancy, fit.point, fit.sizes, attempt="from where it stopped short")
 
 
 def _refit_parts(found: Search) -> None:
