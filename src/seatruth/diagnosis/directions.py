@@ -39,7 +39,7 @@ def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, 
                 start = _in_its_place(found, leader, name, other)
                 if start is not None:
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
-                    fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words)
+                    fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
 
 
 def _confused(found: Search, leader: Fit, name: str) -> list[str]:

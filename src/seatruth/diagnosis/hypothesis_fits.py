@@ -112,19 +112,26 @@ def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
 
 
 def fit_once(
-    found: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: str = _FIRST
+    found: Search,
+    key: Key,
+    discrepancy: bool,
+    start: Point,
+    sizes: Sizes,
+    attempt: str = _FIRST,
+    rival: float = -math.inf,
 ) -> Fit | None:
     """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason.
 
     `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
-    finished one is stored.
+    finished one is stored. A fit that cannot come near `rival` (nats) is broken off; the first attempt at a set takes
+    that of the search.
     """
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
     name = f"fit {'+'.join(key)} {beside}, attempt {attempt}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
-    rival = found.rival if key and attempt == _FIRST else -math.inf
+    rival = found.rival if key and attempt == _FIRST else rival
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:
