@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from attack.boat import STUDY, log
+from attack.bombs import Write, bombs
 
 Prepared = list[str]
 """Arguments of the command line."""
@@ -28,6 +29,8 @@ def cases() -> Iterator[tuple[str, Case]]:
         yield f"check: study {name}", _with_study(text)
     for name, text in _models():
         yield f"check: model {name}", _with_model(text)
+    for name, file, write in bombs():
+        yield name, _with_file(file, write)
     yield from _places()
 
 
@@ -36,6 +39,16 @@ def _with_log(command: str, content: bytes) -> Case:
         (folder / "run_1.csv").write_bytes(content)
         more = {"diagnose": ["--quiet", "--effects", "rudder_offset", "--no-next-trial"], "identify": ["--quiet"]}
         return [command, str(folder / "study.toml"), *more.get(command, [])]
+
+    return prepare
+
+
+def _with_file(name: str, write: Write) -> Case:
+    def prepare(folder: Path) -> Prepared:
+        write(folder / name)
+        study = folder / "study.toml"
+        study.write_text(study.read_text().replace("run_*.csv", name))
+        return ["check", str(study)]
 
     return prepare
 

@@ -61,6 +61,18 @@ def sizes_of(problem: Problem, *, terms: bool = False, forces: bool = False) -> 
     return Sizes(white, tuple(shape), spread if terms else none, spread - 0.3 if forces else none, np.array([0.6]))
 
 
+def test_a_sum_of_squares_that_rounding_has_made_negative_is_refused(problem: Problem, at: Linearization) -> None:
+    """Columns that hold more of the errors than there is of them, as after digits were lost."""
+    likelihood, sizes = Likelihood(problem, at), sizes_of(problem)
+    assert math.isfinite(likelihood.log_likelihood(sizes, ()))
+    reduced = likelihood._reduce(sizes)
+    reduced.grams[:, 0, 1:] *= 1e4
+    reduced.grams[:, 1:, 0] *= 1e4
+    with pytest.raises(np.linalg.LinAlgError, match="rounding decides"):
+        likelihood.least(sizes, ())
+    assert likelihood.log_likelihood(sizes, ()) == -math.inf
+
+
 CASES = [(False, False), (True, False), (False, True), (True, True)]
 
 

@@ -53,15 +53,9 @@ def sway_bias(y: Outputs, q: Values, t: Array) -> Outputs:
 
 
 def turned_log(y: Outputs, q: Values, t: Array) -> Outputs:
-    """The log's axes are turned to starboard by `angle`, rad."""
-    c, d = np.cos(q["angle"]), np.sin(q["angle"])
-    return {"u": c * y["u"] + d * y["v"], "v": c * y["v"] - d * y["u"]}
-
-
-def turned_log_vertical(y: Outputs, q: Values, t: Array) -> Outputs:
-    """The log's axes are turned bow up by `angle`, rad."""
-    c, d = np.cos(q["angle"]), np.sin(q["angle"])
-    return {"u": c * y["u"] - d * y["w"], "w": d * y["u"] + c * y["w"]}
+    """The log's axes are turned by `angle`, rad: to starboard, or bow down where the vehicle moves in its diving plane."""
+    c, d, across = np.cos(q["angle"]), np.sin(q["angle"]), "v" if "v" in y else "w"
+    return {"u": c * y["u"] + d * y[across], across: c * y[across] - d * y["u"]}
 
 
 def pitch_gyro_bias(y: Outputs, q: Values, t: Array) -> Outputs:

@@ -12,21 +12,20 @@ from collections.abc import Callable
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, hats
 from seatruth.diagnosis.marginal_likelihood import Solution
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs
 
 _SLOPE = 1e-4
-"""Part of a step by which its slope is taken: differences of a double keep eight digits by it, and bend by 1e-4."""
+"""Part of a step by which its slope is taken: differences of doubles keep twelve digits by it, and bend by 1e-4."""
 _RIDGE = 1e-10
 """Ridge over the trace when lines between knots are fitted: rounding."""
 
 
 def can_compensate(problem: Problem) -> bool:
     """Whether missing forces can take the place of others: not those of a black box, whose equations are unknown."""
-    return problem.discrepancy is not None and not isinstance(problem.discrepancy, BlackBox)
+    return isinstance(problem.discrepancy, DiscrepancyModel)
 
 
 def compensated(problem: Problem, point: Point, shared: Array) -> Point:
@@ -55,7 +54,7 @@ def _changes(problem: Problem, point: Point, states: list[Array], shared: Array)
     """Change of the forces (T, E, K) by other shared unknowns along a motion, states (n, S) by trial; and its slope."""
     model, found = problem.discrepancy, np.zeros((2, *point.forces.shape))
     columns = np.flatnonzero(shared != point.shared)
-    if model is None or isinstance(model, BlackBox) or not columns.size:
+    if not isinstance(model, DiscrepancyModel) or not columns.size:
         return found[0], found[1]
     names = [problem.unknowns[k].name for k in columns]
     here, there = point.shared[columns], shared[columns]

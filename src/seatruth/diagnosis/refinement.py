@@ -23,8 +23,6 @@ from seatruth.diagnosis.sizes import NoisePrior, Sizes
 
 _FINER = 10.0
 """nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S]"""
-_NOISE = 10.0
-"""nats that better noise may bring when a fit begins again at its own end. [S]"""
 _MOST = 45
 """Most knots, so that 23 and 45 are tried. [S] On a trial of 444 s a line between two of 45 lasts 10 s, two L / U of a
 3 m ship; 72 knots brought 100 nats more there, in twice the time."""
@@ -40,32 +38,33 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
     explained = math.inf if coarse is None or plain is None else coarse.evidence - plain.evidence
     if coarse is None or explained < HOPE or first.discrepancy is None or first.few_runs is not None:
         return found
-    knots, forces = 2 * first.settings.knots - 1, between(coarse.point.forces)
+    knots, forces = 2 * first.settings.knots - 1, coarse.point.forces
     while knots <= _MOST:
         say(knots)
-        problem = first.with_knots(knots)
+        # From the forces of a fit that did not converge, too: it says nothing of finer ones, with which the next may.
+        forces, at, problem = between(forces), found.fits[(), True], first.with_knots(knots)
         finer = Search(problem, found.known, store=found.store)
-        at = found.fits[(), True]
         start = Point(at.point.shared, at.point.initial, forces)
-        loose = _loose(finer, start, _over(at, found.problem, problem), at.evidence + _FINER)
+        loose = _loose(finer, start, _over(at, found.problem, problem), at.evidence)
         if loose is not None and loose.evidence >= at.evidence + _FINER:
             if plain is not None:
                 finer.fits[(), False] = _same(plain, problem, found.known)
-            found, at = finer, loose
+            found, forces = finer, loose.point.forces
         elif loose is not None and loose.settled:
             break
-        # A fit that did not converge says nothing of finer forces, with which the next one may.
-        forces = between(at.point.forces if at is loose else forces)
         knots = 2 * knots - 1
     return found
 
 
-def _loose(finer: Search, start: Point, sizes: Sizes, least: float) -> Fit | None:
-    """The fit of the model alone with forces, from a coarser fit, and from the recorded motion where that fails."""
+def _loose(finer: Search, start: Point, sizes: Sizes, coarse: float) -> Fit | None:
+    """The fit of the model alone with forces, from a coarser fit, and from the recorded motion where that fails.
+
+    What is ahead of the coarser fit's evidence (nats) may still find better noise at its own end.
+    """
     loose = fit_once(finer, (), True, start, sizes)
     if loose is None or not loose.settled:
         loose = fit_from_equation_error(finer, sizes) or loose
-    if loose is not None and loose.evidence >= least - _NOISE:
+    if loose is not None and loose.evidence >= coarse:
         fit_again(finer, discrepancy=True)
     return finer.fits.get(((), True))
 

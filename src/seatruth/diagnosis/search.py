@@ -36,7 +36,7 @@ _ALIKE = 3.0
 _SHORT = 1.0
 """nats that a fit has still ahead of it from which it is taken up again. [S] What could change an answer."""
 _ROUNDS = 3
-"""Times that a leading set is compared with its parts. [S]"""
+"""Times that leading sets are compared with what looks like them, and with their parts. [S]"""
 Say = Callable[[str, int, int], None]
 
 

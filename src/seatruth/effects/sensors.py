@@ -226,7 +226,7 @@ class LogMisalignment(Effect):
     source = "[L] components in turned axes; [S] magnitude of the catalogue: 0.01 to 0.1 rad before calibration"
     acts_on = ("sensor:u", "sensor:v")
     confused_with = ("sway_bias", "heading_bias", "current", "rudder_offset")
-    distinguished_by = "in proportion to the speed; the track keeps to the heading, and both signs of a turn differ"
+    distinguished_by = "on a straight course the log drifts, in proportion to the speed; the track keeps to the heading"
     needs_outputs = ("u", "v")
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
     parameters = (
@@ -240,29 +240,17 @@ class LogMisalignment(Effect):
         return y._replace(u=c * y.u + d * y.v, v=c * y.v - d * y.u)
 
 
-class LogMisalignmentVertical(Effect):
+class LogMisalignmentVertical(LogMisalignment):
     """The axes of the log are pitched from those of the vehicle."""
 
     name = "log_misalignment_vertical"
     title = "misalignment of the log in the diving plane"
-    cause = "sensor.alignment.speed"
-    number = 8
-    equation = "u_m = u cos(angle) - w sin(angle), w_m = u sin(angle) + w cos(angle)"
-    source = LogMisalignment.source
+    equation = "u_m = u cos(angle) + w sin(angle), w_m = w cos(angle) - u sin(angle)"
     acts_on = ("sensor:u", "sensor:w")
     confused_with = ("current_along", "plane_offset", "net_weight", "log_lever_arm_vertical")
     distinguished_by = "in proportion to the speed; depth and pitch angle do not show it"
-    needs_outputs = ("u", "w")
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "w": LOG["w"]}
-    parameters = (
-        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log pitched bow up"),
-    )
-    null: Mapping[str, float] = {"angle": 0.0}
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        c, d = math.cos(q.angle), math.sin(q.angle)
-        return y._replace(u=c * y.u - d * y.w, w=d * y.u + c * y.w)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["w"]}
+    parameters = (LogMisalignment.parameters[0].replace(description="log pitched bow down"),)
 
 
 class PositionLeverArm(Effect):
