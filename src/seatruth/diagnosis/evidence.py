@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, logsumexp
 
 from seatruth.arrays import Array, Flags, Indices
 
@@ -56,38 +56,38 @@ def scale_gain(
     low = np.full(len(sd), -math.inf) if low is None else low
     high = np.full(len(sd), math.inf) if high is None else high
     free = np.ones(len(sd), dtype=np.bool_) if held is None else ~held
-    whole = _evidence(information[np.ix_(free, free)], pull[free], sd[free])
+    whole = _evidence(information[np.ix_(free, free)], pull[free], sd[None, free])[0]
     if len(groups) > _MOST_COMBINED:
-        return _evidence(information, pull, sd) + _within(information, pull, sd, low, high) - whole
-    found = []
-    for combination in itertools.product(scales, repeat=len(groups)):
-        own = sd.copy()
-        for entries, scale in zip(groups, combination):
-            own[entries] *= scale
-        found.append(_evidence(information, pull, own) + _within(information, pull, own, low, high))
-    top = max(found)
-    return top + math.log(sum(math.exp(value - top) for value in found) / len(found)) - whole
+        return float(
+            (_evidence(information, pull, sd[None]) + _within(information, pull, sd[None], low, high))[0] - whole
+        )
+    combinations = np.array(list(itertools.product(scales, repeat=len(groups))))
+    own = np.repeat(sd[None], len(combinations), axis=0)
+    for k, entries in enumerate(groups):
+        own[:, entries] *= combinations[:, k, None]
+    found = _evidence(information, pull, own) + _within(information, pull, own, low, high)
+    return float(logsumexp(found) - math.log(len(found)) - whole)
 
 
-def _evidence(information: Array, pull: Array, sd: Array) -> float:
-    """Log-evidence over the null, up to nothing: of a normal likelihood under a normal prior."""
-    values, vectors = np.linalg.eigh(np.eye(len(sd)) + information * np.outer(sd, sd))
+def _evidence(information: Array, pull: Array, sd: Array) -> Array:
+    """Log-evidence (m,) over the null, up to nothing: of a normal likelihood under normal priors of sd (m, n)."""
+    values, vectors = np.linalg.eigh(np.eye(sd.shape[1]) + information * sd[:, :, None] * sd[:, None, :])
     values = np.maximum(values, 1.0)
-    along = vectors.T @ (pull * sd)
-    return 0.5 * float((along**2 / values).sum()) - 0.5 * float(np.log(values).sum())
+    along = (vectors.transpose(0, 2, 1) @ (pull * sd)[:, :, None])[:, :, 0]
+    return np.asarray(0.5 * (along**2 / values - np.log(values)).sum(axis=1))
 
 
-def _within(information: Array, pull: Array, sd: Array, low: Array, high: Array) -> float:
-    """Log share of the posterior between the bounds less that of the prior, parameter by parameter."""
+def _within(information: Array, pull: Array, sd: Array, low: Array, high: Array) -> Array:
+    """Log share (m,) of the posterior between the bounds less that of the prior, parameter by parameter."""
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     if not bounded.size:
-        return 0.0
-    scaled = np.linalg.inv(np.eye(len(sd)) + information * np.outer(sd, sd))
-    mean = (scaled @ (pull * sd))[bounded]
-    deviation = np.sqrt(np.maximum(np.diag(scaled)[bounded], 1e-300))
-    ends = low[bounded] / sd[bounded], high[bounded] / sd[bounded]
+        return np.zeros(len(sd))
+    scaled = np.linalg.inv(np.eye(sd.shape[1]) + information * sd[:, :, None] * sd[:, None, :])
+    mean = (scaled @ (pull * sd)[:, :, None])[:, bounded, 0]
+    deviation = np.sqrt(np.maximum(scaled[:, bounded, bounded], 1e-300))
+    ends = low[bounded] / sd[:, bounded], high[bounded] / sd[:, bounded]
     inside = _log_between((ends[0] - mean) / deviation, (ends[1] - mean) / deviation)
-    return float((inside - _log_between(*ends)).sum())
+    return np.asarray((inside - _log_between(*ends)).sum(axis=1))
 
 
 def _log_between(low: Array, high: Array) -> Array:

@@ -10,7 +10,7 @@ Algorithms, chapter 27).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.size_search import maximise
+from seatruth.diagnosis.size_search import OfSizes, maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
@@ -130,7 +130,7 @@ def fit(
                 break
             likelihood = likelihood_at(problem, at, sizes, effects)
             sizes, value = maximise(
-                of_sizes(likelihood, effects, known), sizes, settings, channels=channels,
+                OfSizes(likelihood, effects, known), sizes, settings, channels=channels,
                 noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
                 shapes=round_ == 0 and number == _SHAPE_STEP, sweeps=1,
             )  # fmt: skip
@@ -197,7 +197,7 @@ def _final_sizes(
     if not np.isfinite(at.errors).all():
         raise np.linalg.LinAlgError("the model diverges")
     likelihood = likelihood_at(problem, at, sizes, effects)
-    evidence = of_sizes(likelihood, effects, known)
+    evidence = OfSizes(likelihood, effects, known)
     before = evidence(sizes)
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     if not before > rival - problem.settings.hopeless:
@@ -254,15 +254,6 @@ def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
         deviation = math.exp(float(sizes.white[c])) * math.sqrt(shapes[sizes.shape[c]].correlation(0.0))
         found[c] = float(np.median(own)) / deviation if own.size else 0.0
     return found if np.isfinite(errors).all() else np.full_like(found, math.inf)
-
-
-def of_sizes(likelihood: Likelihood, effects: Sequence[str], known: NoisePrior) -> Callable[[Sizes], float]:
-    """What sizes are chosen by: the marginal likelihood (nats) and the prior density of the sizes."""
-
-    def value(sizes: Sizes) -> float:
-        return likelihood.log_likelihood(sizes, effects) + log_prior(likelihood.problem.settings, sizes, known)
-
-    return value
 
 
 def without_discrepancy(problem: Problem, point: Point) -> Point:

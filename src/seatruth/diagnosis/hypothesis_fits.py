@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, of_sizes, without_discrepancy
+from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import from_equation_error, moved_to, with_effect, without_effects
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.size_search import OfSizes
 from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 from seatruth.diagnosis.steps import likelihood_at
 
@@ -206,7 +207,7 @@ def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
     as_near = [near.sizes.shrunk(part) for part in PARTS]
     options = [little, *as_near, *(replace(got.sizes, terms=s.terms, forces=s.forces) for s in as_near)]
     likelihood = likelihood_at(found.problem, found.problem.linearize(got.point, got.effects), got.sizes, got.effects)
-    return max(options, key=of_sizes(likelihood, got.effects, found.known))
+    return max(options, key=OfSizes(likelihood, got.effects, found.known))
 
 
 def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:

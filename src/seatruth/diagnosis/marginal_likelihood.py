@@ -22,10 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotri
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
-from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -56,14 +57,71 @@ class Solution:
 
 
 @dataclass(frozen=True)
+class Posterior:
+    """What is known of all unknowns after the trials, in deviations of their priors: k shared ones, L of each trial."""
+
+    shared: Array
+    """Mean of the shared ones (k,)."""
+    local: Array
+    """Mean of each trial's own (T, L)."""
+    shared_covariance: Array
+    """(k, k)."""
+    local_covariance: Array
+    """Of each trial's own beside known shared ones (T, L, L)."""
+    lean: Array
+    """By how much each trial's own fall where the shared ones rise (T, L, k)."""
+    place: Array
+    """Mean of [1, distance of every column's unknown from the point] (T, m)."""
+    at: Indices
+    """The columns (k,) of the shared ones."""
+    root: Array
+    """A square root (k, k) of their prior covariance."""
+    factor: Array
+    """The Cholesky factor (k, k) of the inverse of `shared_covariance`."""
+    factors: Array
+    """Those of the inverses of `local_covariance` (T, L, L)."""
+    halves: Array
+    """The factors' inverses times the Gram matrix of each trial's own columns with [errors, shared] (T, L, 1 + S')."""
+
+
+@dataclass(frozen=True)
 class _Reduced:
     """Each trial's own unknowns integrated out: Gram matrices (T, 1 + S', 1 + S') and log-likelihood parts (T,)."""
 
     grams: Array
     base: Array
-    roots: Array
     factors: Array
     halves: Array
+
+
+@dataclass(frozen=True)
+class LocalRoot:
+    """A square root of the prior covariance of a trial's own unknowns: initial states, then forces by equation.
+
+    Forces are taken in what each knot adds to those before it, independent in time. So the root is a deviation of each
+    initial state, and one matrix between equations, the same for all knots.
+    """
+
+    initial: Array
+    """(I,)."""
+    equations: Array
+    """(E, E); (0, 0) where no forces are missing."""
+    knots: int
+
+    @property
+    def size(self) -> int:
+        """How many unknowns a trial has, L."""
+        return len(self.initial) + len(self.equations) * self.knots
+
+    def times(self, columns: Array, *, transposed: bool = False) -> Array:
+        """The root, or the transposed one, times columns (T, L, n)."""
+        found, count = np.empty_like(columns), len(self.initial)
+        found[:, :count] = self.initial[:, None] * columns[:, :count]
+        if len(self.equations):
+            by = self.equations.T if transposed else self.equations
+            forces = np.ascontiguousarray(columns[:, count:]).reshape(len(columns), len(by), -1)
+            found[:, count:] = (by @ forces).reshape(len(columns), -1, columns.shape[2])
+        return found
 
 
 class Likelihood:
@@ -81,13 +139,17 @@ class Likelihood:
         self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
+        knot = np.arange(problem.settings.knots)
+        memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
+        self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
+        own_columns = self._in_time(at.local, self._time_root)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
         self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
         for one in problem.series:
             kept = np.ones(len(one.rows), dtype=np.bool_) if keep is None else keep[one.rows]
             rows = one.rows[kept]
             block = np.concatenate(
-                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], at.local[rows]], axis=1
+                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], own_columns[rows]], axis=1
             )
             self._blocks[one.trial, one.channel] = block, one.t[kept]
             self.counts[one.trial, one.channel] = len(rows)
@@ -101,12 +163,11 @@ class Likelihood:
         own = [self.place[k] for k in self.held]
         self._charge = 0.5 * float(((self._offset[own] / problem.sd[list(self.held)]) ** 2).sum())
         self._offset[own] = 0.0
-        self._local_offset = problem.local_offset(at.point)[:, : self._locals]
+        self._local_offset = self._in_time(
+            problem.local_offset(at.point)[:, : self._locals], np.linalg.inv(self._time_root).T
+        )
         pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
-        self._pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
-        knot = np.arange(problem.settings.knots)
-        memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
-        self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
+        self.pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
         self._tightness = 1.0
 
     def held_at_bounds(self, sizes: Sizes, effects: Sequence[str]) -> tuple[int, ...]:
@@ -200,7 +261,7 @@ class Likelihood:
         factor: Array = np.asarray(
             np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root), dtype=np.float64
         )
-        half = _forward(factor, root.T @ gram[1 + at, 0])
+        half = forward(factor, root.T @ gram[1 + at, 0])
         least = 0.5 * float(gram[0, 0] - half @ half)
         if least < -_ROUNDED:
             raise np.linalg.LinAlgError("rounding decides the sum of squares")
@@ -238,7 +299,7 @@ class Likelihood:
         gram, _, at, root = self._summed(sizes, (), trials)
         own = np.array([self.place[int(c)] for name in effects for c in self.problem.columns[name]], dtype=np.intp)
         factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
-        half = _forward(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
+        half = forward(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
         left = gram[np.ix_(np.concatenate([[0], 1 + own]), np.concatenate([[0], 1 + own]))] - half.T @ half
         return left[1:, 1:], -left[1:, 0], self.problem.sd[self.columns[own]]
 
@@ -253,18 +314,55 @@ class Likelihood:
             raise np.linalg.LinAlgError("the most probable step is not finite")
         shared = np.zeros(len(self.problem.unknowns))
         shared[self.columns] = self._offset + own
-        right = -(reduced.halves @ np.concatenate([[1.0], own]))
-        scaled = np.linalg.solve(reduced.factors.transpose(0, 2, 1), right[:, :, None])
-        # What is known to be none goes to none.
-        local = self._local_offset.copy()
-        local[:, : reduced.roots.shape[1]] += (reduced.roots @ scaled)[:, :, 0]
-        half = _forward(factor, root.T)
+        local = self._in_time(self._local_place(sizes, self._scaled_local(reduced, own)), self._time_root.T)
+        half = forward(factor, root.T)
         return Solution(shared, local, self.columns[at], half.T @ half)
+
+    def posterior(self, sizes: Sizes, effects: Sequence[str]) -> Posterior:
+        """What is known of all unknowns. Raises LinAlgError where the algebra fails."""
+        gram, _, at, root = self._summed(sizes, effects, None)
+        reduced = self._reduce(sizes)
+        factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
+        covariance = _inverse(factor)
+        shared = -covariance @ (root.T @ gram[1 + at, 0])
+        own = np.zeros(len(self.columns))
+        own[at] = root @ shared
+        local = self._scaled_local(reduced, own)
+        inverses = np.zeros_like(reduced.factors)
+        lean = np.zeros((len(local), local.shape[1], len(at)))
+        for trial, one in enumerate(reduced.factors):
+            inverses[trial] = _inverse(one)
+            lean[trial] = _backward(one, reduced.halves[trial][:, 1 + at] @ root)
+        place = np.ones((len(local), self._size))
+        place[:, 1 : 1 + len(self.columns)] = self._offset + own
+        place[:, 1 + len(self.columns) :] = self._local_place(sizes, local)
+        return Posterior(
+            shared, local, covariance, inverses, lean, place, at, root, factor, reduced.factors, reduced.halves
+        )
+
+    def _scaled_local(self, reduced: _Reduced, own: Array) -> Array:
+        """Mean of each trial's own unknowns (T, L) in deviations of their priors, the shared ones at (S',)."""
+        right = -(reduced.halves @ np.concatenate([[1.0], own]))
+        return np.asarray([_backward(factor, one) for factor, one in zip(reduced.factors, right)]).reshape(right.shape)
+
+    def _local_place(self, sizes: Sizes, scaled: Array) -> Array:
+        """Distances from the point of all of each trial's own unknowns, forces by what each knot adds."""
+        place = self._local_offset.copy()
+        # What is known to be none goes to none.
+        place[:, : scaled.shape[1]] += self.local_root(sizes).times(scaled[:, :, None])[:, :, 0]
+        return place
+
+    def _in_time(self, local: Array, matrix: Array) -> Array:
+        """Columns (n, I + E knots), or (n, I), with those of the forces times a matrix (knots, knots)."""
+        count = len(self.problem.initial_names)
+        forces = local[:, count:].reshape(len(local), -1, len(matrix)) @ matrix
+        return np.concatenate([local[:, :count], forces.reshape(len(local), -1)], axis=1)
 
     def local_covariance(self, sizes: Sizes, trial: int) -> Array:
         """Posterior covariance (L, L) of one trial's own unknowns, the shared ones held."""
-        reduced = self._reduce(sizes)
-        half = _forward(reduced.factors[trial], reduced.roots[trial].T)
+        factor, root = self._reduce(sizes).factors[trial], self.local_root(sizes)
+        half = forward(factor, root.times(np.eye(root.size)[None])[0].T)
+        half = self._in_time(half, self._time_root.T)
         return np.asarray(half.T @ half)
 
     def quadratic(self, sizes: Sizes) -> Array:
@@ -292,27 +390,45 @@ class Likelihood:
         own = [self.place[int(c)] for name in effects for c in problem.columns[name] if int(c) not in self.held]
         at = np.array([*first, *middle, *own], dtype=np.intp)
         root = np.diag(problem.sd[self.columns[at]])
-        if on and problem.discrepancy is not None:
-            for equations, members in problem.term_groups:
-                block = self.equation_root(sizes.terms, sizes.coupling, equations)
-                rows = len(first) + members
-                root[rows[:, :, None], rows[:, None, :]] = block
+        for (equations, _), rows in zip(problem.term_groups, self.term_rows(sizes)):
+            block = self.equation_root(sizes.terms, sizes.coupling, equations)
+            root[rows[:, :, None], rows[:, None, :]] = block
         return at, self._tightness * root
 
-    def local_root(self, sizes: Sizes) -> Array:
-        """A square root (L, L) of the prior covariance of a trial's own unknowns, or of its initial states alone."""
-        count = len(self.problem.initial_names)
-        lacking = self._locals > count and bool(np.isfinite(sizes.forces).any())
-        root = np.zeros((self._locals if lacking else count,) * 2)
-        root[range(count), range(count)] = self.problem.initial_sd
-        if lacking:
-            root[count:, count:] = np.kron(self.equation_root(sizes.forces, sizes.coupling), self._time_root)
-        return self._tightness * root
+    def term_rows(self, sizes: Sizes) -> list[Indices]:
+        """Where each group of terms, (members, equations), is among the shared unknowns; none without terms."""
+        if self.problem.discrepancy is None or not np.isfinite(sizes.terms).any():
+            return []
+        before = sum(int(c) not in self.held for c in self.problem.coefficients)
+        return [before + members for _, members in self.problem.term_groups]
+
+    def local_root(self, sizes: Sizes) -> LocalRoot:
+        """A square root of the prior covariance of a trial's own unknowns, or of its initial states alone."""
+        lacking = self._locals > len(self.problem.initial_names) and bool(np.isfinite(sizes.forces).any())
+        between = self.equation_root(sizes.forces, sizes.coupling) if lacking else np.zeros((0, 0))
+        tightness, initial = self._tightness, self.problem.initial_sd
+        return LocalRoot(tightness * initial, tightness * between, self.problem.settings.knots)
+
+    def energy(self, sizes: Sizes, effects: Sequence[str], point: Point) -> float:
+        """Squared distance of a point from the prior means, in deviations of the priors."""
+        problem, (at, root) = self.problem, self.shared_root(sizes, effects)
+        columns = self.columns[at]
+        total = _squared(root, point.shared[columns] - problem.mean[columns])
+        # What is held at a bound pays for its value too: else a step would seem to fall by what it no longer counts.
+        held = list(self.held)
+        total += float((((point.shared[held] - problem.mean[held]) / problem.sd[held]) ** 2).sum())
+        total += float((((point.initial - problem.initial_mean) / problem.initial_sd) ** 2).sum())
+        if np.isfinite(sizes.forces).any():
+            innovations = point.forces.reshape(-1, point.forces.shape[2]) @ np.linalg.inv(self._time_root).T
+            innovations = innovations.reshape(point.forces.shape).transpose(1, 0, 2)
+            between = self.equation_root(sizes.forces, sizes.coupling)
+            total += _squared(between, innovations.reshape(len(between), -1))
+        return total
 
     def equation_root(self, log_sizes: Array, coupling: Array, equations: Indices | None = None) -> Array:
         """A square root (E, E) of the covariance of missing accelerations between all equations, or these ones."""
         correlation = (1.0 + _RIDGE) * np.eye(len(log_sizes))
-        for (a, b), value in zip(self._pairs, coupling):
+        for (a, b), value in zip(self.pairs, coupling):
             correlation[a, b] = correlation[b, a] = value
         size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
         if equations is not None:
@@ -321,7 +437,7 @@ class Likelihood:
 
     # Elimination
 
-    def _gram(self, channel: int, shape: int) -> tuple[Array, Array]:
+    def gram(self, channel: int, shape: int) -> tuple[Array, Array]:
         """Gram matrices (T, m, m) of one channel's columns under noise of one shape, log-determinants (T,)."""
         key = channel, shape
         if key not in self._grams:
@@ -334,7 +450,7 @@ class Likelihood:
             self._grams[key] = grams, logs
         return self._grams[key]
 
-    def _whole(self, sizes: Sizes) -> tuple[Array, Array]:
+    def whole(self, sizes: Sizes) -> tuple[Array, Array]:
         """Gram matrices (T, m, m) of all channels, errors at the prior means, and the noise's log-likelihood (T,)."""
         key = sizes.white.tobytes(), sizes.shape
         if self._last_gram is not None and self._last_gram[0] == key:
@@ -343,7 +459,7 @@ class Likelihood:
         base = np.zeros(len(total))
         for c, shape in enumerate(sizes.shape):
             if self.counts[:, c].any():
-                grams, logs = self._gram(c, shape)
+                grams, logs = self.gram(c, shape)
                 total += grams * math.exp(-2.0 * sizes.white[c])
                 base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
         shift = np.ones((len(total), self._size, 1))
@@ -359,22 +475,22 @@ class Likelihood:
         key = b"".join((sizes.white.tobytes(), bytes(sizes.shape), sizes.forces.tobytes(), sizes.coupling.tobytes()))
         if self._last_reduced is not None and self._last_reduced[0] == key:
             return self._last_reduced[1]
-        total, base = self._whole(sizes)
+        total, base = self.whole(sizes)
         n = 1 + len(self.columns)
         root = self.local_root(sizes)
-        end = n + len(root)
-        inner = root.T @ total[:, n:end, n:end] @ root
+        end = n + root.size
+        rooted = root.times(total[:, n:end, :end], transposed=True)
+        inner = root.times(rooted[:, :, n:].transpose(0, 2, 1), transposed=True)
         diagonal = np.arange(inner.shape[1])
         inner[:, diagonal, diagonal] += 1.0
         factors: Array = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
         # From the right, transposed: so the routine reads arrays in rows as they are.
-        rights = zip(factors, root.T @ total[:, n:end, :n])
-        halves = np.zeros((len(total), len(root), n))
-        if len(root):
-            halves[:] = [dtrsm(1.0, f.T, right.T, side=1).T for f, right in rights]
+        halves = np.zeros((len(total), root.size, n))
+        if root.size:
+            halves[:] = [dtrsm(1.0, f.T, right[:, :n].T, side=1).T for f, right in zip(factors, rooted)]
         grams = total[:, :n, :n] - halves.transpose(0, 2, 1) @ halves
         base = base - np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
-        found = _Reduced(grams, base, np.broadcast_to(root, inner.shape), factors, halves)
+        found = _Reduced(grams, base, factors, halves)
         self._last_reduced = key, found
         return found
 
@@ -387,6 +503,28 @@ class Likelihood:
         return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root
 
 
-def _forward(factor: Array, right: Array) -> Array:
+def forward(factor: Array, right: Array) -> Array:
     """Solution of a lower triangular system."""
     return np.asarray(solve_triangular(factor, right, lower=True, check_finite=False))
+
+
+def _backward(factor: Array, right: Array) -> Array:
+    """Solution of the system of a transposed lower triangular matrix."""
+    return np.asarray(solve_triangular(factor, right, lower=True, trans=1, check_finite=False))
+
+
+def _inverse(factor: Array) -> Array:
+    """Inverse of the matrix with this lower Cholesky factor."""
+    if not len(factor):
+        return np.zeros((0, 0))
+    # The transposed array, in the order that the routine reads, is the upper factor.
+    upper, _ = dpotri(factor.T, lower=0)
+    return np.asarray(np.triu(upper) + np.triu(upper, 1).T)
+
+
+def _squared(root: Array, values: Array) -> float:
+    """Sum of squared distances of columns from zero in a normal prior with this square root of its covariance."""
+    if not values.size:
+        return 0.0
+    scaled = np.linalg.lstsq(root, values, rcond=1e-10)[0]
+    return float((scaled * scaled).sum())

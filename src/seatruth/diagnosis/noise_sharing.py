@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.fit import Fit, of_sizes
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.size_search import OfSizes
 from seatruth.diagnosis.sizes import Sizes
 from seatruth.diagnosis.steps import likelihood_at
 
@@ -67,7 +68,7 @@ def _better_noise(found: Search, fit: Fit, offers: Sequence[Sizes]) -> Sizes | N
     if not others:
         return None
     likelihood = likelihood_at(found.problem, fit.linearized(found.problem), fit.sizes, fit.effects)
-    value = of_sizes(likelihood, fit.effects, found.known)
+    value = OfSizes(likelihood, fit.effects, found.known)
     own = value(fit.sizes)
     whole = [replace(fit.sizes, white=one.white, shape=one.shape) for one in others]
     if fit.discrepancy:

@@ -1,31 +1,81 @@
-"""The most probable sizes of noise and discrepancy: coordinate ascent from where they are."""
+"""The most probable sizes of noise and discrepancy: Newton steps by average information, and shapes on their grid."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
+from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.diagnosis.size_slopes import slopes
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, least_white, log_prior, log_prior_slopes, noise_shapes
 
-_STEPS = {"white": (0.05, 1.0), "terms": (0.3, 2.0), "forces": (0.3, 2.0), "coupling": (0.3, 0.6)}
-"""Difference over which a slope is taken, and the longest step, in logarithms of sizes and in Fisher's z. [S]"""
+_REACH = 2.0
+"""Longest step in logarithms of sizes and in Fisher's z. [S] A factor of 7; average information is good for less."""
+_DAMPINGS = (0.0, 1.0, 10.0, 100.0)
+"""Dampings (Marquardt 1963) of a step that are tried until one rises. [S]"""
+_FLAT = 1e-3
+"""nats, information of a size on which nothing depends: too little to hold back any other."""
+_STEPS = 3
+"""Most steps of all sizes before shapes are tried. [S] Two are usual."""
 _NEARLY = 3.0
 """nats by which a proposed shape may be behind: setting its white deviation may bring as much. [S]"""
 _SWEPT = 0.1
 """nats that a sweep must bring for another one. [S] A tenth of what could change an answer."""
 _DONE = 0.1 * _SWEPT
-"""nats that a coordinate must have brought in one sweep to be moved in the next one, not only in the one after. [S]
-It takes ten such to make a sweep."""
+"""nats that a step of all sizes must bring for another one, and a channel's shape to be tried in the next sweep. [S]"""
 _ROUNDING = 1e-9
 """nats within which two values of the objective are the same."""
 
 
+class Objective(Protocol):
+    """What sizes are chosen by."""
+
+    def __call__(self, sizes: Sizes) -> float:
+        """Its value (nats); -inf where the algebra fails."""
+
+    def slopes(self, sizes: Sizes, *, noise: bool) -> tuple[Array, Array]:
+        """Slopes (n,) by `sizes.vector` and information (n, n), those by white noise only if `noise`.
+
+        Raises LinAlgError where the algebra fails.
+        """
+
+    def least(self, sizes: Sizes) -> Array:
+        """The least that each entry of `sizes.vector` can be (n,)."""
+
+
+class OfSizes:
+    """The marginal likelihood and the prior density of the sizes, at one linearization."""
+
+    def __init__(self, likelihood: Likelihood, effects: Sequence[str], known: NoisePrior) -> None:
+        self._likelihood, self._effects, self._known = likelihood, tuple(effects), known
+        self._settings = likelihood.problem.settings
+
+    def __call__(self, sizes: Sizes) -> float:
+        """See `Objective`."""
+        return self._likelihood.log_likelihood(sizes, self._effects) + log_prior(self._settings, sizes, self._known)
+
+    def slopes(self, sizes: Sizes, *, noise: bool) -> tuple[Array, Array]:
+        """See `Objective`."""
+        slope, information = slopes(self._likelihood, sizes, self._effects, noise=noise)
+        by_prior, of_prior = log_prior_slopes(self._settings, sizes, self._known)
+        return slope + by_prior, information + np.diag(of_prior)
+
+    def least(self, sizes: Sizes) -> Array:
+        """See `Objective`."""
+        found = np.full(len(sizes.vector), -math.inf)
+        for c, value in least_white(self._known).items():
+            found[c] = value
+        return found
+
+
 def maximise(
-    objective: Callable[[Sizes], float],
+    objective: Objective,
     sizes: Sizes,
     settings: Settings,
     *,
@@ -35,10 +85,10 @@ def maximise(
     sweeps: int = 2,
     proposals: Mapping[int, Sequence[tuple[int, float]]] | None = None,
 ) -> tuple[Sizes, float]:
-    """Coordinate ascent: parabolic steps in the logarithms of sizes, shapes of noise to neighbours of the grid.
+    """The best sizes and the objective there: all sizes at once, and shapes of noise to neighbours on their grid.
 
-    Returns the best sizes and the objective there. `channels` are those that were recorded; `proposals` are shapes
-    with the logarithm of their white deviation that are tried first (`proposed_shapes`).
+    `channels` are those that were recorded; `proposals` are shapes with the logarithm of their white deviation that
+    are tried first (`proposed_shapes`).
     """
     best, value = sizes, objective(sizes)
     for c, options in (proposals or {}).items():
@@ -48,36 +98,58 @@ def maximise(
             top = int(np.argmax(values))
             # What is near may be better once its white deviation has been set.
             if values[top] > value - _NEARLY:
-                tried, reached = _climb(objective, found[top], values[top], "white", c)
+                tried, reached = _climb(objective, found[top], values[top], np.array([c]), 1)
                 best, value = (tried, reached) if reached > value else (best, value)
-    resting = set[tuple[str, int]]()
+    moving, resting = _moving(best, channels, noise=noise), set[int]()
     for _ in range(sweeps):
         before, rested = value, resting
+        best, value = _climb(objective, best, value, moving, _STEPS)
         resting = set()
-        for part, k in _coordinates(best, channels, noise=noise, shapes=shapes):
-            if (part, k) in rested:
-                continue
+        for c in channels if noise and shapes else ():
             last = value
-            if part == "shape":
-                best, value = _reshape(objective, best, value, k, settings)
-            else:
-                best, value = _climb(objective, best, value, part, k)
+            if c not in rested:
+                best, value = _reshape(objective, best, value, c, settings)
             if value < last + _DONE:
-                resting.add((part, k))
+                resting.add(c)
         if value < before + _SWEPT:
             break
     return best, value
 
 
-def _coordinates(sizes: Sizes, channels: Sequence[int], *, noise: bool, shapes: bool) -> list[tuple[str, int]]:
-    """What a sweep moves, in its order: each channel's noise and its shape, then each size of the discrepancy."""
-    found: list[tuple[str, int]] = []
-    if noise:
-        found += [(part, c) for c in channels for part in (("white", "shape") if shapes else ("white",))]
+def _moving(sizes: Sizes, channels: Sequence[int], *, noise: bool) -> Indices:
+    """Which entries of `sizes.vector` are moved: white noise, and sizes of what is missing where there is any."""
+    found = list(channels) if noise else []
     if sizes.discrepancy:
-        found += [(part, e) for part in ("terms", "forces") for e in range(len(sizes.terms))]
-        found += [("coupling", k) for k in range(len(sizes.coupling))]
-    return found
+        first = len(sizes.white)
+        found += [first + int(k) for k in np.flatnonzero(np.isfinite(sizes.vector[first:]))]
+    return np.array(found, dtype=np.intp)
+
+
+def _climb(objective: Objective, best: Sizes, value: float, moving: Indices, steps: int) -> tuple[Sizes, float]:
+    """Damped Newton steps of these entries by average information, as long as they bring something."""
+    noise = bool((moving < len(best.white)).any())
+    for _ in range(steps if len(moving) else 0):
+        try:
+            slope, information = objective.slopes(best, noise=noise)
+        except np.linalg.LinAlgError:
+            return best, value
+        here, least = best.vector, objective.least(best)
+        free = moving[(here[moving] > least[moving]) | (slope[moving] > 0.0)]
+        before = value
+        own = information[np.ix_(free, free)]
+        for damping in _DAMPINGS:
+            step = np.zeros(len(here))
+            step[free] = np.linalg.solve(own + np.diag(damping * np.diag(own) + _FLAT), slope[free])
+            if 0.5 * float(step @ slope) < _ROUNDING:
+                break
+            there = best.at(np.maximum(here + np.clip(step, -_REACH, _REACH), least))
+            found = objective(there)
+            if found > value:
+                best, value = there, found
+                break
+        if value < before + _DONE:
+            break
+    return best, value
 
 
 def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
@@ -86,34 +158,7 @@ def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
     return replace(sizes, white=white, shape=(*sizes.shape[:c], shape, *sizes.shape[c + 1 :]))
 
 
-def _climb(objective: Callable[[Sizes], float], best: Sizes, value: float, part: str, k: int) -> tuple[Sizes, float]:
-    """A Newton step along one coordinate, from differences, and parts of it; correlations move in Fisher's z."""
-    here = float(getattr(best, part)[k])
-    here = math.atanh(here) if part == "coupling" else here
-    h, reach = _STEPS[part]
-
-    def at(x: float) -> Sizes:
-        values = getattr(best, part).copy()
-        values[k] = math.tanh(x) if part == "coupling" else x
-        return replace(best, **{part: values})
-
-    left, right = at(here - h), at(here + h)
-    a, b = objective(left), objective(right)
-    top, top_value = max(((best, value), (left, a), (right, b)), key=lambda entry: entry[1])
-    curvature = a + b - 2.0 * value
-    move = 0.5 * h * (a - b) / curvature if curvature < 0.0 else math.copysign(reach, b - a)
-    move = min(max(move, -reach), reach)
-    for shorter in (1.0, 0.4):
-        there = at(here + shorter * move)
-        found = objective(there)
-        if found > top_value:
-            return there, found
-    return top, top_value
-
-
-def _reshape(
-    objective: Callable[[Sizes], float], best: Sizes, value: float, c: int, settings: Settings
-) -> tuple[Sizes, float]:
+def _reshape(objective: Objective, best: Sizes, value: float, c: int, settings: Settings) -> tuple[Sizes, float]:
     """The first neighbouring shape of one channel's noise that is better, at the same white or the same total size."""
     shapes = noise_shapes(settings)
     ratios, times, now = len(settings.noise_ratios), len(settings.noise_times), best.shape[c]
@@ -124,12 +169,9 @@ def _reshape(
         near = ((r, t + 1), (r, t - 1), (r + 1, t), (r - 1, t))
         options = [1 + i * times + j for i, j in near if 0 <= i < ratios and 0 <= j < times] + [0]
     for option in options:
-        shape = (*best.shape[:c], option, *best.shape[c + 1 :])
         total = 0.5 * math.log(shapes[now].correlation(0.0) / shapes[option].correlation(0.0))
         for shift in (0.0, total):
-            white = best.white.copy()
-            white[c] += shift
-            trial = replace(best, shape=shape, white=white)
+            trial = _with_shape(best, c, option, float(best.white[c]) + shift)
             found = objective(trial)
             if found > value + _ROUNDING:
                 return trial, found

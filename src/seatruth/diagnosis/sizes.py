@@ -57,6 +57,17 @@ class Sizes:
         """Whether any equation lacks something."""
         return bool(np.isfinite(self.terms).any() or np.isfinite(self.forces).any())
 
+    @property
+    def vector(self) -> Array:
+        """What a search moves (C + 2 E + pairs,): all logarithms of sizes, and Fisher's z of the correlations."""
+        return np.concatenate([self.white, self.terms, self.forces, np.arctanh(self.coupling)])
+
+    def at(self, vector: Array) -> Sizes:
+        """The sizes of such a vector, with the same shapes of noise."""
+        ends = np.cumsum([len(self.white), len(self.terms), len(self.forces)])
+        white, terms, forces, z = np.split(vector, ends)
+        return replace(self, white=white, terms=terms, forces=forces, coupling=np.tanh(z))
+
     def without_discrepancy(self) -> Sizes:
         """The same noise, nothing missing."""
         none = np.full_like(self.terms, -math.inf)
@@ -142,13 +153,13 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
     Declared white noise is log-normal, other noise and discrepancy are uniform in the logarithm between walls; white
     noise alone is as probable as all slow shapes together, and their ratio is log-normal.
     """
-    total = 0.0
+    total, least = 0.0, least_white(known)
     shapes = _log_shape_prior(settings)
     for c, log_white in enumerate(sizes.white):
         if c in known.declared:
             total -= 0.5 * ((log_white - math.log(known.declared[c])) / settings.declared_noise_sd) ** 2
-        if c in known.least:
-            total -= _OUTSIDE * max(math.log(max(known.least[c], _NO_NOISE)) - log_white, 0.0) * 1e3
+        if c in least:
+            total -= _OUTSIDE * max(least[c] - log_white, 0.0) * 1e3
         total += shapes[sizes.shape[c]]
     lowest = math.log(settings.smallest_discrepancy)
     for values in (sizes.terms, sizes.forces):
@@ -157,6 +168,30 @@ def log_prior(settings: Settings, sizes: Sizes, known: NoisePrior) -> float:
         total -= _OUTSIDE * float(beyond.sum())
     # Lewandowski, Kurowicka and Joe 2009 with eta = 2 for each pair: no correlation is likeliest, +-1 impossible.
     return total + float(np.log(np.maximum(1.0 - sizes.coupling**2, 1e-12)).sum())
+
+
+def least_white(known: NoisePrior) -> dict[int, float]:
+    """The least logarithm of each channel's white deviation."""
+    return {c: math.log(max(value, _NO_NOISE)) for c, value in known.least.items()}
+
+
+def log_prior_slopes(settings: Settings, sizes: Sizes, known: NoisePrior) -> tuple[Array, Array]:
+    """Slopes (n,) of `log_prior` by `sizes.vector`, and minus its second derivatives, but for the least noise."""
+    C, E = len(sizes.white), len(sizes.terms)
+    slope, curvature = np.zeros(len(sizes.vector)), np.zeros(len(sizes.vector))
+    for c, value in known.declared.items():
+        slope[c] = -(sizes.white[c] - math.log(value)) / settings.declared_noise_sd**2
+        curvature[c] = settings.declared_noise_sd**-2
+    lowest = math.log(settings.smallest_discrepancy)
+    values = np.concatenate([sizes.terms, sizes.forces])
+    inside = np.where(np.isfinite(values), values, 0.0)
+    beyond = np.maximum(inside, 0.0) - np.maximum(lowest - inside, 0.0)
+    slope[C : C + 2 * E] = -2.0 * _OUTSIDE * beyond
+    curvature[C : C + 2 * E] = np.where(beyond != 0.0, 2.0 * _OUTSIDE, 0.0)
+    # log(1 - tanh^2 z) = -2 log cosh z.
+    slope[C + 2 * E :] = -2.0 * sizes.coupling
+    curvature[C + 2 * E :] = 2.0 * (1.0 - sizes.coupling**2)
+    return slope, curvature
 
 
 @cache

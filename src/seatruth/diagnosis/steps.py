@@ -123,20 +123,7 @@ def objective(
     """Minus the log-posterior of a point (nats) up to a constant; inf where the model diverges there."""
     if not np.isfinite(errors).all() or np.abs(errors).max(initial=0.0) > _DIVERGED:
         return math.inf
-    total = weighted_squares(problem, errors, sizes)
-    at, root = likelihood.shared_root(sizes, effects)
-    columns = likelihood.columns[at]
-    total += _energy(root, point.shared[columns] - problem.mean[columns])
-    # What is held at a bound pays for its value too: else a step would seem to fall by what it no longer counts.
-    held = list(likelihood.held)
-    total += float((((point.shared[held] - problem.mean[held]) / problem.sd[held]) ** 2).sum())
-    local = -problem.local_offset(point)
-    count = len(problem.initial_names)
-    total += float(((local[:, :count] / problem.initial_sd) ** 2).sum())
-    if np.isfinite(sizes.forces).any():
-        block = likelihood.local_root(sizes)[count:, count:]
-        total += sum(_energy(block, own) for own in local[:, count:])
-    return 0.5 * total
+    return 0.5 * (weighted_squares(problem, errors, sizes) + likelihood.energy(sizes, effects, point))
 
 
 def weighted_squares(problem: Problem, errors: Array, sizes: Sizes) -> float:
@@ -146,11 +133,3 @@ def weighted_squares(problem: Problem, errors: Array, sizes: Sizes) -> float:
         white, _ = whiten(errors[one.rows], one.t, shapes[sizes.shape[one.channel]])
         total += float(white @ white) * math.exp(-2.0 * sizes.white[one.channel])
     return total
-
-
-def _energy(root: Array, values: Array) -> float:
-    """Squared distance of values from zero in a normal prior with this square root of its covariance."""
-    if not len(values):
-        return 0.0
-    scaled = np.linalg.lstsq(root, values, rcond=1e-10)[0]
-    return float(scaled @ scaled)

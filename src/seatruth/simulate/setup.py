@@ -40,21 +40,22 @@ class ParameterLayout:
 def parameter_layout(model: Model, free: Sequence[str], values: Mapping[str, float]) -> ParameterLayout:
     """Checks names and values; BadInput names what is unknown, missing or not finite."""
     names = tuple(parameter.name for parameter in model.parameters)
+    place, freed = {name: k for k, name in enumerate(names)}, set(free)
     where = f"model {model.name!r}"
     for name in (*free, *values):
-        if name not in names:
+        if name not in place:
             raise BadInput(f"it has no parameter {name!r}", where=where, do=nearest(name, names))
-    missing = [name for name in names if name not in values and name not in free]
+    missing = [name for name in names if name not in values and name not in freed]
     if missing:
         raise BadInput(f"parameter {missing[0]!r} has no value", where=where, do="Give it one in `values`.")
-    if len(set(free)) != len(free):
+    if len(freed) != len(free):
         raise BadInput("a free parameter is named twice", where=where, do="Name each one once.")
     fixed = np.array([float(values.get(name, math.nan)) for name in names])
-    needed = np.array([name not in free for name in names])
+    needed = np.array([name not in freed for name in names])
     if names and not np.isfinite(fixed[needed]).all():
         bad = names[int(np.flatnonzero(needed & ~np.isfinite(fixed))[0])]
         raise BadInput(f"parameter {bad!r} is {values[bad]}", where=where, do="Give it a finite value.")
-    columns = np.array([names.index(name) for name in free], dtype=np.intp)
+    columns = np.array([place[name] for name in free], dtype=np.intp)
     return ParameterLayout(names, tuple(free), fixed, columns)
 
 
