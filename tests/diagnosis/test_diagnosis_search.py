@@ -253,6 +253,6 @@ def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
     assert short.evidence == pytest.approx(good.evidence - short.ahead, abs=0.5), "what is ahead is not credited"
     others = {place: fit for place, fit in found.fits.items() if place[0] != key}
     spoilt = Search(problem, found.known, fits={**others, (key, False): short})
-    search_module._fit_to_the_end(spoilt)
+    search_module._fit_to_the_end(spoilt, 1)
     assert spoilt.fits[key, False].evidence == pytest.approx(good.evidence, abs=0.5)
     assert spoilt.fits[key, False].ahead < 0.5

@@ -19,6 +19,7 @@ from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_
 from seatruth.diagnosis.initial_guess import without_effects
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
+from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import screen
@@ -80,15 +81,12 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
                     say(f"effects {' and '.join(key)}", count, expected)
                     fit_both(found, key, leader)
         tried: set[tuple[Key, bool, str, str]] = set()
-        for _ in range(_ROUNDS):
-            # What began along another's direction may lead now, and show where the other should have begun.
-            leaders = [fit for fit in found.sets() if fit.effects and _leads(found, fit)]
-            near_leader = [fit for fit in leaders if fit.evidence > found.leader.evidence - settings.hopeless]
-            fit_directions(found, near_leader[: settings.leaders], tried)
-        _fit_to_the_end(found)
+        _fit_alike(found, tried, 1)
         _fit_each_trial(found)
         say("parts of the leading sets", expected, expected)
         _refit_parts(found)
+        # A part that had not been fitted shows directions as well.
+        _fit_alike(found, tried, 2)
         share_noise(found, 2)
         nest(found)
     except KeyboardInterrupt:
@@ -145,6 +143,17 @@ def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expec
         found.fits = dict(sorted(found.fits.items()))
 
 
+def _with_direction(found: Search) -> list[Fit]:
+    """The sets near the leader in which an effect has a direction, the most probable first.
+
+    By evidence alone, sets of most effects would stand before those of which the answer is made.
+    """
+    effects, near = found.problem.effects, found.leader.evidence - found.problem.settings.hopeless
+    ranked = [found.fits.get((one.effects, one.discrepancy)) for one in hypotheses(found, found.problem.settings)]
+    sets = [fit for fit in ranked if fit is not None and fit.evidence > near and _leads(found, fit)]
+    return [fit for fit in sets if any(effects[name].direction for name in fit.effects)]
+
+
 def _fit_each_trial(found: Search) -> None:
     """Fits the leading sets with values for each trial in the place of effects that are the same in all.
 
@@ -165,16 +174,31 @@ def _fit_each_trial(found: Search) -> None:
                     fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
 
 
-def _fit_to_the_end(found: Search) -> None:
+def _fit_alike(found: Search, tried: set[tuple[Key, bool, str, str]], turn: int) -> None:
+    """Fits what looks like the leading sets where these show it to begin. `tried` and `turn` as in what it calls."""
+    for _ in range(_ROUNDS):
+        # What began along another's direction may lead now, and show where the other should have begun.
+        fit_directions(found, _with_direction(found)[: found.problem.settings.leaders], tried)
+    _fit_to_the_end(found, turn)
+
+
+def _fit_to_the_end(found: Search, turn: int) -> None:
     """Fits the sets near the leader again from where they stopped short of what their slope promises.
 
     Steps end where several of them bring nothing, which in a curved valley is not its end; with sizes set anew they go
-    on. Between look-alikes the difference would decide.
+    on. Between look-alikes the difference would decide. `turn` counts the calls of one search.
     """
     near = found.leader.evidence - found.problem.settings.hopeless
     for fit in found.sets():
         if fit.effects and fit.evidence > near and fit.ahead > _SHORT:
-            fit_once(found, fit.effects, fit.discrepancy, fit.point, fit.sizes, attempt="from where it stopped short")
+            fit_once(
+                found,
+                fit.effects,
+                fit.discrepancy,
+                fit.point,
+                fit.sizes,
+                attempt=f"from where it stopped short, {turn}",
+            )
 
 
 def _refit_parts(found: Search) -> None:
