@@ -53,7 +53,7 @@ def sway_bias(y: Outputs, q: Values, t: Array) -> Outputs:
 
 
 def turned_log(y: Outputs, q: Values, t: Array) -> Outputs:
-    """The log's axes are turned by `angle`, rad: to starboard, or bow down where the vehicle moves in its diving plane."""
+    """The log's axes are turned by `angle`, rad: to starboard, or bow down where the diving plane is the vehicle's."""
     c, d, across = np.cos(q["angle"]), np.sin(q["angle"]), "v" if "v" in y else "w"
     return {"u": c * y["u"] + d * y[across], across: c * y[across] - d * y["u"]}
 
