@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 import small_case as small
 
+from seatruth.diagnosis import fit as fit_module
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
+from seatruth.diagnosis.sizes import Sizes, first_sizes, noise_prior, noise_shapes
 from seatruth.diagnosis.steps import objective
 from seatruth.effects import available, load_effects
 from seatruth.models.parameter import Parameter, Prior
@@ -141,6 +142,25 @@ def test_a_coefficient_that_would_leave_its_bounds_stays_there(ship_folder: Path
     )
     assert found.point.shared[time] == pytest.approx(there.point.shared[time], abs=0.1 * there.stderr(known)[time])
     assert abs(found.point.shared[time] - end.point.shared[time]) > end.stderr(free)[time]
+
+
+@pytest.mark.parametrize(("ahead", "rounds"), [((5.0, 0.0), 2), ((5.0,) * 9, 2), ((0.0,), 1)])
+def test_a_point_is_sought_again_where_new_sizes_leave_much_ahead(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch, ahead: tuple[float, ...], rounds: int
+) -> None:
+    """A fit of a towed model had 35 nats ahead, which one step took; where steps cannot take them, it ends."""
+    good, left = fitted(problem, ("rudder_offset",)), iter(ahead)
+    ends: list[Point] = []
+
+    def final(
+        problem: Problem, effects: Sequence[str], point: Point, sizes: Sizes, *rest: object
+    ) -> tuple[object, ...]:
+        ends.append(point)
+        return sizes, good.evidence, 0.0, next(left)
+
+    monkeypatch.setattr(fit_module, "_final_sizes", final)
+    fit(problem, good.effects, good.point, good.sizes, noise_prior(problem), discrepancy=False)
+    assert len(ends) == rounds
 
 
 def test_what_is_not_free_stays(problem: Problem) -> None:

@@ -8,7 +8,7 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.initial_guess import from_equation_error, with_effect
+from seatruth.diagnosis.initial_guess import forces_instead, from_equation_error, with_effect, without_effects
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
@@ -71,3 +71,18 @@ def test_an_effect_in_the_place_of_forces_leaves_a_run_where_it_was(pushed: list
         return float(np.abs(problem.errors(point) - problem.errors(begin)).max())
 
     assert far(moved) < 0.2 * far(alone)
+
+
+def test_forces_take_the_place_of_an_effect_that_is_left_out(pushed: list[Trial]) -> None:
+    problem = problem_of(pushed)
+    shared = problem.start.shared.copy()
+    shared[problem.columns["current"]] = 0.1, -0.1
+    drifting = Point(shared, problem.start.initial, problem.start.forces)
+    left_out, replaced = (out(problem, drifting, ["current"]) for out in (without_effects, forces_instead))
+    assert (replaced.shared == left_out.shared).all()
+    assert (replaced.shared[problem.columns["current"]] == 0.0).all()
+
+    def far(point: Point) -> float:
+        return float(np.abs(problem.errors(point) - problem.errors(drifting)).max())
+
+    assert far(replaced) < 0.5 * far(left_out)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import small_case as small
 
+from seatruth.diagnosis import refinement
 from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_null
 from seatruth.diagnosis.problem import Point
@@ -64,6 +67,23 @@ def test_where_forces_explain_little_their_spacing_is_left(ship_folder: Path, pl
     coarse, tried = fitted(ship_folder, plain_runs), list[int]()
     assert refine(coarse, tried.append) is coarse
     assert not tried
+
+
+def test_a_finer_spacing_whose_fit_does_not_converge_is_not_taken(
+    ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Six unstable runs of a model ship: over 45 knots no fit converged, and nothing could be named."""
+    coarse, tried = fitted(ship_folder, gusty(ship_folder, plain_runs, 21, 0.002)), list[int]()
+    loose = refinement._loose
+
+    def short(*arguments: Any) -> Fit | None:
+        got = loose(*arguments)
+        return None if got is None else dataclasses.replace(got, settled=False)
+
+    monkeypatch.setattr(refinement, "_loose", short)
+    assert coarse.fits[(), True].settled
+    assert refine(coarse, tried.append) is coarse
+    assert tried == [11, 21, 41], "a finer one yet might converge"
 
 
 def test_the_search_goes_on_with_the_finer_forces(ship_folder: Path, plain_runs: list[Trial]) -> None:

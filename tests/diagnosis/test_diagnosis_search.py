@@ -256,3 +256,27 @@ def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
     search_module._fit_to_the_end(spoilt, 1)
     assert spoilt.fits[key, False].evidence == pytest.approx(good.evidence, abs=0.5)
     assert spoilt.fits[key, False].ahead < 0.5
+
+
+def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A log's lever arm was 2.46 m beside a rudder's gain and 2.79 m alone: two optima, of which one was reported."""
+    part, problem = found.fits[("rudder_offset",), False], found.problem
+    key: Key = ("gyro_bias", "rudder_offset")
+    shared = part.point.shared.copy()
+    shared[problem.columns["rudder_offset"]] *= 1.5
+    astray = fit_at(
+        problem, key, replace(part.point, shared=shared), part.sizes, found.known, discrepancy=False, settled=True
+    )
+    leading = replace(astray, evidence=part.evidence + 20.0)
+    assert search_module._elsewhere(problem, part, leading)
+    assert not search_module._elsewhere(problem, part, part)
+    begun: list[tuple[Key, str]] = []
+
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str) -> None:
+        begun.append((key, attempt))
+
+    monkeypatch.setattr(search_module, "fit_once", watched)
+    search_module._refit_parts(Search(problem, found.known, fits={**found.fits, (key, False): leading}))
+    assert (key, "from the end of rudder_offset, 0") in begun

@@ -43,7 +43,7 @@ _AHEAD = 6.0
 _ROUNDS = 10
 """Most times that steps and sizes take turns; one or two are usual."""
 _SAME_SIZES = 1.0
-"""Rise of the evidence (nats) by new sizes below which the point is not sought again under them. [S]"""
+"""nats that new sizes must bring, or leave ahead of the point, for it to be sought again under them. [S]"""
 _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
 _PROPOSALS = 2
@@ -121,9 +121,9 @@ def fit(
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
     point, sizes = _approached(problem, effects, point, sizes)
-    reached = -math.inf
+    reached, left = -math.inf, 0.0
     for round_ in range(_ROUNDS):
-        last, settled, highest, still = -math.inf, False, -math.inf, 0
+        last, settled, highest, still, fallen = -math.inf, False, -math.inf, 0, 0.0
         for number in range(settings.fit_steps):
             at = problem.linearize(point, effects, discrepancy=discrepancy)
             if not np.isfinite(at.errors).all():
@@ -143,13 +143,17 @@ def fit(
                 settled = True
                 break
             point, fall = step(problem, at, sizes, likelihood)
+            fallen += fall
             if fall < settings.settled:
                 settled = True
                 break
-        sizes, value, gain = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
-        # New sizes ask for a new point, as long as either still brings something.
-        brought = gain if round_ == 0 else value - reached
-        if brought < _SAME_SIZES or value < rival - settings.hopeless:
+        last_left = left
+        sizes, value, gain, left = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
+        if value < rival - settings.hopeless:
+            break
+        # New sizes ask for a new point, as long as either still brings something and steps can reach it.
+        brought, stuck = gain if round_ == 0 else value - reached, last_left >= _SAME_SIZES > fallen
+        if brought < _SAME_SIZES and (left < _SAME_SIZES or stuck):
             break
         reached = value
     return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
@@ -188,8 +192,8 @@ def _final_sizes(
     channels: Sequence[int],
     discrepancy: bool,
     rival: float,
-) -> tuple[Sizes, float, float]:
-    """The most probable sizes at the end of the steps, the objective there, and by how much (nats) it rose.
+) -> tuple[Sizes, float, float, float]:
+    """The most probable sizes at the end of the steps, their objective, its rise, and what is still ahead (nats).
 
     Raises LinAlgError where the model diverges.
     """
@@ -202,7 +206,7 @@ def _final_sizes(
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     if not before > rival - problem.settings.hopeless:
         sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
-        return sizes, value, value - before
+        return sizes, value, value - before, 0.0
     for _ in range(_PROPOSALS):
         optimum = likelihood.solve(sizes, effects)
         residuals = at.errors + at.shared @ optimum.shared
@@ -212,7 +216,8 @@ def _final_sizes(
             proposals=proposed_shapes(problem, residuals),
         )  # fmt: skip
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
-    return sizes, value, value - before
+    ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+    return sizes, value, value - before, ahead
 
 
 def fit_at(

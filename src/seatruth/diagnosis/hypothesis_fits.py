@@ -12,7 +12,13 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
-from seatruth.diagnosis.initial_guess import from_equation_error, moved_to, with_effect, without_effects
+from seatruth.diagnosis.initial_guess import (
+    forces_instead,
+    from_equation_error,
+    moved_to,
+    with_effect,
+    without_effects,
+)
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.size_search import OfSizes
@@ -108,7 +114,7 @@ def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
     known = found.fits.get((key, near.discrepancy))
     if known is not None:
         return known
-    point = without_effects(found.problem, near.point, [name for name in near.effects if name not in key])
+    point = forces_instead(found.problem, near.point, [name for name in near.effects if name not in key])
     return fit_once(found, key, near.discrepancy, point, near.sizes)
 
 

@@ -119,6 +119,15 @@ def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Poi
     return compensated(problem, point, moved.shared) if can_compensate(problem) else moved
 
 
+def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Point:
+    """The point with these effects at their prior means, and each trial's own missing forces in their place.
+
+    Where they only vanish, a long run that they held near its record strays or diverges.
+    """
+    bare = without_effects(problem, point, names)
+    return compensated(problem, point, bare.shared) if can_compensate(problem) else bare
+
+
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:
     """Ridge regression under the priors of coefficients and wide ones of discrepancy; zero for what is not kept."""
     sd = np.concatenate(

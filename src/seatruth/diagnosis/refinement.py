@@ -3,7 +3,9 @@
 A trial's own missing force keeps its sign over `force_memory` knots. Hulls forget within one to five times L / U, while
 a recorded trial may last a hundred times that: with few knots what a gust or a wake does within a knot is taken for
 slow errors of every sensor, and what causes it is not seen. The spacing is a size like the others, chosen by the
-marginal likelihood of the model alone. Where forces explain little, their spacing matters to nothing, and is left.
+marginal likelihood of the model alone. Where forces explain little, their spacing matters to nothing, and is left. A
+spacing whose fit converges is not given up for a finer one whose fit does not: with that, no effect's fit converges
+either, and nothing can be compared.
 """
 
 from __future__ import annotations
@@ -46,7 +48,8 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
         finer = Search(problem, found.known, store=found.store)
         start = Point(at.point.shared, at.point.initial, forces)
         loose = _loose(finer, start, _over(at, found.problem, problem), at.evidence)
-        if loose is not None and loose.evidence >= at.evidence + _FINER:
+        better = loose is not None and loose.evidence >= at.evidence + _FINER
+        if loose is not None and better and (loose.settled or not at.settled):
             if plain is not None:
                 finer.fits[(), False] = _same(plain, problem, found.known)
             found, forces = finer, loose.point.forces

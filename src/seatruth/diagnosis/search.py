@@ -16,7 +16,7 @@ from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
-from seatruth.diagnosis.initial_guess import without_effects
+from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.posterior import hypotheses
@@ -36,6 +36,8 @@ _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
 _SHORT = 1.0
 """nats that a fit has still ahead of it from which it is taken up again. [S] What could change an answer."""
+_ELSEWHERE = 5.0
+"""Standard deviations between the values of an effect in two fits from which they are two optima, not one. [S]"""
 _ROUNDS = 3
 """Times that leading sets are compared with what looks like them, and with their parts. [S]"""
 Say = Callable[[str, int, int], None]
@@ -205,6 +207,7 @@ def _refit_parts(found: Search) -> None:
     """Fits the parts of the leading sets again from where the sets ended, until no part takes the lead.
 
     A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
+    Where the best part has other values of an effect than its set, the set is fitted from there as well.
     """
     nothing: Key = ()
     for round_ in range(_ROUNDS):
@@ -212,13 +215,26 @@ def _refit_parts(found: Search) -> None:
         leader = at.effects
         rests = [tuple(n for n in leader if n != name) for name in leader]
         for key in dict.fromkeys([*rests, nothing]):
-            point = without_effects(found.problem, at.point, [name for name in leader if name not in key])
+            point = forces_instead(found.problem, at.point, [name for name in leader if name not in key])
             for on in sorted({False, at.discrepancy}):
                 known = found.fits.get((key, on))
                 if known is None or known.evidence > at.evidence - _FAR:
                     fit_once(found, key, on, point, at.sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
-        if found.leader.effects == leader:
+        parts = [found.fits[key, at.discrepancy] for key in rests if key and (key, at.discrepancy) in found.fits]
+        part = max(parts, key=lambda fit: fit.evidence, default=None)
+        if part is not None and _elsewhere(found.problem, part, at):
+            begin = f"from the end of {'+'.join(part.effects)}, {round_}"
+            fit_once(found, leader, at.discrepancy, part.point, part.sizes, attempt=begin)
+        if found.leader.effects == leader and found.leader.evidence < at.evidence + _SHORT:
             break
+
+
+def _elsewhere(problem: Problem, part: Fit, whole: Fit) -> bool:
+    """Whether the effects of a part have other values than in the whole set, by many of their deviations."""
+    columns = [k for name in part.effects for k in problem.columns[name]]
+    away = np.abs(part.point.shared - whole.point.shared)[columns]
+    deviation = np.maximum(part.stderr(problem), whole.stderr(problem))[columns]
+    return bool((away > _ELSEWHERE * deviation).any())
 
 
 def _leads(found: Search, fit: Fit) -> bool:
