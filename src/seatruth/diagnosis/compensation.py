@@ -29,7 +29,12 @@ def can_compensate(problem: Problem) -> bool:
 
 
 def compensated(problem: Problem, point: Point, shared: Array) -> Point:
-    """The point with other shared unknowns (S,), and their change of force taken from each trial's own forces."""
+    """The point with other shared unknowns (S,), and their change of force taken from each trial's own forces.
+
+    Those of a black box stay: its equations would be needed.
+    """
+    if not can_compensate(problem):
+        return Point(shared, point.initial, point.forces)
     change = _changes(problem, point, problem.states(point), shared)[0]
     return Point(shared, point.initial, point.forces - change)
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatruth.arrays import Array, Flags
-from seatruth.diagnosis.compensation import can_compensate, compensated
+from seatruth.diagnosis.compensation import compensated
 from seatruth.diagnosis.discrepancy.model import hats
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.black_box import BlackBox
@@ -113,10 +113,8 @@ def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Poi
     """The point with an effect's parameters at these values, and its force taken from each trial's own missing ones.
 
     Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
-    Those of a black box stay: its equations would be needed.
     """
-    moved = moved_to(problem, point, name, values)
-    return compensated(problem, point, moved.shared) if can_compensate(problem) else moved
+    return compensated(problem, point, moved_to(problem, point, name, values).shared)
 
 
 def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Point:
@@ -124,8 +122,7 @@ def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Poin
 
     Where they only vanish, a long run that they held near its record strays or diverges.
     """
-    bare = without_effects(problem, point, names)
-    return compensated(problem, point, bare.shared) if can_compensate(problem) else bare
+    return compensated(problem, point, without_effects(problem, point, names).shared)
 
 
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:
