@@ -26,16 +26,15 @@ from scipy.linalg.lapack import dpotri
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
+from seatruth.diagnosis.prior_roots import LocalRoot, PriorRoots
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import PAIRS, Sizes, noise_shapes
+from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
 _LARGEST_SQUARE = 1e13
 """Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
 _ROUNDED = 0.01
 """nats by which a sum of squares may come out negative: what one is wrong by that decides nothing."""
-_RIDGE = 1e-9
-"""Relative ridge on correlation matrices: rounding."""
 _BOUNDS = 10
 """Times that unknowns are held at bounds in one step. [S] Two or three are usual."""
 _SLACK = 1e-9
@@ -94,36 +93,6 @@ class _Reduced:
     halves: Array
 
 
-@dataclass(frozen=True)
-class LocalRoot:
-    """A square root of the prior covariance of a trial's own unknowns: initial states, then forces by equation.
-
-    Forces are taken in what each knot adds to those before it, independent in time. So the root is a deviation of each
-    initial state, and one matrix between equations, the same for all knots.
-    """
-
-    initial: Array
-    """(I,)."""
-    equations: Array
-    """(E, E); (0, 0) where no forces are missing."""
-    knots: int
-
-    @property
-    def size(self) -> int:
-        """How many unknowns a trial has, L."""
-        return len(self.initial) + len(self.equations) * self.knots
-
-    def times(self, columns: Array, *, transposed: bool = False) -> Array:
-        """The root, or the transposed one, times columns (T, L, n)."""
-        found, count = np.empty_like(columns), len(self.initial)
-        found[:, :count] = self.initial[:, None] * columns[:, :count]
-        if len(self.equations):
-            by = self.equations.T if transposed else self.equations
-            forces = np.ascontiguousarray(columns[:, count:]).reshape(len(columns), len(by), -1)
-            found[:, count:] = (by @ forces).reshape(len(columns), -1, columns.shape[2])
-        return found
-
-
 class Likelihood:
     """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
@@ -139,10 +108,8 @@ class Likelihood:
         self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
         self._shapes = noise_shapes(problem.settings)
-        knot = np.arange(problem.settings.knots)
-        memory = np.exp(-np.abs(knot[:, None] - knot) / problem.settings.force_memory)
-        self._time_root = np.linalg.cholesky(memory + _RIDGE * np.eye(len(knot)))
-        own_columns = self._in_time(at.local, self._time_root)
+        self.priors = PriorRoots(problem)
+        own_columns = self.priors.over_knots(at.local, self.priors.time)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
         self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
         for one in problem.series:
@@ -163,11 +130,7 @@ class Likelihood:
         own = [self.place[k] for k in self.held]
         self._charge = 0.5 * float(((self._offset[own] / problem.sd[list(self.held)]) ** 2).sum())
         self._offset[own] = 0.0
-        self._local_offset = self._in_time(
-            problem.local_offset(at.point)[:, : self._locals], np.linalg.inv(self._time_root).T
-        )
-        pairs = [(a, b) for a, b in PAIRS if a in problem.equations and b in problem.equations]
-        self.pairs = [(problem.equations.index(a), problem.equations.index(b)) for a, b in pairs]
+        self._local_offset = self.priors.added(problem.local_offset(at.point)[:, : self._locals])
         self._tightness = 1.0
 
     def held_at_bounds(self, sizes: Sizes, effects: Sequence[str]) -> tuple[int, ...]:
@@ -314,7 +277,7 @@ class Likelihood:
             raise np.linalg.LinAlgError("the most probable step is not finite")
         shared = np.zeros(len(self.problem.unknowns))
         shared[self.columns] = self._offset + own
-        local = self._in_time(self._local_place(sizes, self._scaled_local(reduced, own)), self._time_root.T)
+        local = self.priors.over_knots(self._local_place(sizes, self._scaled_local(reduced, own)), self.priors.time.T)
         half = forward(factor, root.T)
         return Solution(shared, local, self.columns[at], half.T @ half)
 
@@ -352,17 +315,11 @@ class Likelihood:
         place[:, : scaled.shape[1]] += self.local_root(sizes).times(scaled[:, :, None])[:, :, 0]
         return place
 
-    def _in_time(self, local: Array, matrix: Array) -> Array:
-        """Columns (n, I + E knots), or (n, I), with those of the forces times a matrix (knots, knots)."""
-        count = len(self.problem.initial_names)
-        forces = local[:, count:].reshape(len(local), -1, len(matrix)) @ matrix
-        return np.concatenate([local[:, :count], forces.reshape(len(local), -1)], axis=1)
-
     def local_covariance(self, sizes: Sizes, trial: int) -> Array:
         """Posterior covariance (L, L) of one trial's own unknowns, the shared ones held."""
         factor, root = self._reduce(sizes).factors[trial], self.local_root(sizes)
         half = forward(factor, root.times(np.eye(root.size)[None])[0].T)
-        half = self._in_time(half, self._time_root.T)
+        half = self.priors.over_knots(half, self.priors.time.T)
         return np.asarray(half.T @ half)
 
     def quadratic(self, sizes: Sizes) -> Array:
@@ -383,57 +340,17 @@ class Likelihood:
 
     def shared_root(self, sizes: Sizes, effects: Sequence[str]) -> tuple[Indices, Array]:
         """Which columns (k,) a hypothesis frees, and a square root (k, k) of their prior covariance."""
-        problem = self.problem
-        on = bool(np.isfinite(sizes.terms).any())
-        first = [self.place[int(c)] for c in problem.coefficients if int(c) not in self.held]
-        middle = [self.place[int(c)] for c in problem.terms] if on else []
-        own = [self.place[int(c)] for name in effects for c in problem.columns[name] if int(c) not in self.held]
-        at = np.array([*first, *middle, *own], dtype=np.intp)
-        root = np.diag(problem.sd[self.columns[at]])
-        for (equations, _), rows in zip(problem.term_groups, self.term_rows(sizes)):
-            block = self.equation_root(sizes.terms, sizes.coupling, equations)
-            root[rows[:, :, None], rows[:, None, :]] = block
-        return at, self._tightness * root
-
-    def term_rows(self, sizes: Sizes) -> list[Indices]:
-        """Where each group of terms, (members, equations), is among the shared unknowns; none without terms."""
-        if self.problem.discrepancy is None or not np.isfinite(sizes.terms).any():
-            return []
-        before = sum(int(c) not in self.held for c in self.problem.coefficients)
-        return [before + members for _, members in self.problem.term_groups]
+        free, root = self.priors.shared(sizes, effects, self.held)
+        return np.array([self.place[int(k)] for k in free], dtype=np.intp), self._tightness * root
 
     def local_root(self, sizes: Sizes) -> LocalRoot:
         """A square root of the prior covariance of a trial's own unknowns, or of its initial states alone."""
-        lacking = self._locals > len(self.problem.initial_names) and bool(np.isfinite(sizes.forces).any())
-        between = self.equation_root(sizes.forces, sizes.coupling) if lacking else np.zeros((0, 0))
-        tightness, initial = self._tightness, self.problem.initial_sd
-        return LocalRoot(tightness * initial, tightness * between, self.problem.settings.knots)
+        root = self.priors.local(sizes, forces=self._locals > len(self.problem.initial_names))
+        return LocalRoot(self._tightness * root.initial, self._tightness * root.equations, root.knots)
 
     def energy(self, sizes: Sizes, effects: Sequence[str], point: Point) -> float:
         """Squared distance of a point from the prior means, in deviations of the priors."""
-        problem, (at, root) = self.problem, self.shared_root(sizes, effects)
-        columns = self.columns[at]
-        total = _squared(root, point.shared[columns] - problem.mean[columns])
-        # What is held at a bound pays for its value too: else a step would seem to fall by what it no longer counts.
-        held = list(self.held)
-        total += float((((point.shared[held] - problem.mean[held]) / problem.sd[held]) ** 2).sum())
-        total += float((((point.initial - problem.initial_mean) / problem.initial_sd) ** 2).sum())
-        if np.isfinite(sizes.forces).any():
-            innovations = point.forces.reshape(-1, point.forces.shape[2]) @ np.linalg.inv(self._time_root).T
-            innovations = innovations.reshape(point.forces.shape).transpose(1, 0, 2)
-            between = self.equation_root(sizes.forces, sizes.coupling)
-            total += _squared(between, innovations.reshape(len(between), -1))
-        return total
-
-    def equation_root(self, log_sizes: Array, coupling: Array, equations: Indices | None = None) -> Array:
-        """A square root (E, E) of the covariance of missing accelerations between all equations, or these ones."""
-        correlation = (1.0 + _RIDGE) * np.eye(len(log_sizes))
-        for (a, b), value in zip(self.pairs, coupling):
-            correlation[a, b] = correlation[b, a] = value
-        size = np.where(np.isfinite(log_sizes), np.exp(log_sizes), 0.0) * self.problem.usual
-        if equations is not None:
-            correlation, size = correlation[np.ix_(equations, equations)], size[equations]
-        return np.asarray(size[:, None] * np.linalg.cholesky(correlation))
+        return self.priors.energy(sizes, effects, point, self.held)
 
     # Elimination
 
@@ -520,11 +437,3 @@ def _inverse(factor: Array) -> Array:
     # The transposed array, in the order that the routine reads, is the upper factor.
     upper, _ = dpotri(factor.T, lower=0)
     return np.asarray(np.triu(upper) + np.triu(upper, 1).T)
-
-
-def _squared(root: Array, values: Array) -> float:
-    """Sum of squared distances of columns from zero in a normal prior with this square root of its covariance."""
-    if not values.size:
-        return 0.0
-    scaled = np.linalg.lstsq(root, values, rcond=1e-10)[0]
-    return float((scaled * scaled).sum())

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatruth.arrays import Array, Indices
-from seatruth.diagnosis.marginal_likelihood import Likelihood, LocalRoot, Posterior, forward
+from seatruth.diagnosis.marginal_likelihood import Likelihood, Posterior, forward
+from seatruth.diagnosis.prior_roots import LocalRoot
 from seatruth.diagnosis.sizes import Sizes
 
 
@@ -45,7 +46,7 @@ def slopes(likelihood: Likelihood, sizes: Sizes, effects: Sequence[str], *, nois
     # What each trial's own unknowns vary by because the shared ones do.
     by_shared = known.lean.reshape(known.local.size, len(known.at)).T
     leans = forward(known.factor, by_shared).T.reshape(known.lean.shape)
-    rows = likelihood.term_rows(sizes)
+    rows = likelihood.priors.term_rows(sizes, likelihood.held)
     moments = _moments(likelihood, known, leans, rows)
     for k, change in changes.items():
         shared[:, k], local[:, :, k] = _variate(likelihood, known, change, rows)
@@ -81,17 +82,17 @@ def _changes(likelihood: Likelihood, sizes: Sizes) -> list[_Change | None]:
     # Correlations alone: the change by a size, in deviations of its prior, does not depend on the sizes.
     unit = -np.log(problem.usual)
     with_terms, with_forces = np.isfinite(sizes.terms), np.isfinite(sizes.forces)
-    every, all_equations = likelihood.equation_root(unit, sizes.coupling), list(range(E))
+    every, all_equations = likelihood.priors.equations(unit, sizes.coupling), list(range(E))
     groups = []
     if with_terms.any():
         members = [equations for equations, _ in problem.term_groups]
-        groups = [(list(one), likelihood.equation_root(unit, sizes.coupling, one)) for one in members]
+        groups = [(list(one), likelihood.priors.equations(unit, sizes.coupling, one)) for one in members]
     found: list[_Change | None] = []
     for e in range(E):
         of_terms = [_by_size(root, equations, e) for equations, root in groups]
         found.append(_Change(of_terms, None) if with_terms[e] else None)
     found += [_Change(None, _by_size(every, all_equations, e)) if with_forces[e] else None for e in range(E)]
-    for pair, value in zip(likelihood.pairs, sizes.coupling):
+    for pair, value in zip(likelihood.priors.pairs, sizes.coupling):
         of_terms = [_by_coupling(root, equations, pair, value) for equations, root in groups]
         forced = _by_coupling(every, all_equations, pair, value) if with_forces.any() else None
         found.append(_Change(of_terms or None, forced) if of_terms or forced is not None else None)
