@@ -86,6 +86,8 @@ class Case:
     """Whether an answer is the truth."""
     explained: float = 0.0
     """Log-evidence (nats) of the best hypothesis over the one without effects that has its discrepancy."""
+    unseen: float = math.inf
+    """Nats that the form of its effects may leave unexplained."""
 
 
 def calibrate(out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperature: bool = False) -> dict[str, Any]:
@@ -147,6 +149,7 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         np.array([bool(key) and key != (UNKNOWN,) for key in answers]),
         np.array([key in accepted for key in answers]),
         _explained(rows),
+        _unseen(rows),
     )
 
 
@@ -155,6 +158,14 @@ def _explained(rows: Sequence[Mapping[str, Any]]) -> float:
     alone = [row for row in rows if not row["effects"]]
     same = [row for row in alone if row["discrepancy"] == best["discrepancy"]] or alone
     return max(0.0, float(best["log_evidence"]) - min(float(row["log_evidence"]) for row in same)) if same else 0.0
+
+
+def _unseen(rows: Sequence[Mapping[str, Any]]) -> float:
+    best = max(rows, key=lambda row: float(row["log_evidence"]))
+    beside = [float(r["log_evidence"]) for r in rows if r["discrepancy"] and r["effects"] == best["effects"]]
+    if best["discrepancy"] or not beside:
+        return math.inf
+    return Settings().unseen_form + max(0.0, beside[0] - float(best["log_evidence"]))
 
 
 def posterior(case: Case, constants: Constants) -> Array:
@@ -168,6 +179,7 @@ def posterior(case: Case, constants: Constants) -> Array:
         temperature=constants.temperature,
         model_form=constants.model_form,
         beside=constants.form_beside,
+        most=case.unseen,
     )
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())

@@ -21,7 +21,7 @@ EFFECTS = {name: available()[name] for name in ("current", "wind", "heading_bias
 def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool], float] | None = None) -> Any:
     """A search with this evidence of its fits and screens."""
     found = {
-        (key, on): SimpleNamespace(evidence=value, settled=True, discrepancy=on, ahead=0.0)
+        (key, on): SimpleNamespace(effects=key, evidence=value, settled=True, discrepancy=on, ahead=0.0)
         for (key, on), value in fits.items()
     }
     null = max((f for (key, _), f in found.items() if not key), key=lambda f: f.evidence)
@@ -59,6 +59,28 @@ def test_what_the_leading_fit_did_not_reach_makes_its_answer_less_sure() -> None
     short.fits[("current", "wind"), False].ahead = 400.0
     top = [posterior.hypotheses(one, SETTINGS)[0].probability for one in (reached, short)]
     assert top[1] < top[0]
+
+
+def strong(beside_forces: float) -> Any:
+    """A search in which forces explain most of what an effect does, but not all."""
+    return searched(
+        {
+            ((), False): -6000.0,
+            ((), True): -400.0,
+            (("current",), False): 0.0,
+            (("current",), True): beside_forces,
+        }
+    )
+
+
+def test_an_effect_that_alone_explains_the_trials_to_their_noise_is_not_unknown() -> None:
+    found = strong(beside_forces=-5.0)
+    assert posterior._unseen(found) == SETTINGS.unseen_form
+    assert posterior.answers(posterior.hypotheses(found, SETTINGS))["current",] > 0.99
+
+
+def test_where_forces_find_something_beside_an_effect_its_form_may_be_wrong() -> None:
+    assert posterior._unseen(strong(beside_forces=30.0)) == math.inf
 
 
 def test_odds_are_evidence_times_prior() -> None:

@@ -72,7 +72,20 @@ def counted(search: Search, evidence: Array, counts: Sequence[int], lowest: floa
         model_form=settings.model_form,
         beside=settings.form_beside,
         ahead=_leader(search).ahead,
+        most=_unseen(search),
     )
+
+
+def _unseen(search: Search) -> float:
+    """Nats that the form of the leading set may leave unexplained, as missing forces beside it tell.
+
+    Where forces lead with it, they may hold any part of what another form would.
+    """
+    leader = _leader(search)
+    beside = search.fits.get((leader.effects, True))
+    if leader.discrepancy or beside is None:
+        return math.inf
+    return search.problem.settings.unseen_form + max(0.0, beside.evidence + beside.ahead - leader.evidence)
 
 
 def _leader(search: Search) -> Fit:

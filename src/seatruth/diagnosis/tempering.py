@@ -4,10 +4,13 @@ An effect of another form than reality's leaves a part of its signature unexplai
 explain all of that part, so the temperature by which sets are compared grows with what the best of them explains. A
 further effect beside it has a signature of its own, to which what is left of the first one hardly has a likeness. So
 evidence that no set of fewer effects reaches counts at a lower temperature: of what these sets explain, only the part
-`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one.
+`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one. Where a set
+explains the trials without missing forces, its form is off by no more than these would have shown.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -23,6 +26,7 @@ def tempered(
     model_form: float,
     beside: float,
     ahead: float = 0.0,
+    most: float = math.inf,
 ) -> Array:
     """Evidence as it counts (H,) nats.
 
@@ -34,6 +38,7 @@ def tempered(
         model_form: is added to it for each nat that is explained.
         beside: part of what sets of fewer effects explain that is counted for a further effect.
         ahead: nats that the fit of the leading hypothesis did not reach; they count as explained.
+        most: nats that the form of the best one can leave unexplained at most.
 
     Example:
         >>> import numpy as np
@@ -42,12 +47,12 @@ def tempered(
         array([ 0.  , 15.  , 29.29])
     """
     top = max(float(evidence.max()), lowest)
-    last = temperature + model_form * (top - lowest + max(0.0, ahead))
+    last = temperature + min(model_form * (top - lowest + max(0.0, ahead)), most)
     found = evidence / last
     for number in range(2, int(counts.max()) + 1):
         reached = max(float(evidence[counts < number].max(initial=lowest)), lowest)
         explained = beside * (reached - lowest) + top - reached + max(0.0, ahead)
-        now = temperature + model_form * explained
+        now = temperature + min(model_form * explained, most)
         above = np.where(counts >= number, np.maximum(evidence - reached, 0.0), 0.0)
         found += above * (1.0 / now - 1.0 / last)
         last = now
