@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from twin import Twin, twin_trials
 
-from seatruth.effects import EQUATIONS, Effect, available, broken, with_effects
+from seatruth.effects import EQUATIONS, Effect, available, broken, load_effects, with_effects
 from seatruth.effects.causes import ROOT, children
 from seatruth.effects.reference import markdown
 from seatruth.models import available as models
@@ -234,6 +234,17 @@ ON_BOAT = {form.name: form for e in available().values() for form in e.variants(
 ROV = load_model("bluerov2_heavy")
 ON_ROV = {form.name: form for e in available().values() for form in e.candidates(ROV) if not form.missing(ROV)}
 """What a diagnosis tries on the vehicle with eight thrusters."""
+_SINGLE = ("dead_band", "lag", "rate_limit", "oblique_loss", "hull_interaction", "direction", "tilt")
+NAMED_ON_ROV = (
+    *(f"thruster_{error}_front_port" for error in _SINGLE),
+    *(f"thruster_{error}_up_rear_starboard" for error in _SINGLE if error != "direction"),
+    "thrusters_exchanged_front_starboard_front_port",
+    "thrusters_exchanged_front_port_up_rear_starboard",
+)
+"""Forms there that only a study names: of one horizontal and one vertical thruster, and of two pairs.
+
+A vertical thruster that is turned about the vertical pushes as before.
+"""
 
 
 def assert_recovered(effect: Effect, on: str) -> None:
@@ -261,3 +272,10 @@ def test_is_recovered_on_the_boat_with_two_thrusters(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(ON_ROV))
 def test_is_recovered_on_the_vehicle_with_eight_thrusters(name: str) -> None:
     assert_recovered(ON_ROV[name], "bluerov2_heavy")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMED_ON_ROV)
+def test_is_recovered_on_single_thrusters_of_eight(name: str) -> None:
+    (effect,) = load_effects([name], model=ROV)
+    assert_recovered(effect, "bluerov2_heavy")

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from twin import Twin
 
-from seatruth.effects import available, with_effects
+from seatruth.effects import available, dimensions_of, with_effects
+from seatruth.effects.weather import FRONT, SIDE
 from seatruth.manoeuvres import Stepper, self_propulsion
-from seatruth.models import Channel, Model, Parameter, load_model
+from seatruth.models import Channel, Model, Parameter, load_model, with_areas
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
 
@@ -46,6 +47,42 @@ def test_wind_turns_the_bow_away_from_where_it_comes_ahead() -> None:
     assert found["u"] < 0
     assert found["v"] < 0
     assert found["r"] < 0
+
+
+@pytest.mark.parametrize(
+    ("areas", "wind", "rate"),
+    [({"frontal_area": 2.0}, (-5.0, 0.0), "u"), ({"lateral_area": 2.0}, (0.0, 5.0), "v")],
+)
+def test_wind_pushes_on_the_areas_that_are_known(areas: dict[str, float], wind: tuple[float, float], rate: str) -> None:
+    """From ahead and from abeam, it goes with one area alone: that which is known, not that which is estimated."""
+    ship, size = load_model("mmg"), dimensions_of(load_model("mmg"))
+    assert size is not None
+    estimated = FRONT * size.breadth * size.draft if rate == "u" else SIDE * size.length * size.draft
+    changes = []
+    for model in (ship, with_areas(ship, **areas)):
+        stepper = Stepper(with_effects(model, [available()["wind"]]), {"wind_north": wind[0], "wind_east": wind[1]})
+        order = [state.name for state in ship.states]
+        changes.append(stepper.rate(0.0, stepper.first({}), REST)[order.index(rate)])
+    assert changes[1] / changes[0] == pytest.approx(2.0 / estimated, rel=1e-6)
+
+
+def test_priors_of_the_wind_know_the_areas() -> None:
+    """Deviations of ln(side force) and ln(surge force) are those of each area, and of the surge coefficient."""
+    ship, wind = load_model("mmg"), available()["wind"]
+    cases: list[tuple[dict[str, float], float, float]] = [
+        ({}, 0.4, math.hypot(0.4, 0.5)),
+        ({"lateral_area": 2.0}, 0.15, math.hypot(0.4, 0.5)),
+        ({"frontal_area": 0.5}, 0.4, math.hypot(0.15, 0.5)),
+        ({"frontal_area": 0.5, "lateral_area": 2.0}, 0.15, math.hypot(0.15, 0.5)),
+    ]
+    for areas, side, surge in cases:
+        for effect in (wind, available()["trial_wind"].of_trials(["a", "b"])):
+            priors = effect.priors(with_areas(ship, **areas))
+            assert priors["ln_area"].sd == side
+            assert math.hypot(priors["ln_area"].sd, priors["ln_x_ratio"].sd) == pytest.approx(surge)
+            assert priors["ln_area"].mean == priors["ln_x_ratio"].mean == 0.0
+            others = {name: prior for name, prior in priors.items() if name not in ("ln_area", "ln_x_ratio")}
+            assert others == {name: effect.priors(ship)[name] for name in others}
 
 
 def test_more_thrust_balances_more_drag() -> None:

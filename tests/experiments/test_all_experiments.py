@@ -31,7 +31,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-TABLES = {"attack", "diagnosis_speed", "long_logs", "nist_strd", "reader_fuzz", "withheld"}
+TABLES = {"attack", "diagnosis_speed", "long_logs", "nist_strd", "reader_fuzz", "thrusters_recovered", "withheld"}
 """Experiments whose result is a table."""
 
 

@@ -14,7 +14,9 @@ from fmu_ships import ship_fmu, zigzag
 from seatruth import BadInput, load_study, simulator
 from seatruth.cli import run as command
 from seatruth.cost_forecast import forecast
+from seatruth.effects import dimensions_of
 from seatruth.models import FMU, IsolatedBlackBox, load_fmu
+from seatruth.sample import copy_to
 
 STUDY = """
 [study]
@@ -112,6 +114,44 @@ def test_keys_of_an_fmu_are_no_keys_of_another_model(folder: Path) -> None:
     (folder / "mmg.toml").write_text(text)
     with pytest.raises(BadInput, match=r"(?s)'kind' belongs to an FMU.*time limit.*'ports'"):
         load_study(folder / "mmg.toml")
+
+
+def test_any_model_with_a_size_takes_areas_above_water(folder: Path, tmp_path: Path) -> None:
+    size = "dimensions = { length = 7.0, breadth = 1.3, draft = 0.5, mass = 3000.0 }"
+    study = load_study(written(folder, f'{PORTS}\n{size}\nlateral_area = "20000 cm2"', name="areas.toml"))
+    found = dimensions_of(study.model)
+    assert found is not None
+    assert found == (7.0, 1.3, 0.5, 3000.0, 1025.0, None, pytest.approx(2.0))
+    copy_to(tmp_path)
+    text = (tmp_path / "study.toml").read_text()
+    effects = next(line for line in text.splitlines() if line.startswith("effects"))
+    stated = 'effects = ["current", "wind"]\nfrontal_area = 0.8\nlateral_area = "3 m2"'
+    (tmp_path / "s.toml").write_text(text.replace(effects, stated, 1))
+    known = load_study(tmp_path / "s.toml")
+    found = dimensions_of(known.model)
+    assert found is not None
+    assert (found.frontal_area, found.lateral_area) == (0.8, 3.0)
+    (tmp_path / "s.toml").write_text(text.replace(effects, stated.replace("3 m2", "4 m2"), 1))
+    assert load_study(tmp_path / "s.toml").content_hash != known.content_hash
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        ("lateral_area = 2.0", "declares no dimensions"),
+        ('lateral_area = "2 m"', "lateral_area"),
+        ('frontal_area = "wide"', "no number with a unit"),
+        ("frontal_area = -1.0", "frontal_area"),
+        (
+            "frontal_area = 1.0\n"
+            "dimensions = { length = 7.0, breadth = 1.3, draft = 0.5, mass = 3000.0, frontal_area = 1.0 }",
+            "stated twice",
+        ),
+    ],
+)
+def test_what_is_wrong_with_an_area_is_said(folder: Path, model: str, message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        load_study(written(folder, f"{PORTS}\n{model}", name="wrong.toml"))
 
 
 def test_a_time_limit_puts_a_black_box_into_processes(folder: Path) -> None:

@@ -12,8 +12,11 @@ from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 
 _SHAPE = "[S] chosen here: how much vehicles differ"
-_KNOWN_AREA = 0.15
-"""Deviation of ln(area) where the model declares its areas above water. Chosen here [S]: what the loading changes."""
+_KNOWN_AREA, _ESTIMATED_AREA = 0.15, 0.4
+"""Deviation of ln(area) of an area that the model declares, and of one estimated from its dimensions. Chosen here [S]:
+what the loading changes, and how much ships differ."""
+_X_RATIO = 0.5
+"""Deviation of ln(surge coefficient over the published one), chosen here [S]."""
 AIR = 1.226
 """kg/m3."""
 FRONT, SIDE = 1.3, 0.9
@@ -58,8 +61,8 @@ def wind_force(u: Any, v: Any, shape: Any, d: Any) -> tuple[Any, Any, Any]:
 class Wind(Effect):
     """A steady wind that blows towards (north, east), less the air's resistance in a calm, which the drag contains.
 
-    The areas above water are those that the model declares (`Dimensions`), or are estimated from its dimensions. How
-    far the vehicle's areas and coefficients are from these and from the published ones is free under priors.
+    The areas above water are those that the model or the study states, or are estimated from its dimensions. How far
+    the vehicle's areas and coefficients are from these and from the published ones is free under priors.
     """
 
     name = "wind"
@@ -93,9 +96,9 @@ class Wind(Effect):
             "1",
             -2.0,
             2.0,
-            prior=Prior(0.0, 0.4),
+            prior=Prior(0.0, _ESTIMATED_AREA),
             source=_SHAPE,
-            description="areas / estimated ones, ln",
+            description="areas / declared or estimated ones, ln",
         ),
         Parameter(
             "yaw_slope",
@@ -108,7 +111,14 @@ class Wind(Effect):
             description="of the lever over the angle of the wind",
         ),
         Parameter(
-            "ln_x_ratio", 0.0, "1", -2.5, 2.5, prior=Prior(0.0, 0.5), source=_SHAPE, description="surge / published, ln"
+            "ln_x_ratio",
+            0.0,
+            "1",
+            -2.5,
+            2.5,
+            prior=Prior(0.0, _X_RATIO),
+            source=_SHAPE,
+            description="surge / published, ln",
         ),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
@@ -119,9 +129,18 @@ class Wind(Effect):
     )
 
     def priors(self, model: Model) -> dict[str, Prior]:
+        """See `Effect.priors`; narrower where the model declares areas above water.
+
+        The sway force is as uncertain as the lateral area, the surge force as the frontal area and its coefficient
+        together. Since `ln_area` scales both areas, `ln_x_ratio` takes what the two differ by.
+        """
         found, size = super().priors(model), dimensions_of(model)
-        if size is not None and size.frontal_area is not None and size.lateral_area is not None:
-            found["ln_area"] = Prior(found["ln_area"].mean, _KNOWN_AREA)
+        if size is None:
+            return found
+        front, side = (_ESTIMATED_AREA if a is None else _KNOWN_AREA for a in (size.frontal_area, size.lateral_area))
+        surge = math.sqrt(front * front + _X_RATIO * _X_RATIO - side * side)
+        found["ln_area"] = Prior(found["ln_area"].mean, side)
+        found["ln_x_ratio"] = Prior(found["ln_x_ratio"].mean, surge)
         return found
 
     @staticmethod

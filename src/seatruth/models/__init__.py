@@ -11,6 +11,7 @@ from seatruth.models.observed import Observation, observed
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.ports import Ports
 from seatruth.models.registry import available, broken, load_model
+from seatruth.models.with_areas import with_areas
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
@@ -38,4 +39,5 @@ __all__ = [
     "load_fmu",
     "load_model",
     "observed",
+    "with_areas",
 ]

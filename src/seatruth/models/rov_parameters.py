@@ -2,7 +2,9 @@
 
 Hull of the heavy one: [L] von Benzon et al., "An Open-Source Benchmark Simulator: Control of a BlueROV2 Underwater
 Robot", J. Mar. Sci. Eng. 10 (2022) 1898, whose damping was measured by Wu 2018 (thesis, Flinders University).
-Thrusters: T200, [L] Blue Robotics' technical data at 12, 14 and 16 V. The lighter vehicle with six thrusters has no
+Thrusters: T200, [L] Blue Robotics' technical details (5.25 and 4.1 kgf at 16 V) and performance data of September 2019
+(3.71 kgf ahead at 12 V, no thrust at 1472 to 1528 us of 1100 to 1900 us at 16 V), both read as others reproduce them.
+Tether: [L] docs.bluerobotics.com/fathom-r2, 7.6 mm, neutrally buoyant. The lighter vehicle with six thrusters has no
 hydrodynamic data of its own; it takes those of the heavy one [S].
 """
 
@@ -11,7 +13,8 @@ from __future__ import annotations
 from seatruth.models.parameter import Parameter
 
 _BENZON = "[L] von Benzon et al. 2022, BlueROV2 heavy"
-_T200 = "[L] Blue Robotics, technical data of the T200 (recalled, not looked up again)"
+_T200 = "[L] Blue Robotics, technical details and performance data (September 2019) of the T200"
+_TETHER = "[L] Blue Robotics, Fathom ROV Tether (R2)"
 _CHOSEN = "[S] chosen here"
 _KGF = 9.80665
 """N."""
@@ -78,19 +81,9 @@ HEAVY: tuple[Parameter, ...] = (
         "share of the thrust that goes linearly with the command",
     ),
     _value("l_t", 10.0, "m", 0.0, 300.0, _CHOSEN, "length of tether that follows the vehicle"),
-    _size(
-        "d_t", 0.0076, "m", "diameter of the tether", "[L] Blue Robotics, Fathom tether (recalled, not looked up again)"
-    ),
+    _size("d_t", 0.0076, "m", "diameter of the tether", _TETHER),
     _size("C_t", 1.2, "1", "drag coefficient of the tether across", _BENZON + ", normal drag of its tether"),
-    _value(
-        "w_t",
-        0.0,
-        "N",
-        -20.0,
-        20.0,
-        "[L] Blue Robotics: the tether is neutrally buoyant (recalled)",
-        "weight of the tether",
-    ),
+    _value("w_t", 0.0, "N", -20.0, 20.0, _TETHER + ": neutrally buoyant", "weight of the tether"),
     _value("x_t", -0.23, "m", -1.0, 1.0, _CHOSEN + ": the stern", "place of the tether, forward of the origin"),
     _value("z_t", 0.0, "m", -1.0, 1.0, _CHOSEN, "the same, below the origin"),
 )

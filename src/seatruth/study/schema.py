@@ -113,6 +113,14 @@ class ModelTable(Table):
     dimensions: DimensionsTable | None = Field(
         default=None, description="Size of the vehicle in an FMU, which effects of wind, waves and hull need."
     )
+    frontal_area: PositiveFloat | str | None = Field(
+        default=None,
+        description='Area above water seen from ahead, as "12 m2", where it is known; any model that has a size takes '
+        "it. Default: what the model says, or the wind's estimate.",
+    )
+    lateral_area: PositiveFloat | str | None = Field(
+        default=None, description="Area above water seen from the side, alike."
+    )
     kind: Literal["", "ship", "auv", "glider", "planing"] = Field(
         default="", description="Kind of vehicle in an FMU: which effects can act on it. Default: any."
     )

@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from seatruth.models import BlackBox, Dimensions, IsolatedBlackBox, Model, load_fmu, load_model
+from seatruth.models import BlackBox, Dimensions, IsolatedBlackBox, Model, load_fmu, load_model, with_areas
 from seatruth.models.isolated import TIME_LIMIT
+from seatruth.study.quantity import positive
 from seatruth.study.schema import ModelTable
 from seatruth.study.validation import Problems
 
 _OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "kind", "step")
+_AREAS = ("frontal_area", "lateral_area")
 
 
 def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, problems: Problems) -> Model | None:
@@ -20,7 +22,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             problems.add(("model", "set"), "an FMU offers no parameter sets", "Leave out `set`.")
             return None
         size = table.dimensions
-        return load_fmu(
+        simulator = load_fmu(
             folder / table.use,
             names=table.names,
             inputs=table.inputs,
@@ -33,7 +35,8 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             dimensions=None if size is None else Dimensions(**size.model_dump()),
             time_limit=TIME_LIMIT if table.time_limit is None else table.time_limit,
         )
-    model = load_model(table.use, folder, table.set)
+        return _with_areas(simulator, table, problems)
+    model = _with_areas(load_model(table.use, folder, table.set), table, problems)
     for key in _OF_AN_FMU:
         if key in table.model_fields_set:
             what = f"{key!r} belongs to an FMU"
@@ -45,3 +48,17 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
         problems.add(("model", "time_limit"), what, "Remove it.")
         return model
     return IsolatedBlackBox(model, time_limit=table.time_limit)
+
+
+def _with_areas(model: Model, table: ModelTable, problems: Problems) -> Model:
+    """The model with the areas above water that the table states; notes what is wrong with them."""
+    for name in _AREAS:
+        stated = getattr(table, name)
+        if stated is None:
+            continue
+        if table.dimensions is not None and getattr(table.dimensions, name) is not None:
+            problems.add(("model", name), f"{name!r} is stated twice", "Remove it here or in [model.dimensions].")
+            continue
+        with problems.at("model", name):
+            model = with_areas(model, **{name: positive(stated, "m2", "an area")})
+    return model
