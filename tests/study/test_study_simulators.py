@@ -14,7 +14,7 @@ from fmu_ships import ship_fmu, zigzag
 from seatruth import BadInput, load_study, simulator
 from seatruth.cli import run as command
 from seatruth.cost_forecast import forecast
-from seatruth.models import FMU, IsolatedBlackBox, load_fmu
+from seatruth.models import FMU, IsolatedBlackBox, ServoBlackBox, load_fmu
 
 STUDY = """
 [study]
@@ -89,6 +89,21 @@ def test_what_the_file_says_is_what_runs(folder: Path) -> None:
     assert study.model.kind == "ship"
     other = load_study(written(folder, f"{PORTS}\nstep = 1.0"))
     assert other.content_hash != study.content_hash
+
+
+def test_orders_get_a_servo_before_a_simulator(folder: Path) -> None:
+    servo = '[actuators]\ndelta = { record = "order", rate_limit = "2.3 deg/s", lag = "1 s", delay = "0.5 s" }'
+    plain = load_study(written(folder))
+    study = load_study(written(folder, f"{PORTS}\n{servo}", name="orders.toml"))
+    assert isinstance(study.model, ServoBlackBox)
+    stated = {parameter.name: parameter.value for parameter in study.parameters}
+    assert stated["delta_rate_limit"] == pytest.approx(np.radians(2.3))
+    assert (stated["delta_lag"], study.model.delays["delta"]) == (1.0, 0.5)
+    assert study.content_hash != plain.content_hash
+    late = load_study(written(folder, f"{PORTS}\n{servo.replace('0.5 s', '0.7 s')}", name="late.toml"))
+    assert late.content_hash != study.content_hash
+    slow, quick = (one.simulate(threads=1)["run"]["psi"].to_numpy() for one in (study, plain))
+    assert np.abs(slow - quick).max() > 0.1
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from seatruth.models.observed import Observation, observed
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.ports import Ports
 from seatruth.models.registry import available, broken, load_model
+from seatruth.models.servo_black_box import ServoBlackBox, with_servos
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
@@ -31,6 +32,7 @@ __all__ = [
     "Ports",
     "Prior",
     "Rudder",
+    "ServoBlackBox",
     "Thruster",
     "WithServos",
     "available",
@@ -38,4 +40,5 @@ __all__ = [
     "load_fmu",
     "load_model",
     "observed",
+    "with_servos",
 ]

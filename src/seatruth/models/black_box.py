@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -81,6 +81,8 @@ class BlackBox(Model):
     takes_environment = False
     base: BlackBox | None = None
     """The black box that it wraps, where it wraps one."""
+    hold: Literal["foh", "zoh"] = "foh"
+    """How it takes inputs between samples: as straight lines, or held. Servos in front of it give it what suits."""
 
     @property
     def innermost(self) -> BlackBox:
@@ -133,6 +135,10 @@ class BlackBox(Model):
                 )
             simulated[:, column] = values
         return simulated
+
+    def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
+        """The trial with the inputs that reach the simulator, behind all servos and effects."""
+        return trial
 
     def _check(self) -> None:
         where = f"model {self.name!r}"

@@ -134,6 +134,7 @@ def load_fmu(
         ports=chosen_ports,
         dimensions=dimensions,
     )
+    base.hold = hold
     decided = {key: value for key, value in asdict(plan).items() if key != "folder"}
     identity = f"{description.checksum} {of_source(fmu_simulation.__file__)} {decided}"
     return FMU(base, description, time_limit=time_limit, identity=identity)
