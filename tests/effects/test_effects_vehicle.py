@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatruth import load_model
+from seatruth import load_model, simulator
 from seatruth.effects import available, with_effects
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.through_ports import OutsideEffects
 from seatruth.errors import BadInput
-from seatruth.models import BlackBox, Environment
+from seatruth.models import BlackBox, Environment, Model, Thruster
 from seatruth.models.base import record
-from seatruth.models.twin_thruster import TwinThruster
+from seatruth.models.twin_thruster import FULL, TwinThruster
 from seatruth.trials import Trial
 from seatruth.workers import by_value
 
@@ -129,3 +129,42 @@ def test_thrusters_can_be_sent_and_described() -> None:
     assert there(1.0, MOTION) == law(1.0, MOTION)
     assert there.describe() == law.describe()
     assert law(1.0, MOTION)["X"] == pytest.approx(-0.5 * box.nominal()["k_ahead"] * 81.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "value"),
+    [("thruster_dead_band", "band", 0.05), ("thruster_lag", "tau", 0.5), ("thruster_rate_limit", "slowness", 8.0)],
+)
+def test_named_thrusters_have_effects_on_their_orders(name: str, parameter: str, value: float) -> None:
+    """A black box that names its thrusters and has no port: all alike, and one alone."""
+    t = np.arange(0.0, 20.0, 0.1)
+    inputs = {"n_port": 6.0 + 5.0 * np.sin(t), "n_starboard": 6.0 - 5.0 * np.sin(0.7 * t)}
+    trial = Trial("run", t, inputs, {channel.name: np.zeros(t.size) for channel in BOAT.outputs})
+
+    def sail(trial: Trial, p: Mapping[str, float], first: Mapping[str, float]) -> dict[str, Any]:
+        start = np.array([[first[channel.name] for channel in BOAT.states]])
+        y = simulator(BOAT, [trial], threads=1).outputs(np.zeros((1, 0)), start).y[0]
+        return {channel.name: y[:, k] for k, channel in enumerate(BOAT.outputs)}
+
+    thrusters = [
+        Thruster(name, f"n_{name}", at=(-0.9, y, 0.2), towards=(1.0, 0.0, 0.0), full=FULL)
+        for name, y in (("port", -0.395), ("starboard", 0.395))
+    ]
+    fields: dict[str, Any] = {"inputs": BOAT.inputs, "outputs": BOAT.outputs, "parameters": [], "states": BOAT.states}
+    box = BlackBox("boat", sail, **fields, actuators=thrusters)
+    assert "does not declare its thrusts" in available()["thruster_gain"].missing(
+        BlackBox("boat", sail, **fields, actuators=thrusters, ports={"force": ["X", "Y", "N"]})
+    )
+    assert "names no thruster" in available()[name].missing(BlackBox("boat", sail, **fields))
+
+    def run(model: Model, values: Mapping[str, float]) -> np.ndarray:
+        sim = simulator(model, [trial], values={**model.nominal(), **values}, threads=1)
+        return np.asarray(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0])
+
+    plain = run(BOAT, {})
+    for effect in available()[name].variants(BOAT):
+        values = {effect.named(parameter): value}
+        ours, theirs = (run(with_effects(model, [effect]), values) for model in (BOAT, box))
+        moved = np.abs(ours - plain).max(axis=0)
+        assert (np.abs(ours - theirs).max(axis=0) < 0.006 * moved).all(), effect.name
+        assert (moved > 1e-4).all()

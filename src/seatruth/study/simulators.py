@@ -5,12 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from seatruth.models import BlackBox, Dimensions, IsolatedBlackBox, Model, load_fmu, load_model
+from seatruth.models import (
+    BlackBox,
+    Dimensions,
+    IsolatedBlackBox,
+    Model,
+    Rudder,
+    Thruster,
+    load_fmu,
+    load_model,
+)
 from seatruth.models.isolated import TIME_LIMIT
-from seatruth.study.schema import ModelTable
+from seatruth.study.schema import ModelActuatorTable, ModelTable
 from seatruth.study.validation import Problems
 
-_OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "kind", "step")
+_OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "actuators", "kind", "step")
+_OF_A_THRUSTER = ("full", "at", "towards")
 
 
 def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, problems: Problems) -> Model | None:
@@ -20,6 +30,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             problems.add(("model", "set"), "an FMU offers no parameter sets", "Leave out `set`.")
             return None
         size = table.dimensions
+        actuators = [_actuator(name, one, problems) for name, one in table.actuators.items()]
         return load_fmu(
             folder / table.use,
             names=table.names,
@@ -31,6 +42,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             hold=hold,
             kind=table.kind,
             dimensions=None if size is None else Dimensions(**size.model_dump()),
+            actuators=[one for one in actuators if one is not None],
             time_limit=TIME_LIMIT if table.time_limit is None else table.time_limit,
         )
     model = load_model(table.use, folder, table.set)
@@ -45,3 +57,20 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
         problems.add(("model", "time_limit"), what, "Remove it.")
         return model
     return IsolatedBlackBox(model, time_limit=table.time_limit)
+
+
+def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudder | Thruster | None:
+    """An actuator as the file states it; notes keys that do not belong together."""
+    path = ("model", "actuators", name)
+    stated = [key for key in (*_OF_A_THRUSTER, "diameter") if getattr(table, key) is not None]
+    if not stated:
+        return Rudder(name, table.input, table.turns or "yaw")
+    if table.turns is not None:
+        problems.add((*path, "turns"), f"a rudder has no {stated[0]!r}", "Remove `turns` of a thruster.")
+        return None
+    if table.full is None or table.at is None or table.towards is None:
+        lacking = next(key for key in _OF_A_THRUSTER if key not in stated)
+        problems.add(path, f"a thruster needs {lacking!r}", f"State {', '.join(_OF_A_THRUSTER)}.")
+        return None
+    (x, y, z), (a, b, c) = table.at, table.towards
+    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter)
