@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatruth.errors import BadInput, PluginError
-from seatruth.models import BlackBox, Channel, Parameter
+from seatruth.models import BlackBox, Channel, IsolatedBlackBox, Parameter, Rudder
 from seatruth.trials import Trial
 
 TRIAL = Trial("run", np.arange(5.0), {"delta": np.ones(5)}, {"psi": np.zeros(5)})
@@ -73,11 +73,18 @@ def test_wrong_answers_are_one_message(function: Any, message: str) -> None:
         ({"states": [Channel("psj", "rad")]}, "psi"),
         ({"inputs": [Channel("a", "1"), Channel("a", "1")]}, "twice"),
         ({"inputs": [Channel("_a", "1")]}, "identifier"),
+        ({"actuators": [Rudder("helm", "n")]}, "input 'n', which the model does not have"),
     ],
 )
 def test_wrong_declarations_are_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(BadInput, match=message):
         box(**changes)
+
+
+def test_it_names_its_actuators() -> None:
+    helm = Rudder("helm", "delta")
+    assert box(actuators=[helm]).actuators == (helm,)
+    assert IsolatedBlackBox(box(actuators=[helm])).actuators == (helm,)
 
 
 def test_what_cannot_be_called_is_refused() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.effects import ExtendedBlackBox, available
-from seatruth.models import BlackBox, Channel, IsolatedBlackBox, Observation, Parameter
+from seatruth.models import BlackBox, Channel, IsolatedBlackBox, Observation, Order, Parameter, ServoBlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.geometry import Dimensions
 from seatruth.models.observed import ObservedBlackBox
@@ -60,6 +60,7 @@ WRAPPERS: dict[type[BlackBoxWrapper], Callable[[BlackBox], BlackBoxWrapper]] = {
     IsolatedBlackBox: IsolatedBlackBox,
     ExtendedBlackBox: lambda box: ExtendedBlackBox(box, [available()["rudder_offset"]]),
     DiscrepancyBlackBox: lacking,
+    ServoBlackBox: lambda box: ServoBlackBox(box, {"delta": Order(delay=0.0)}),
     ObservedBlackBox: lambda box: ObservedBlackBox(box, [Observation("sog")]),
 }
 
@@ -76,9 +77,9 @@ def test_every_attribute_is_kept(kind: type[BlackBoxWrapper]) -> None:
     wrapper = WRAPPERS[kind](box)
     for name in set(MODEL_ATTRIBUTES) - {"title"}:
         theirs, ours = getattr(box, name), getattr(wrapper, name)
-        if name in ("inputs", "outputs", "parameters"):
+        if name in ("inputs", "outputs", "parameters", "servos"):
             assert ours[: len(theirs)] == theirs, name
-        elif name == "standard":
+        elif name in ("standard", "delays"):
             assert theirs.items() <= ours.items()
         else:
             assert ours == theirs, name

@@ -14,8 +14,8 @@ from fmu_ships import ship_fmu, zigzag
 from seatruth import BadInput, load_study, simulator
 from seatruth.cli import run as command
 from seatruth.cost_forecast import forecast
-from seatruth.effects import dimensions_of
-from seatruth.models import FMU, IsolatedBlackBox, load_fmu
+from seatruth.effects import available, dimensions_of
+from seatruth.models import FMU, IsolatedBlackBox, Rudder, ServoBlackBox, Thruster, load_fmu
 from seatruth.sample import copy_to
 
 STUDY = """
@@ -93,6 +93,35 @@ def test_what_the_file_says_is_what_runs(folder: Path) -> None:
     assert other.content_hash != study.content_hash
 
 
+def test_actuators_of_an_fmu_have_effects(folder: Path) -> None:
+    propeller = 'input = "n", full = 12.0, at = [-3, 0.0, "d"], towards = [1.0, 0.0, 0.0], diameter = 0.2'
+    named = f'effects = ["thruster_lag"]\nactuators = {{ propeller = {{ {propeller} }}, helm = {{ input = "delta" }} }}'
+    study = load_study(written(folder, f"{PORTS}\n{named}", name="named.toml"))
+    assert study.model.actuators == (
+        Thruster("propeller", "n", at=(-3.0, 0.0, "d"), towards=(1.0, 0.0, 0.0), full=12.0, diameter=0.2),
+        Rudder("helm", "delta"),
+    )
+    assert "thruster_lag_tau" in study.model.nominal()
+    assert "does not declare its thrusts" in available()["thruster_gain"].missing(study.model)
+    with pytest.raises(BadInput, match="names no thruster"):
+        load_study(written(folder, f'{PORTS}\neffects = ["thruster_lag"]', name="unnamed.toml"))
+
+
+def test_orders_get_a_servo_before_a_simulator(folder: Path) -> None:
+    servo = '[actuators]\ndelta = { record = "order", rate_limit = "2.3 deg/s", lag = "1 s", delay = "0.5 s" }'
+    plain = load_study(written(folder))
+    study = load_study(written(folder, f"{PORTS}\n{servo}", name="orders.toml"))
+    assert isinstance(study.model, ServoBlackBox)
+    stated = {parameter.name: parameter.value for parameter in study.parameters}
+    assert stated["delta_rate_limit"] == pytest.approx(np.radians(2.3))
+    assert (stated["delta_lag"], study.model.delays["delta"]) == (1.0, 0.5)
+    assert study.content_hash != plain.content_hash
+    late = load_study(written(folder, f"{PORTS}\n{servo.replace('0.5 s', '0.7 s')}", name="late.toml"))
+    assert late.content_hash != study.content_hash
+    slow, quick = (one.simulate(threads=1)["run"]["psi"].to_numpy() for one in (study, plain))
+    assert np.abs(slow - quick).max() > 0.1
+
+
 @pytest.mark.parametrize(
     ("model", "message"),
     [
@@ -102,6 +131,9 @@ def test_what_the_file_says_is_what_runs(folder: Path) -> None:
         ("step = 0.0", "step"),
         ('names = { helm = "delta" }', "no channel 'helm'|helm"),
         ("dimensions = { length = 7.0 }", "breadth"),
+        ('actuators = { port = { input = "n", full = 10.0 } }', "a thruster needs 'at'"),
+        ('actuators = { port = { input = "n", full = 10.0, turns = "yaw" } }', "a rudder has no 'full'"),
+        ('actuators = { helm = { input = "rudder" } }', "input 'rudder', which the model does not have"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(folder: Path, model: str, message: str) -> None:

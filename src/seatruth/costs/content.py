@@ -45,6 +45,8 @@ def of_model(model: Model) -> dict[str, Any]:
         found["equations"] = fingerprint(model)
     if isinstance(model, BlackBox) and model.base is not None:
         found["base"] = of_model(model.base)
+    if isinstance(model, BlackBox) and model.servos:
+        found["servos"] = [[servo.input, model.delays.get(servo.input, 0.0), model.hold] for servo in model.servos]
     if isinstance(model, IsolatedBlackBox) and model.identity is not None:
         found["identity"] = model.identity
     for part in ("initial_state", "function"):

@@ -8,6 +8,7 @@ import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.ports import Outside
-from seatruth.models.servo import stages
+from seatruth.models.servo import Servo, servo_state
+from seatruth.models.servo_black_box import behind_servos
 from seatruth.trials.trial import Trial
 
 Row = tuple[float, ...]
@@ -31,7 +33,8 @@ Row = tuple[float, ...]
 class ExtendedBlackBox(BlackBoxWrapper):
     """A black box with effects on its inputs and outputs, and through its ports; made by `with_effects`.
 
-    An effect whose parameters stand at their null leaves everything as it is. The states of effects start at their
+    An effect whose parameters stand at their null leaves everything as it is. Servos act first, those that a study
+    states made slower by the effects; the other effects act on what they give. The states of effects start at their
     `initial_state`; inputs and outputs are linear between samples.
     """
 
@@ -45,6 +48,17 @@ class ExtendedBlackBox(BlackBoxWrapper):
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
         )
         self.trials = trials_of(base, effects)
+        present = {servo.input: servo.settings for servo in base.servos}
+        slowed = {
+            target.input: None
+            for effect, chosen in zip(self.effects, self._targets)
+            for target in chosen
+            if effect.servo is not None and target is not None
+        }
+        self.servos = tuple(
+            Servo(name, servo_state(name), partial(self._settings, name, present.get(name)))
+            for name in (*present, *(name for name in slowed if name not in present))
+        )
 
     def _around(
         self,
@@ -54,6 +68,7 @@ class ExtendedBlackBox(BlackBoxWrapper):
         outside: Outside | None = None,
     ) -> Mapping[str, Array]:
         number, acting, p = self.number_of(trial.name), self._acting(parameters), self._plain(parameters)
+        trial = behind_servos(self, trial, parameters)
         inputs = self._acting_inputs(trial, acting, p)
         plain = {name: float(value) for name, value in p._asdict().items()}
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
@@ -69,10 +84,11 @@ class ExtendedBlackBox(BlackBoxWrapper):
         return {channel.name: outputs[:, k] for k, channel in enumerate(self.outputs)}
 
     def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
-        """The trial with the inputs that reach the simulator, once all effects have changed them."""
-        inputs = self._acting_inputs(trial, self._acting(parameters), self._plain(parameters))
+        """See `BlackBox.acting_inputs`."""
+        trial, p = behind_servos(self, trial, parameters), self._plain(parameters)
+        inputs = self._acting_inputs(trial, self._acting(parameters), p)
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
-        return replace(trial, inputs={**trial.inputs, **columns})
+        return self.base.acting_inputs(replace(trial, inputs={**trial.inputs, **columns}), p._asdict())
 
     def _acting(self, parameters: Mapping[str, float]) -> list[tuple[Effect, Target | None, Any]]:
         """The effects that are not at their null, each on every actuator on which it acts, with its parameters."""
@@ -93,11 +109,10 @@ class ExtendedBlackBox(BlackBoxWrapper):
         return p
 
     def _acting_inputs(self, trial: Trial, acting: Sequence[tuple[Effect, Target | None, Any]], p: Any) -> Array:
-        """Inputs (n, I) as they reach the simulator."""
+        """Inputs (n, I) as they reach the simulator, from those behind the servos."""
         inputs = (
             np.stack([trial.inputs[c.name] for c in self.inputs], axis=1) if self.inputs else np.zeros((len(trial), 0))
         )
-        inputs = self._through_servos(trial.t, inputs, acting)
         for effect, target, q in acting:
             if effect.true_inputs is not None:
                 units = {} if target is None else {target.input: target.full}
@@ -105,20 +120,14 @@ class ExtendedBlackBox(BlackBoxWrapper):
                 inputs = _through_inputs(effect, view, trial.t, self.number_of(trial.name), inputs, p, q)
         return inputs
 
-    def _through_servos(self, t: Array, inputs: Array, acting: Sequence[tuple[Effect, Target | None, Any]]) -> Array:
-        """Inputs (n, I) behind the servos that effects put in front of them; orders are linear between samples."""
-        found = inputs.copy()
-        for column, channel in enumerate(self.inputs):
-            lag, slowness = 0.0, 0.0
-            for effect, target, q in acting:
-                if effect.servo is not None and target is not None and target.input == channel.name:
-                    lag, slowness = effect.servo(lag, slowness, q, target.full)
-            if lag or slowness:
-                order, times = inputs[:, column].tolist(), t.tolist()
-                for k in range(len(order) - 1):
-                    h = times[k + 1] - times[k]
-                    found[k + 1, column] = stages(found[k, column], order[k], order[k + 1], h, lag, slowness)[2]
-        return found
+    def _settings(self, name: str, stated: Callable[[Any], tuple[Any, Any]] | None, p: Any) -> tuple[Any, Any]:
+        """The settings of the servo of an input, with the effects that make it slower; `stated` are those below."""
+        parameters = p._asdict()
+        lag, slowness = (0.0, 0.0) if stated is None else stated(self._plain(parameters))
+        for effect, target, q in self._acting(parameters):
+            if effect.servo is not None and target is not None and target.input == name:
+                lag, slowness = effect.servo(lag, slowness, q, target.full)
+        return lag, slowness
 
 
 def trials_of(base: Model, effects: Sequence[Effect]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import sink_rate, to_body_axes
+from seatruth.effects.vehicle import motion_channels
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 
@@ -30,7 +31,7 @@ def with_current(e: Any, s: Any, north: Any, east: Any, north_dot: Any = 0.0, ea
 
 def _has_heading(model: Model, instead: str) -> str:
     """Why an effect along the track is the wrong one for a model; empty where it is the right one."""
-    turns = any(channel.name == "psi" for channel in model.states)
+    turns = any(channel.name == "psi" for channel in motion_channels(model))
     return f"the model has a heading: use `{instead}`" if turns else ""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,11 +12,10 @@ from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox, trials_of
 from seatruth.effects.channel_aliases import ChannelAliases, View
 from seatruth.effects.targets import Target, aliases_of, targets
+from seatruth.effects.vehicle import DeclaredVehicle
 from seatruth.errors import BadInput
-from seatruth.models.actuators import Thrust, Thruster, entry
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
-from seatruth.models.geometry import Vehicle
 from seatruth.models.servo import Servo
 from seatruth.models.with_servos import with_servos_at
 from seatruth.models.wrapper import ModelWrapper
@@ -262,36 +260,8 @@ class _Equations:
 
     def _vehicle(self) -> Any:
         """(s, i, p, e) to the vehicle's size, thrust and drag, and its thrusters where an effect acts on them."""
-        model = self.base
-        dimensions, thrust, drag = model.dimensions, model.thrust, model.drag
-        at_rest = record("States", model.states)(*(0.0 for _ in model.states))
         wanted = any(a.target is not None and a.target.thruster >= 0 for a in self.applied)
-        declared = [actuator for actuator in model.actuators if isinstance(actuator, Thruster)] if wanted else []
-        columns = [[channel.name for channel in model.inputs].index(one.input) for one in declared]
-        forces = model.thrusts
-
-        def vehicle(s: Any, i: Any, p: Any, e: Any) -> Any:
-            result = Vehicle() if dimensions is None else Vehicle(*dimensions(p))
-            if thrust is not None:
-                still = e._replace(u_c=0.0, v_c=0.0, w_c=0.0)
-                result = result._replace(thrust=thrust(s, i, p, e), thrust_0=thrust(at_rest, i, p, still))
-            if drag is not None:
-                result = result._replace(drag=drag(s, i, p, e))
-            if not declared:
-                return result, ()
-            pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
-            thrusters = []
-            for push, one, column in zip(pushes, declared, columns):
-                x, y, z = (entry(value, p) for value in one.at)
-                a, b, c = (entry(value, p) for value in one.towards)
-                area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
-                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(i[column]) / one.full, area))
-            load = 0.0
-            for thruster in thrusters:
-                load = load + thruster.drive / len(thrusters)
-            return result._replace(load=load), thrusters
-
-        return vehicle
+        return DeclaredVehicle.of(self.base, with_thrusters=wanted).function()
 
     def surroundings(self) -> Equations:
         reaching = self._reaching()

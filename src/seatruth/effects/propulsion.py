@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from seatruth.effects.base import Effect
+from seatruth.effects.vehicle import motion_channels
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.parameter import Parameter
 
@@ -70,10 +71,11 @@ class ThrustMisalignment(Effect):
 def _falls_with_speed(model: Model) -> bool:
     """Whether a model's thrust at the same revolutions depends on the speed."""
     assert model.thrust is not None
-    states, inputs = record("States", model.states), record("Inputs", model.inputs)
+    motions = motion_channels(model)
+    states, inputs = record("States", motions), record("Inputs", model.inputs)
     p = record("Parameters", model.parameters)(**model.nominal())
     i = inputs(*(1.0 for _ in model.inputs))
-    at = [states(*(u if c.name == "u" else 0.0 for c in model.states)) for u in (0.0, 1.0)]
+    at = [states(*(u if c.name == "u" else 0.0 for c in motions)) for u in (0.0, 1.0)]
     still, ahead = (float(model.thrust(s, i, p, Environment())) for s in at)
     return still != ahead
 

@@ -8,17 +8,20 @@ import uuid
 from bisect import bisect_right
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import seatruth.effects.vehicle as vehicle_module
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect
 from seatruth.effects.channel_aliases import View
 from seatruth.effects.targets import Target, aliases_of
+from seatruth.effects.vehicle import DeclaredVehicle
 from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
-from seatruth.models.geometry import Vehicle
+from seatruth.models.geometry import Dimensions
 from seatruth.models.ports import BODY, EARTH, Outside, Ports
 from seatruth.storage.checksum import checksum, of_source
 
@@ -48,14 +51,18 @@ class OutsideEffects:
         self._outputs = [channel.name for channel in innermost.outputs]
         self._parameters = {q.name: float(parameters[q.name]) for q in innermost.parameters}
         self._t, self._inputs, self._number, self._then = t.tolist(), inputs.tolist(), number, then
+        wanted = any(target is not None and target.thruster >= 0 for _, target, _ in acting)
         size = innermost.dimensions
-        self._size = () if size is None else tuple(size(record("P", innermost.parameters)(**self._parameters)))
+        values = () if size is None else size(record("P", innermost.parameters)(**self._parameters))
+        self._size = dict(zip(Dimensions._fields, values))
+        self._vehicle = replace(DeclaredVehicle.of(innermost, with_thrusters=wanted), dimensions=None)
         self._acting = []
         for effect, target, q in acting:
             aliases = aliases_of(effect, innermost, target)
             units = {} if target is None else {target.input: target.full}
             seen, driven = View(aliases, innermost.outputs), View(aliases, innermost.inputs, (), units)
-            self._acting.append((effect, q._asdict(), _plain(seen), _plain(driven)))
+            places = (-1, -1) if target is None else (target.thruster, target.other)
+            self._acting.append((effect, q._asdict(), _plain(seen), _plain(driven), places))
         self._made: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -65,16 +72,20 @@ class OutsideEffects:
         """The value of each port, by its component."""
         if self._made is None:
             self._made = self._make()
-        p, d, acting = self._made
+        p, vehicle, motion, inputs, acting = self._made
         y, i = [outputs[name] for name in self._outputs], self._inputs_at(t)
         e = Environment(t=t, trial=self._number)
         if all(map(math.isfinite, y)):
-            for effect, q, see, drive in acting:
+            for effect, q, see, drive, _ in acting:
                 if effect.current is not None:
                     e = effect.current(e, see(y), drive(i), p, q)
-            for effect, q, see, drive in acting:
+            d, thrusters = vehicle(motion(*y), inputs(*i), p, e)
+            d = d._replace(**self._size)
+            for effect, q, see, drive, (one, other) in acting:
                 if effect.force is not None:
-                    e = effect.force(e, see(y), drive(i), p, q, d)
+                    here = d if one < 0 else d._replace(thruster=thrusters[one])
+                    here = here if other < 0 else here._replace(other=thrusters[other])
+                    e = effect.force(e, see(y), drive(i), p, q, here)
         found = at_ports(self.ports, e, outputs)
         if self._then is not None:
             more = self._then(t, outputs)
@@ -84,12 +95,16 @@ class OutsideEffects:
     def describe(self) -> list[Any]:
         """What decides it beside the trial, as plain values."""
         then = getattr(self._then, "describe", None)
-        effects = [[_source(type(effect)), effect.name, q, seen, driven] for effect, q, seen, driven in self._acting]
+        effects = [[_source(type(effect)), effect.name, *plain] for effect, *plain in self._acting]
+        vehicle = self._vehicle
+        roles = (vehicle.thrust, vehicle.drag, vehicle.thrusts)
         return [
-            of_source(__file__),
+            [of_source(__file__), of_source(vehicle_module.__file__)],
             effects,
             self._parameters,
             self._size,
+            [asdict(one) for one in vehicle.thrusters],
+            [None if role is None else _source_of_function(role) for role in roles],
             self._number,
             None if then is None else then(),
         ]
@@ -97,10 +112,11 @@ class OutsideEffects:
     def _make(self) -> Any:
         p = _record("Parameters", tuple(self._parameters))(**self._parameters)
         acting = [
-            (effect, _record("Effect", tuple(q))(**q), _See(*seen), _See(*driven))
-            for effect, q, seen, driven in self._acting
+            (effect, _record("Effect", tuple(q))(**q), _See(*seen), _See(*driven), places)
+            for effect, q, seen, driven, places in self._acting
         ]
-        return p, Vehicle(*self._size), acting
+        vehicle = self._vehicle
+        return p, vehicle.function(), record("States", vehicle.motions), record("Inputs", vehicle.inputs), acting
 
     def _inputs_at(self, t: float) -> Sequence[float]:
         """Inputs (I,) at a time, linear between samples."""
@@ -130,7 +146,7 @@ def _record(title: str, fields: tuple[str, ...]) -> Any:
     return namedtuple(title, fields)
 
 
-_SOURCES: dict[type[Any], str] = {}
+_SOURCES: dict[Any, str] = {}
 
 
 def _source(kind: type[Any]) -> str:
@@ -138,14 +154,23 @@ def _source(kind: type[Any]) -> str:
 
     A class without a file (typed into a session) shares its runs with no other class, nor with a later session.
     """
-    if kind not in _SOURCES:
+    return _sources(kind, kind.__mro__[:-1])
+
+
+def _source_of_function(function: Any) -> str:
+    """The same of a function that a model declares, by its own file."""
+    return _sources(function, (function,))
+
+
+def _sources(what: Any, parts: Sequence[Any]) -> str:
+    if what not in _SOURCES:
         try:
-            files = sorted({inspect.getfile(one) for one in kind.__mro__[:-1]})
+            files = sorted({inspect.getfile(one) for one in parts})
             content = " ".join(checksum(Path(file).read_bytes()) for file in files)
         except (OSError, TypeError):
             content = uuid.uuid4().hex
-        _SOURCES[kind] = f"{kind.__module__}.{kind.__qualname__} {content}"
-    return _SOURCES[kind]
+        _SOURCES[what] = f"{what.__module__}.{getattr(what, '__qualname__', '')} {content}"
+    return _SOURCES[what]
 
 
 def at_ports(ports: Ports, e: Environment, outputs: Mapping[str, float]) -> dict[str, float]:

@@ -17,6 +17,7 @@ from seatruth.effects.environment import with_current
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Manoeuvre
 from seatruth.models.base import Environment, Model, call, record
+from seatruth.models.black_box import BlackBox
 from seatruth.models.servo import stages
 from seatruth.trials.trial import Trial
 
@@ -69,7 +70,8 @@ def run_manoeuvre(
         name: Name of the trial; the label of the manoeuvre by default.
 
     Raises:
-        BadInput: The manoeuvre needs an input or output that the model does not have, or the motion diverges.
+        BadInput: The manoeuvre needs an input or output that the model does not have, the model is a black box, or the
+            motion diverges.
 
     Example:
         trial = run_manoeuvre(
@@ -81,6 +83,9 @@ def run_manoeuvre(
     """
     if not dt > 0 or not rudder_rate > 0:
         raise BadInput("dt and rudder_rate must be positive", where="run_manoeuvre")
+    if isinstance(model, BlackBox):
+        what = f"model {model.name!r} is a black box, which runs as a whole: nobody can steer it by its heading"
+        raise BadInput(what, where="run_manoeuvre", do="Write the model's equations.")
     stepper = Stepper(model, values, environment)
     now = {channel.name: 0.0 for channel in model.inputs}
     ordered = {servo.input for servo in model.servos}

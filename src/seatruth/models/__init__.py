@@ -11,6 +11,7 @@ from seatruth.models.observed import Observation, observed
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.models.ports import Ports
 from seatruth.models.registry import available, broken, load_model
+from seatruth.models.servo_black_box import ServoBlackBox, with_servos
 from seatruth.models.with_areas import with_areas
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import ModelWrapper
@@ -32,6 +33,7 @@ __all__ = [
     "Ports",
     "Prior",
     "Rudder",
+    "ServoBlackBox",
     "Thruster",
     "WithServos",
     "available",
@@ -40,4 +42,5 @@ __all__ = [
     "load_model",
     "observed",
     "with_areas",
+    "with_servos",
 ]

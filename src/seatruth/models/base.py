@@ -120,7 +120,8 @@ class Model:
     actuators: tuple[Rudder | Thruster, ...] = ()
     """What drives and steers it, so that effects on actuators find its inputs and know where thrusters push."""
     servos: tuple[Servo, ...] = ()
-    """Actuators between their recorded order and what acts: the engine solves them, and the equations get what acts."""
+    """Actuators between their recorded order and what acts: the engine solves them, and the equations get what acts. In
+    front of a black box they act before it runs; it has no states for them."""
     delays: Mapping[str, float] = MappingProxyType({})
     """s: dead time of an order, by input."""
     linear: tuple[str, ...] = ()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
+from seatruth.models.actuators import Rudder, Thruster, problem_with
 from seatruth.models.base import Model
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
@@ -38,6 +39,8 @@ class BlackBox(Model):
             ["north", "east"]}. The function then gets a fourth argument, `outside(t, outputs)`. It calls that at each
             of its steps, with the time (s) and its outputs by name, and adds what it gets: {"X": N, ..., "east": m/s}.
         dimensions: the vehicle's size, which effects of wind, waves and hull need.
+        actuators: what drives and steers it, as models of equations name it: effects on rudders and thrusters find its
+            inputs by them. A subclass may declare `thrusts` too, the force of each thruster, from its outputs.
 
     Derivatives are finite differences.
 
@@ -68,6 +71,7 @@ class BlackBox(Model):
         source: str = "",
         ports: Ports | Mapping[str, Sequence[str]] | None = None,
         dimensions: Dimensions | None = None,
+        actuators: Sequence[Rudder | Thruster] = (),
     ) -> None:
         self.name, self.function = name, function
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
@@ -76,11 +80,15 @@ class BlackBox(Model):
         self.ports = as_ports(ports)
         if dimensions is not None:
             self.dimensions = _Constant(dimensions)
+        if actuators:  # else what a subclass declares
+            self.actuators = tuple(actuators)
         self._check()
 
     takes_environment = False
     base: BlackBox | None = None
     """The black box that it wraps, where it wraps one."""
+    hold: Literal["foh", "zoh"] = "foh"
+    """How it takes inputs between samples: as straight lines, or held. Servos in front of it give it what suits."""
 
     @property
     def innermost(self) -> BlackBox:
@@ -134,6 +142,10 @@ class BlackBox(Model):
             simulated[:, column] = values
         return simulated
 
+    def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
+        """The trial with the inputs that reach the simulator, behind all servos and effects."""
+        return trial
+
     def _check(self) -> None:
         where = f"model {self.name!r}"
         if not callable(self.function):
@@ -148,6 +160,10 @@ class BlackBox(Model):
             bad = [n for n in names if not n.isidentifier() or n.startswith("_")]
             if bad:
                 raise BadInput(f"{bad[0]!r} cannot name one of its {label}", where=where, do="Use an identifier.")
+        inputs, parameters = ({field.name for field in fields} for fields in (self.inputs, self.parameters))
+        wrong = problem_with(self.actuators, inputs, parameters, self.thrusts is not None)
+        if wrong:
+            raise BadInput(wrong, where=where)
         known = [output.name for output in self.outputs]
         for state in self.states:
             if state.name not in known:

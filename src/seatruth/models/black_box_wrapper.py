@@ -8,6 +8,7 @@ from seatruth.models.black_box import BlackBox, Function
 from seatruth.models.parameter import Parameter
 from seatruth.models.wrapper import copy_attributes
 from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
 
 
 class BlackBoxWrapper(BlackBox):
@@ -47,6 +48,7 @@ class BlackBoxWrapper(BlackBox):
     ) -> None:
         self.base = base
         copy_attributes(base, self)
+        self.hold = base.hold
         super().__init__(
             base.name,
             function,
@@ -63,3 +65,7 @@ class BlackBoxWrapper(BlackBox):
     def complete(self, outputs: Mapping[str, float], inputs: Mapping[str, float]) -> dict[str, float]:
         """See `Model.complete`; what the wrapped black box says."""
         return self.base.complete(outputs, inputs)
+
+    def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
+        """See `BlackBox.acting_inputs`; what the wrapped black box says."""
+        return self.base.acting_inputs(trial, parameters)

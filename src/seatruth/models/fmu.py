@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import seatruth.models.fmu_simulation as fmu_simulation
 from seatruth.errors import BadInput, nearest
+from seatruth.models.actuators import Rudder, Thruster
 from seatruth.models.black_box import BlackBox
 from seatruth.models.fmu_description import FLOATS, NUMBERS, Description, Variable, read_description
 from seatruth.models.fmu_simulation import FMURun, Link, Plan, unpacked
@@ -54,6 +55,7 @@ def load_fmu(
     hold: Literal["foh", "zoh"] = "foh",
     kind: str = "",
     dimensions: Dimensions | None = None,
+    actuators: Sequence[Rudder | Thruster] = (),
     time_limit: float = TIME_LIMIT,
 ) -> FMU:
     """Makes a model of an FMU for co-simulation, version 2 or 3 of the FMI. It needs the extra `seatruth[fmu]`.
@@ -77,6 +79,8 @@ def load_fmu(
         hold: inputs between samples: "foh" (straight lines) or "zoh" (constant).
         kind: "ship", "auv", "glider" or "planing": which effects can act on it.
         dimensions: the vehicle's size, which effects of wind, waves and hull need.
+        actuators: what drives and steers it, by the names of its inputs here: effects on rudders and thrusters find
+            these by them.
         time_limit: s that one run of one trial may take.
 
     Returns:
@@ -133,7 +137,9 @@ def load_fmu(
         source=f"FMU {where}, FMI {description.version}",
         ports=chosen_ports,
         dimensions=dimensions,
+        actuators=actuators,
     )
+    base.hold = hold
     decided = {key: value for key, value in asdict(plan).items() if key != "folder"}
     identity = f"{description.checksum} {of_source(fmu_simulation.__file__)} {decided}"
     return FMU(base, description, time_limit=time_limit, identity=identity)

@@ -21,6 +21,7 @@ from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.ports import Outside
+from seatruth.models.servo_black_box import ActingTrial
 from seatruth.storage.kept_runs import KeptRuns
 from seatruth.trials.trial import Trial
 from seatruth.workers import Workers
@@ -140,6 +141,8 @@ class IsolatedBlackBox(BlackBoxWrapper):
         describe = getattr(outside, "describe", None)
         acting = None if outside is None else describe() if describe is not None else uuid.uuid4().hex
         plain = [self._number, dict(parameters), None if first_state is None else dict(first_state), acting]
+        if self.servos:
+            plain.append(isinstance(trial, ActingTrial))  # the same numbers mean another thing behind the servos
         content.update(json.dumps(plain, sort_keys=True, default=repr).encode())
         names = [channel.name for channel in self.inputs]
         content.update(np.ascontiguousarray(trial.t, dtype=np.float64).tobytes())

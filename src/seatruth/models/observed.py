@@ -22,6 +22,7 @@ from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.initial_motion import initial_motion
 from seatruth.models.measures import MEASURES, Measure, Motion, Place, Water
 from seatruth.models.ports import Outside
+from seatruth.models.servo_black_box import behind_servos
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -288,6 +289,7 @@ class ObservedBlackBox(BlackBoxWrapper):
         first_state: dict[str, float] | None,
         outside: Outside | None = None,
     ) -> Mapping[str, Array]:
+        trial = behind_servos(self, trial, parameters)
         y = self.base.run(trial, parameters, first_state, outside)
         inputs = [trial.inputs[channel.name].tolist() for channel in self.base.inputs]
         rows = [self._motion(row, i, ()) for row, i in zip(y.tolist(), zip(*inputs) if inputs else [()] * len(y))]

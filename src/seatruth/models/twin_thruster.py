@@ -147,9 +147,9 @@ class TwinThruster(Model):
         Thruster("port", "n_port", at=(-0.9, "-y_T", 0.2), towards=(1.0, 0.0, 0.0), full=FULL, diameter=0.2),
         Thruster("starboard", "n_starboard", at=(-0.9, "y_T", 0.2), towards=(1.0, 0.0, 0.0), full=FULL, diameter=0.2),
     )
+    # Place along x and z, and diameter: [S] chosen here. Only effects on thrusters use them.
     longest_step = 0.1
     """s: with both propellers at full thrust in opposite senses the Otter's yaw has a time constant of 0.11 s."""
-    # Place along x and z, and diameter: [S] chosen here. Only effects on thrusters use them.
 
     @staticmethod
     def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:

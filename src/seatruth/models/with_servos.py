@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Equations, Model
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 from seatruth.models.servo import Servo, servo_state
 from seatruth.models.wrapper import ModelWrapper
@@ -39,7 +40,7 @@ class WithServos(ModelWrapper):
         start_free: whether a fit may move where the actuators stand at the start; else they stand at the first order.
 
     Raises:
-        BadInput: the model has no such input, or it has a servo already.
+        BadInput: the model has no such input, it has a servo already, or the model is a black box (`ServoBlackBox`).
 
     Example:
         >>> from seatruth.models import load_model
@@ -50,13 +51,10 @@ class WithServos(ModelWrapper):
     """
 
     def __init__(self, base: Model, orders: Mapping[str, Order], *, start_free: bool = True) -> None:
-        channels = {channel.name: channel for channel in base.inputs}
-        present = {servo.input for servo in base.servos}
-        for name in orders:
-            if name not in channels:
-                raise BadInput(f"model {base.name!r} has no input {name!r}", do=nearest(name, channels))
-            if name in present:
-                raise BadInput(f"input {name!r} of model {base.name!r} has a servo already")
+        if isinstance(base, BlackBox):
+            what = f"model {base.name!r} is a black box, which has no equations to wrap"
+            raise BadInput(what, do="Take `with_servos` or `ServoBlackBox`.")
+        channels = checked_orders(base, orders)
         self.orders = dict(orders)
         states = [
             Channel(servo_state(name), channels[name].unit, f"{channels[name].description or name}, as it acts")
@@ -66,7 +64,7 @@ class WithServos(ModelWrapper):
             base,
             states=states,
             parameters=[
-                parameter for name, order in orders.items() for parameter in _parameters(channels[name], order)
+                parameter for name, order in orders.items() for parameter in servo_parameters(channels[name], order)
             ],
             hidden=[] if start_free else [state.name for state in states],
             title=f"{base.title}, with the servos of {', '.join(orders)}",
@@ -92,7 +90,7 @@ class WithServos(ModelWrapper):
         return initial_state
 
     def make_servos(self) -> tuple[Servo, ...]:
-        own = [Servo(name, servo_state(name), _settings(name, order)) for name, order in self.orders.items()]
+        own = [Servo(name, servo_state(name), StatedSettings.of(name, order)) for name, order in self.orders.items()]
         return (*super().make_servos(), *own)
 
 
@@ -103,7 +101,20 @@ def with_servos_at(model: Model, inputs: Sequence[str]) -> Model:
     return WithServos(model, {name: Order() for name in missing}, start_free=False) if missing else model
 
 
-def _parameters(channel: Channel, order: Order) -> list[Parameter]:
+def checked_orders(base: Model, orders: Mapping[str, Order]) -> dict[str, Channel]:
+    """The model's inputs by name. BadInput where an order is of none of them, or of one that has a servo."""
+    channels = {channel.name: channel for channel in base.inputs}
+    present = {servo.input for servo in base.servos}
+    for name in orders:
+        if name not in channels:
+            raise BadInput(f"model {base.name!r} has no input {name!r}", do=nearest(name, channels))
+        if name in present:
+            raise BadInput(f"input {name!r} of model {base.name!r} has a servo already")
+    return channels
+
+
+def servo_parameters(channel: Channel, order: Order) -> list[Parameter]:
+    """The parameters of the servo of an input: what is stated of it, with bounds to either side."""
     source = "stated in the study; bounds [S] an order of magnitude to either side"
     found = []
     for name, value, unit, what in (
@@ -116,11 +127,19 @@ def _parameters(channel: Channel, order: Order) -> list[Parameter]:
     return found
 
 
-def _settings(name: str, order: Order) -> Callable[[Any], tuple[Any, Any]]:
-    lag = None if order.lag is None else f"{name}_lag"
-    rate = None if order.rate_limit is None else f"{name}_rate_limit"
+@dataclass(frozen=True)
+class StatedSettings:
+    """`Servo.settings` by the parameters of a stated servo: their names, empty where it has none."""
 
-    def settings(p: Any) -> tuple[Any, Any]:
-        return 0.0 if lag is None else getattr(p, lag), 0.0 if rate is None else 1.0 / getattr(p, rate)
+    lag: str
+    rate_limit: str
 
-    return settings
+    @classmethod
+    def of(cls, name: str, order: Order) -> StatedSettings:
+        """Of the servo of the input `name`."""
+        return cls(*("" if getattr(order, key) is None else f"{name}_{key}" for key in ("lag", "rate_limit")))
+
+    def __call__(self, p: Any) -> tuple[Any, Any]:
+        """Lag (s) and slowness (s per unit of the input)."""
+        lag = getattr(p, self.lag) if self.lag else 0.0
+        return lag, 1.0 / getattr(p, self.rate_limit) if self.rate_limit else 0.0

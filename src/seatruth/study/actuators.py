@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from seatruth.errors import nearest
 from seatruth.models.base import Model
-from seatruth.models.black_box import BlackBox
-from seatruth.models.with_servos import Order, WithServos
+from seatruth.models.servo_black_box import with_servos
+from seatruth.models.with_servos import Order
 from seatruth.study.quantity import positive
 from seatruth.study.schema_trials import ActuatorTable
 from seatruth.study.validation import Problems
@@ -30,15 +30,10 @@ def with_actuators(model: Model, stated: Mapping[str, ActuatorTable], problems: 
                 what = f"{given[0]!r} belongs to a servo, and the record holds what the actuator did"
                 problems.add((*path, given[0]), what, 'Remove it, or say record = "order".')
             continue
-        if isinstance(model, BlackBox):
-            problems.add(
-                path, "the model is a black box, which no servo can stand before", "Put it into the simulator."
-            )
-            continue
         values = {}
         for key in given:
             with problems.at(*path, key):
                 unit = f"{channels[name].unit}/s" if key == "rate_limit" else "s"
                 values[key] = positive(getattr(table, key), unit, f"a {key.replace('_', ' ')}")
         orders[name] = Order(**values)
-    return WithServos(model, orders) if orders and not problems else model
+    return with_servos(model, orders) if orders and not problems else model

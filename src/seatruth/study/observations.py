@@ -8,13 +8,16 @@ from typing import Any
 from seatruth.costs.options import OPTIONS, TrajectoryOptions
 from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
-from seatruth.models import MEASURES, Model, Observation, WithServos, observed
+from seatruth.models import MEASURES, Model, Observation, ServoBlackBox, WithServos, observed
 from seatruth.models.observed import ObservedBlackBox, ObservedModel
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
 from seatruth.trials.prepare import apply_steps
+
+_AROUND = (ExtendedModel, ExtendedBlackBox, WithServos, ServoBlackBox)
+"""Effects and servos around a model."""
 
 
 def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Model | None:
@@ -110,13 +113,13 @@ def turned_with_heading(trial: Trial, model: Model) -> Trial:
 
 def plain_outputs(model: Model) -> tuple[Channel, ...]:
     """Outputs of the model without its effects, servos and observations."""
-    while isinstance(model, (ExtendedModel, ExtendedBlackBox, WithServos, ObservedModel, ObservedBlackBox)):
+    while isinstance(model, (*_AROUND, ObservedModel, ObservedBlackBox)):
         model = model.base
     return model.outputs
 
 
 def _observations_of(model: Model) -> tuple[Observation, ...]:
     """Observations of the model under its effects and servos."""
-    while isinstance(model, (ExtendedModel, ExtendedBlackBox, WithServos)):
+    while isinstance(model, _AROUND):
         model = model.base
     return model.observations if isinstance(model, (ObservedModel, ObservedBlackBox)) else ()

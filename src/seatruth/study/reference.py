@@ -16,6 +16,7 @@ from seatruth.trials.prepare import STEPS
 _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
     ("[study]", schema.StudyTable),
     ("[model]", schema.ModelTable),
+    ("[model.actuators.NAME]", schema.ModelActuatorTable),
     ("[formula]", schema.FormulaTable),
     ("[parameters.NAME]", schema.ParameterTable),
     ("prior = { ... } of a parameter", schema.PriorTable),
@@ -99,8 +100,9 @@ def kind(annotation: Any) -> str:
     if origin in (Union, types.UnionType):
         return " or ".join(dict.fromkeys(kind(a) for a in arguments if a is not type(None)))
     if origin is list:
-        plural = "" if get_origin(arguments[0]) is Literal else "s"
-        return f"list of {kind(arguments[0])}{plural}"
+        of = kind(arguments[0])
+        words = of.split(" or ") if get_origin(arguments[0]) is not Literal else []
+        return f"list of {' or '.join(f'{one}s' for one in words) or of}"
     if origin is dict:
         return f"table; each entry: {kind(arguments[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

@@ -69,6 +69,30 @@ class DimensionsTable(Table):
     )
 
 
+class ModelActuatorTable(Table):
+    """An actuator of the vehicle in an FMU, so that effects find its input: a thruster where `full` is stated, else a
+    rudder or a plane. What a log holds of it stands in [actuators.NAME]."""
+
+    input: str = Field(description="The input that drives or steers it, by its name in `names` or in the FMU.")
+    turns: Literal["yaw", "pitch"] | None = Field(
+        default=None, description="yaw for what works as a rudder (default), pitch for a stern or bow plane."
+    )
+    full: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+        default=None, description="Of a thruster: size of its input at full power, in SI units (revolutions in rev/s)."
+    )
+    at: Annotated[list[float | str], Field(min_length=3, max_length=3)] | None = Field(
+        default=None,
+        description="Of a thruster: its place [x, y, z], m forward, starboard and down of the model's origin; a text "
+        'names a parameter of the FMU, as "-y_T".',
+    )
+    towards: Annotated[list[float | str], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="Of a thruster: the direction of a positive thrust, a unit vector in these axes."
+    )
+    diameter: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+        default=None, description="Of a thruster: diameter of the propeller or the jet, m."
+    )
+
+
 class ModelTable(Table):
     """The vehicle's model."""
 
@@ -120,6 +144,11 @@ class ModelTable(Table):
     )
     lateral_area: PositiveFloat | str | None = Field(
         default=None, description="Area above water seen from the side, alike."
+    )
+    actuators: dict[str, ModelActuatorTable] = Field(
+        default={},
+        description="What drives and steers the vehicle in an FMU, which effects on rudders and thrusters need; see "
+        "[model.actuators.NAME]. Default: an input `delta` is a rudder, `delta_s` a plane, and there are no thrusters.",
     )
     kind: Literal["", "ship", "auv", "glider", "planing"] = Field(
         default="", description="Kind of vehicle in an FMU: which effects can act on it. Default: any."

@@ -5,13 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from seatruth.models import BlackBox, Dimensions, IsolatedBlackBox, Model, load_fmu, load_model, with_areas
+from seatruth.models import (
+    BlackBox,
+    Dimensions,
+    IsolatedBlackBox,
+    Model,
+    Rudder,
+    Thruster,
+    load_fmu,
+    load_model,
+    with_areas,
+)
 from seatruth.models.isolated import TIME_LIMIT
 from seatruth.study.quantity import positive
-from seatruth.study.schema import ModelTable
+from seatruth.study.schema import ModelActuatorTable, ModelTable
 from seatruth.study.validation import Problems
 
-_OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "kind", "step")
+_OF_AN_FMU = ("names", "inputs", "outputs", "initial", "ports", "dimensions", "actuators", "kind", "step")
+_OF_A_THRUSTER = ("full", "at", "towards")
 _AREAS = ("frontal_area", "lateral_area")
 
 
@@ -22,6 +33,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             problems.add(("model", "set"), "an FMU offers no parameter sets", "Leave out `set`.")
             return None
         size = table.dimensions
+        actuators = [_actuator(name, one, problems) for name, one in table.actuators.items()]
         simulator = load_fmu(
             folder / table.use,
             names=table.names,
@@ -33,6 +45,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
             hold=hold,
             kind=table.kind,
             dimensions=None if size is None else Dimensions(**size.model_dump()),
+            actuators=[one for one in actuators if one is not None],
             time_limit=TIME_LIMIT if table.time_limit is None else table.time_limit,
         )
         return _with_areas(simulator, table, problems)
@@ -62,3 +75,20 @@ def _with_areas(model: Model, table: ModelTable, problems: Problems) -> Model:
         with problems.at("model", name):
             model = with_areas(model, **{name: positive(stated, "m2", "an area")})
     return model
+
+
+def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudder | Thruster | None:
+    """An actuator as the file states it; notes keys that do not belong together."""
+    path = ("model", "actuators", name)
+    stated = [key for key in (*_OF_A_THRUSTER, "diameter") if getattr(table, key) is not None]
+    if not stated:
+        return Rudder(name, table.input, table.turns or "yaw")
+    if table.turns is not None:
+        problems.add((*path, "turns"), f"a rudder has no {stated[0]!r}", "Remove `turns` of a thruster.")
+        return None
+    if table.full is None or table.at is None or table.towards is None:
+        lacking = next(key for key in _OF_A_THRUSTER if key not in stated)
+        problems.add(path, f"a thruster needs {lacking!r}", f"State {', '.join(_OF_A_THRUSTER)}.")
+        return None
+    (x, y, z), (a, b, c) = table.at, table.towards
+    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter)

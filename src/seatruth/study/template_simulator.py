@@ -44,6 +44,8 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
         f"# ports = {{ {ports} }}   # inputs that take outside forces (body axes) and a current",
         *_starts(model),
         '# kind = "ship"   # which effects can act: ship, auv, glider, planing',
+        "# for effects on thrusters:",
+        '# actuators = { port = { input = "VARIABLE", full = 20.0, at = [-1, -0.4, 0.2], towards = [1, 0, 0] } }',
         "# dimensions = { length = 100.0, breadth = 20.0, draft = 6.0, mass = 8e6 }   # for wind, waves, hull",
     ]
 

@@ -172,7 +172,7 @@ class EffectConformance:
         """A first state with zeros for the effect's own states, servos at their first order: (1, S)."""
         state = np.concatenate([first, np.zeros(len(model.states) - len(first))])
         names = [channel.name for channel in model.states]
-        for servo in model.servos:
+        for servo in (one for one in model.servos if one.state in names):  # a black box has no state for it
             state[names.index(servo.state)] = trial.inputs[servo.input][0]
         return state[None]
 

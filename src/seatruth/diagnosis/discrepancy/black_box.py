@@ -16,7 +16,6 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.model import MissingForces, force_input, hats
 from seatruth.diagnosis.discrepancy.terms import Term, equations
-from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
@@ -70,8 +69,7 @@ class DiscrepancyBlackBox(MissingForces, BlackBoxWrapper):
         plain = {q.name: parameters[q.name] for q in self.base.parameters}
         if forces.any() or acting:
             # Terms are those of the input that acts: a rudder that is late is late in them as well.
-            reached = self.base.acting_inputs(trial, plain) if isinstance(self.base, ExtendedBlackBox) else trial
-            outside = AddedForces(self, reached, forces, acting, outside)
+            outside = AddedForces(self, self.base.acting_inputs(trial, plain), forces, acting, outside)
         y = self.base.run(trial, plain, first_state, outside)
         return {channel.name: y[:, k] for k, channel in enumerate(self.outputs)}
 

@@ -1,0 +1,111 @@
+"""The vehicle as effects see it at one moment: its size, thrust, drag and thrusters, as the model declares them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from seatruth.models.actuators import Thrust, Thruster, entry
+from seatruth.models.base import Environment, Model, record
+from seatruth.models.black_box import BlackBox
+from seatruth.models.geometry import Vehicle
+from seatruth.trials.channel import Channel
+
+Role = Callable[..., Any]
+
+
+def motion_channels(model: Model) -> tuple[Channel, ...]:
+    """The channels of s in the equations of effects: the states, or what a black box shows, its outputs.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> from seatruth.effects.vehicle import motion_channels
+        >>> [channel.name for channel in motion_channels(load_model("twin_thruster"))]
+        ['u', 'v', 'r', 'x', 'y', 'psi']
+    """
+    return model.innermost.outputs if isinstance(model, BlackBox) else model.states
+
+
+def unseen(model: Model, role: str) -> str:
+    """What the model's `thrust`, `drag` or `thrusts` asks for and a black box does not show; empty where nothing.
+
+    Models of equations show all that they have. A black box shows its outputs alone, so the function is tried on them.
+    """
+    function = getattr(model, role)
+    if not isinstance(model, BlackBox) or function is None:
+        return ""
+    box = model.innermost
+    s = record("States", box.outputs)(*(0.0 for _ in box.outputs))
+    i = record("Inputs", box.inputs)(*(0.0 for _ in box.inputs))
+    p = record("Parameters", box.parameters)(**box.nominal())
+    try:
+        getattr(box, role)(s, i, p, Environment())
+    except AttributeError as problem:
+        return str(problem.name or problem)
+    except ArithmeticError:
+        pass  # it cannot be computed at rest, and asks for nothing that is not there
+    return ""
+
+
+@dataclass(frozen=True)
+class DeclaredVehicle:
+    """What a model declares of its vehicle, as values that can be sent to other processes.
+
+    `motions` and `inputs` are the channels of s and i; `dimensions`, `thrust`, `drag` and `thrusts` the
+    model's functions, None where it has none. `thrusters` is empty where no effect asks for them.
+    """
+
+    motions: tuple[Channel, ...]
+    inputs: tuple[Channel, ...]
+    thrusters: tuple[Thruster, ...]
+    dimensions: Role | None
+    thrust: Role | None
+    drag: Role | None
+    thrusts: Role | None
+
+    @classmethod
+    def of(cls, model: Model, *, with_thrusters: bool) -> DeclaredVehicle:
+        """What a model declares; of a black box, what the innermost one does."""
+        source = model.innermost if isinstance(model, BlackBox) else model
+        roles = [None if unseen(model, role) else getattr(source, role) for role in ("thrust", "drag", "thrusts")]
+        return cls(
+            motion_channels(model),
+            source.inputs,
+            tuple(one for one in source.actuators if isinstance(one, Thruster)) if with_thrusters else (),
+            *(source.dimensions, *roles),
+        )
+
+    def function(self) -> Role:
+        """(s, i, p, e) to the `Vehicle`, and its thrusters as a list of `Thrust`.
+
+        All that it needs is in local variables, as the engine requires.
+        """
+        dimensions, thrust, drag = self.dimensions, self.thrust, self.drag
+        forces, declared = self.thrusts, self.thrusters
+        at_rest = record("States", self.motions)(*(0.0 for _ in self.motions))
+        columns = [[channel.name for channel in self.inputs].index(one.input) for one in declared]
+
+        def vehicle(s: Any, i: Any, p: Any, e: Any) -> Any:
+            result = Vehicle() if dimensions is None else Vehicle(*dimensions(p))
+            if thrust is not None:
+                still = e._replace(u_c=0.0, v_c=0.0, w_c=0.0)
+                result = result._replace(thrust=thrust(s, i, p, e), thrust_0=thrust(at_rest, i, p, still))
+            if drag is not None:
+                result = result._replace(drag=drag(s, i, p, e))
+            if not declared:
+                return result, ()
+            pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
+            thrusters = []
+            for push, one, column in zip(pushes, declared, columns):
+                x, y, z = (entry(value, p) for value in one.at)
+                a, b, c = (entry(value, p) for value in one.towards)
+                area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
+                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(i[column]) / one.full, area))
+            load = 0.0
+            for thruster in thrusters:
+                load = load + thruster.drive / len(thrusters)
+            return result._replace(load=load), thrusters
+
+        return vehicle
