@@ -180,6 +180,8 @@ def test_manoeuvres_of_a_long_recording_are_recognised() -> None:
     # Without the model full power is the most that the log holds: the same manoeuvres, other shares.
     assert [one.kind for one in recognise(log) if one.kind != "straight run"] == ["turning circle", "zigzag", "stop"]
     assert steady(log)
+    track = replace(log, inputs={"n_port": log.inputs["n_port"]})
+    assert {one.kind for one in recognise(track, model=BOAT)} == {"straight run"}
 
 
 def test_what_steers_must_fit_the_vehicle() -> None:

@@ -70,8 +70,10 @@ class Hold:
 
 def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
     """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers."""
-    steering = steering or steering_in(log)
     names = {*log.inputs, *log.outputs}
+    if isinstance(steering, ThrustSteering) and not set(steering.layout.full) <= names:
+        steering = None  # a log of the track alone still has straight runs
+    steering = steering or steering_in(log)
     by_thrust = isinstance(steering, ThrustSteering)
     vertical = not by_thrust and "delta" not in names and {"delta_s", "theta"} <= names
     log = steering.recorded(log)
