@@ -122,7 +122,8 @@ def thruster_layout(
     for k, row in enumerate(rows):
         shares = inverse[:, k]
         if float(pushes[k] @ shares) >= LEAST_REACHED:
-            shares = shares / np.abs(shares).max()
+            # Rounded, so that a vehicle alike on both sides is ordered alike, and keeps its course to the last digit.
+            shares = np.round(shares / np.abs(shares).max(), 12)
             axes[list(AXES)[row]] = {
                 name: float(share) for name, share in zip(orders, shares, strict=True) if abs(share) > 1e-9
             }
