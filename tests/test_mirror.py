@@ -138,6 +138,7 @@ ELSEWHERE = {
         "manoeuvres/gliding",
         "manoeuvres/plans",
         "manoeuvres/run",
+        "manoeuvres/stepper",
     ),
     "models/test_observed.py": ("models/initial_motion",),
     "models/test_model_laws.py": ("models/base", "models/geometry"),

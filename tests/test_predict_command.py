@@ -48,6 +48,18 @@ def test_only_the_manoeuvres_of_the_trials(folder: Path, capsys: pytest.CaptureF
     assert "turning circle 35\n" not in shown
 
 
+def test_manoeuvres_by_thrust_are_given_in_per_cent() -> None:
+    from seatruth.commands.predict import _plans
+
+    plans = _plans(["-20%", "35"], ["-10%/20"], [], ["20%/10%/60"])
+    assert [plan.label for plan in plans] == [
+        "turning circle -20 %",
+        "turning circle 35",
+        "zigzag 10 %/20 port first",
+        "spiral 20 %/10 %/0 %/-10 %/-20 %/-10 %/0 %/10 %/20 %",
+    ]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -55,6 +67,11 @@ def test_only_the_manoeuvres_of_the_trials(folder: Path, capsys: pytest.CaptureF
         (["--turn", "120"], "no such angle"),
         (["--zigzag", "20"], "20/20"),
         (["--spiral", "5/10/60"], "do not reach"),
+        (["--turn", "20%"], "A rudder steers it"),
+        (["--turn", "120%"], "no such share"),
+        (["--zigzag", "20%/20%"], "--zigzag 20%/20"),
+        (["--spiral", "20%/5/60"], "--spiral 20%/5%/60"),
+        (["--spiral", "5%/10%/60"], "steps of 10 % do not reach 5 %"),
         (["--input", "n"], "NAME=VALUE"),
         (["--input", "nn=3"], "Did you mean 'n'"),
         (["--level", "2"], "level"),

@@ -16,6 +16,8 @@ from long_log import long_log
 from seatruth import cli
 from seatruth.commands import progress
 from seatruth.errors import BadInput
+from seatruth.manoeuvres import TurningCircle, run_manoeuvre
+from seatruth.models import load_model
 from seatruth.report.log_map import log_map
 from seatruth.study import load_study
 from seatruth.study.log import read_log
@@ -102,6 +104,23 @@ def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixt
     kinds = [one["kind"] for one in found]
     assert (kinds.count("zigzag"), kinds.count("turning circle"), kinds.count("stop")) == (2, 2, 1)
     assert {one["file"] for one in tables} == {"day.csv"}
+
+
+def test_manoeuvres_of_a_boat_that_thrusters_steer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The study's model knows its thrusters and their full power."""
+    boat, ahead = load_model("twin_thruster"), {"n_port": 10.3, "n_starboard": 10.3}
+    plan = TurningCircle(-0.2, by="thrust")
+    run = run_manoeuvre(boat, plan, first_state={"u": 1.2}, inputs=ahead)
+    columns = {"time": run.t, "left": run.inputs["n_port"], "right": run.inputs["n_starboard"], **run.outputs}
+    pd.DataFrame(columns).to_csv(tmp_path / "log.csv", index=False)
+    study = tmp_path / "study.toml"
+    study.write_text(
+        '[model]\nuse = "twin_thruster"\nvary = ["N_r"]\n\n[time]\ncolumn = "time"\n\n[channels]\n'
+        'n_port = { column = "left", unit = "rev/s" }\nn_starboard = { column = "right", unit = "rev/s" }\n'
+        '[[trials]]\nfile = "log.csv"\n'
+    )
+    assert cli.run(["trials", str(tmp_path / "log.csv"), "--study", str(study)]) == 0
+    assert "# turning circle 20 % port: thrust difference -20.0 %" in capsys.readouterr().out
 
 
 def test_the_progress_of_the_reading_is_shown(

@@ -11,8 +11,9 @@ from twin import Twin
 
 from seatruth.effects import available, dimensions_of, with_effects
 from seatruth.effects.weather import FRONT, SIDE
-from seatruth.manoeuvres import Stepper, self_propulsion
+from seatruth.manoeuvres import Stepper, self_propulsion, thruster_layout
 from seatruth.models import Channel, Model, Parameter, load_model, with_areas
+from seatruth.models.geometry import Dimensions
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
 
@@ -108,6 +109,79 @@ def test_propeller_walk_goes_with_the_revolutions_squared() -> None:
         assert pushed("propeller_walk_k", -10.0, u) == pytest.approx(-pushed("propeller_walk_k", 10.0, u))
     assert pushed("propeller_walk_k", 10.0, 1.0) == pytest.approx(pushed("propeller_walk_k", 10.0, 0.0))
     assert abs(pushed("thrust_misalignment_angle", 10.0, 1.0)) < abs(pushed("thrust_misalignment_angle", 10.0, 0.0))
+
+
+class Waterjet(Model):
+    """A boat driven by an input of its own name, whose thrust falls with the speed."""
+
+    name = "waterjet"
+    title = "a boat with a waterjet"
+    source = "[S] made for this test"
+    states = (Channel("u", "m/s"), Channel("v", "m/s"), Channel("r", "rad/s"))
+    inputs = (Channel("throttle", "1"),)
+    outputs = states
+    parameters = (Parameter("m", 100.0, "kg", source="[S] test"), Parameter("T", 50.0, "N", source="[S] test"))
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.T * i.throttle * (1.0 - 0.1 * s.u)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(4.0, 1.0, 0.3, p.m, 1025.0)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return p.T * i.throttle * (1.0 - 0.1 * s.u) / p.m + e.X, e.Y / p.m, e.N
+
+
+class TowedBoat(Waterjet):
+    """The same boat, pulled by a constant force."""
+
+    name = "towed"
+
+    @staticmethod
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.T * (1.0 - 0.1 * s.u)
+
+
+def test_forces_of_the_propeller_need_a_driven_thrust_and_no_name() -> None:
+    known = available()
+    state, full = {"u": 2.0}, {"throttle": 1.0}
+    for effect, parameter, thrust in (("propeller_walk", "k", 50.0), ("thrust_misalignment", "angle", 40.0)):
+        assert known[effect].missing(Waterjet()) == ""
+        stepper = Stepper(with_effects(Waterjet(), [known[effect]]), {f"{effect}_{parameter}": 0.05})
+        v, r = stepper.rate(0.0, stepper.first(state), full)[1:]
+        assert v == pytest.approx(0.05 * thrust / 100.0)
+        assert r == pytest.approx(-0.48 * 4.0 * 0.05 * thrust)
+        assert "depends on no input" in known[effect].missing(TowedBoat())
+        # Several thrusters have places of their own, and their direction.
+        assert "no single propeller" in known[effect].missing(load_model("twin_thruster"))
+        assert known["thruster_direction"].missing(load_model("twin_thruster")) == ""
+
+
+def test_the_propellers_torque_rolls_vehicles_with_several_thrusters() -> None:
+    """It goes with the thrust ahead, whatever the inputs are called: K = k B T over the inertia in roll."""
+    torque = available()["propeller_torque"]
+    for name in ("bluerov2", "bluerov2_heavy", "twin_thruster_roll"):
+        model = load_model(name)
+        assert torque.missing(model) == "", name
+        layout = thruster_layout(model)
+        battery = {channel.name: 16.0 for channel in model.inputs if channel.name not in layout.full}
+        rolled = []
+        for levels in ({"surge": 0.5}, {"surge": -0.5}, {"yaw": 0.0}):
+            inputs = {**dict.fromkeys(layout.full, 0.0), **battery, **layout.orders(levels)}
+            with_it, without = (rates(name, {}, inputs, propeller_torque_k=k)["p"] for k in (0.05, 0.0))
+            rolled.append(with_it - without)
+        assert rolled[0] > 0 > rolled[1], name
+        assert rolled[2] == 0.0, name
+    boat = load_model("twin_thruster_roll")
+    inputs = {"n_port": 8.0, "n_starboard": 8.0}
+    still, listing = (rates("twin_thruster_roll", {}, inputs, propeller_torque_k=k) for k in (0.0, 0.05))
+    p = boat.nominal()
+    # Roll alone, nearly: the coupling with sway and yaw changes the inertia by some per cent.
+    expected = 0.05 * p["B"] * 2 * p["k_ahead"] * 64.0 / (p["I_x"] - p["K_dp"])
+    assert listing["p"] - still["p"] == pytest.approx(expected, rel=0.3)
 
 
 def test_damping_forces_brake() -> None:

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import math
 
+import known_boat
 import pytest
 from known_ship import SHIP, deg, fitted, sail, study
 
 from seatruth import RegressionOptions, Trials, identify, predict
 from seatruth.errors import BadInput
-from seatruth.manoeuvres import CrashStop, SpeedSteps, Spiral, TurningCircle, Zigzag, turning_circle_figures
+from seatruth.manoeuvres import (
+    AxisSteps,
+    CrashStop,
+    SpeedSteps,
+    Spiral,
+    TurningCircle,
+    Zigzag,
+    steered,
+    stopping_figures,
+    thruster_layout,
+    turning_circle_figures,
+    zigzag_figures,
+)
 from seatruth.prediction.conditions import calm_water
+from seatruth.report.prediction import render_prediction
 
 FEW = {"draws": 60, "threads": 1}
 
@@ -36,6 +50,63 @@ def test_a_turn_and_a_zigzag_with_intervals_about_the_truth() -> None:
     assert 0.0 <= found.model_error < 0.2
     again = predict(made, estimate, plans, speed=1.18, inputs={"n": 11.85}, rudder_rate_limit=deg(15.8), **FEW)
     assert again.figures.equals(found.figures)
+
+
+def test_a_boat_that_thrusters_steer_is_predicted_as_a_ship_is() -> None:
+    made, estimate = known_boat.fitted()
+    plans = [TurningCircle(0.2, by="thrust"), Zigzag(0.15, deg(15), by="thrust"), CrashStop(-10.0)]
+    ahead = {"n_port": known_boat.N, "n_starboard": known_boat.N}
+    found = predict(made, estimate, plans, speed=known_boat.SPEED, inputs=ahead, **FEW)
+    table = found.figures.set_index(["kind", "figure"])
+    turn, zigzag, stop = (steered(known_boat.sail(plan, known_boat.TRUTH), known_boat.BOAT) for plan in plans)
+    for kind, truth, names in (
+        ("turn", turning_circle_figures(turn), ("advance", "transfer", "tactical_diameter", "rate", "drift_angle")),
+        ("zigzag", zigzag_figures(zigzag), ("first_overshoot", "second_overshoot", "initial_turning_time", "period")),
+        ("stop", stopping_figures(stop), ("track_reach", "stopping_time")),
+    ):
+        for name in names:
+            row = table.loc[kind, name]
+            assert row["lower"] <= getattr(truth, name) <= row["upper"], name
+            assert row["value"] == pytest.approx(getattr(truth, name), rel=0.1), name
+            assert row["upper"] - row["lower"] < 0.5 * row["value"], name
+    assert table.loc["turn", "rate"].held_by == "trials"
+    # The zigzags of the trials are recognised, sailed anew, and found inside their intervals.
+    assert dict(found.measured.groupby("trial").kind.first()) == dict.fromkeys(made.trials.names, "zigzag")
+    known = found.measured[found.measured.measured.notna()]
+    assert len(known) == 12
+    assert known.inside.mean() > 0.7
+    assert found.tracks[found.tracks.manoeuvre == "turning circle 20 %"].delta.max() == pytest.approx(0.2)
+    assert "rudder_rate" not in found.conditions
+    assert "rev/s" in render_prediction(found)
+
+
+def test_the_usual_manoeuvres_and_a_spiral_of_a_boat_that_thrusters_steer() -> None:
+    made, estimate = known_boat.fitted()
+    options = {"measured": False, "dt": 0.2, "limit": 120.0, "draws": 40, "threads": 1}
+    usual = predict(made, estimate, **options)
+    assert list(dict.fromkeys(usual.figures.manoeuvre)) == [
+        "turning circle 20 %",
+        "turning circle -20 %",
+        "zigzag 10 %/10 starboard first",
+        "zigzag 20 %/20 starboard first",
+    ]
+    assert set(usual.conditions["inputs"]) == {"n_port", "n_starboard"}
+    levels = (0.1, 0.05, 0.0, -0.05, -0.1, -0.05, 0.0, 0.05, 0.1)
+    layout = thruster_layout(known_boat.BOAT)
+    plans = [Spiral(levels, 12.0, by="thrust"), AxisSteps(layout, "yaw", levels, 12.0, ahead=0.4)]
+    spirals = predict(made, estimate, plans, **options).figures
+    assert set(spirals.kind) == {"spiral by thrust"}
+    width = spirals[spirals.figure == "loop_width"]
+    assert list(width.unit) == ["1", "1"]
+    assert (abs(width.value) < 0.01).all()
+    ship = predict(made, estimate, [TurningCircle(0.2, by="thrust")], scale=4.0, **options)
+    assert ship.conditions["inputs"]["n_port"] == pytest.approx(usual.conditions["inputs"]["n_port"] / 2)
+    for plan, says in (
+        (AxisSteps(layout, "surge", (0.1,), 5.0), "no figures of surge steps"),
+        (TurningCircle(deg(20)), "thrusters steer it"),
+    ):
+        with pytest.raises(BadInput, match=says):
+            predict(made, estimate, [plan], **options)
 
 
 def test_what_a_model_usually_lacks_beyond_its_trials_widens_predicted_figures_alone() -> None:
@@ -133,7 +204,7 @@ def test_the_environment_is_taken_away() -> None:
 def test_what_cannot_be_predicted_says_why() -> None:
     made, estimate = fitted()
     for changed, says in (
-        ({"manoeuvres": [SpeedSteps((3.0,), 5.0)]}, "no figures of a SpeedSteps"),
+        ({"manoeuvres": [SpeedSteps((3.0,), 5.0)]}, "no figures of speed steps"),
         ({"draws": 3}, "3 draws"),
         ({"level": 1.0}, "level"),
         ({"scale": 0.0}, "scale"),

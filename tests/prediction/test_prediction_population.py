@@ -21,15 +21,17 @@ from seatruth.manoeuvres import (
     TurningCircle,
     Zigzag,
     run_manoeuvre,
+    self_propulsion,
 )
 from seatruth.models import load_model
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.with_servos import Order, WithServos
+from seatruth.prediction.conditions import propulsion
 from seatruth.prediction.population import Fleet, Sailing
 from seatruth.trials import Trial
 
 deg = math.radians
-SHIP = load_model("mmg")
+SHIP, BOAT = load_model("mmg"), load_model("twin_thruster")
 HOW = Sailing(0.5, deg(10.0), 120.0)
 
 
@@ -66,6 +68,36 @@ def test_a_fleet_sails_what_each_ship_sails(model: Any, plan: Manoeuvre) -> None
         assert abs(len(one) - len(run)) <= 1
         for name in ("x", "y", "psi", "u"):
             assert run.outputs[name][:count] == pytest.approx(one.outputs[name][:count], abs=1e-9), name
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [TurningCircle(-0.3, deg(200), by="thrust"), Zigzag(0.1, deg(20), by="thrust"), CrashStop(-8.0)],
+    ids=lambda plan: plan.label,
+)
+@pytest.mark.parametrize("servo", [False, True], ids=["plain", "servo"])
+def test_boats_that_thrusters_steer_each_with_revolutions_of_its_own(plan: Manoeuvre, servo: bool) -> None:
+    lag = Order(lag=0.5)
+    boat = WithServos(BOAT, {"n_port": lag, "n_starboard": lag}) if servo else BOAT
+    table = np.tile([p.value for p in boat.parameters], (2, 1))
+    column = [p.name for p in boat.parameters].index("X_u")
+    table[1, column] *= 1.2
+    own = [{p.name: float(v) for p, v in zip(boat.parameters, row, strict=True)} for row in table]
+    drive = propulsion(boat, table, 1.2, {})
+    assert drive["n_port"] == pytest.approx([self_propulsion(boat, 1.2, one) for one in own])
+    how = Sailing(0.1, deg(10), 60.0)
+    runs = Fleet(boat, table).sail(plan, how, first={"u": 1.2}, inputs=drive)
+    for ship, run in enumerate(runs):
+        ahead = {name: float(drive[name][ship]) for name in ("n_port", "n_starboard")}
+        one = run_manoeuvre(boat, plan, own[ship], first_state={"u": 1.2}, inputs=ahead, limit=60.0)
+        assert isinstance(run, Trial)
+        assert abs(len(one) - len(run)) <= 1
+        count = min(len(one), len(run))
+        for name in ("x", "y", "psi", "u"):
+            assert run.outputs[name][:count] == pytest.approx(one.outputs[name][:count], abs=1e-9), name
+    with pytest.raises(BadInput, match="n_port and n_starboard"):
+        propulsion(boat, table, -1.0, {})
+    assert list(propulsion(boat, table, -1.0, {"n_port": -5.0, "n_starboard": -5.0})) == ["n_port", "n_starboard"]
 
 
 def test_ships_that_are_alike_and_one_that_diverges() -> None:

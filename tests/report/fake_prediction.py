@@ -57,8 +57,8 @@ def prediction(**changes: object) -> Predictions:
     values: dict[str, object] = {
         "study": "ship", "model": "mmg", "synthetic": True, "level": 0.95, "draws": 60, "seed": 0, "scale": 45.7,
         "figures": table_of(rows, FIGURE_COLUMNS), "measured": table_of(compared, MEASURED_COLUMNS), "tracks": track,
-        "conditions": {"speed": 8.0, "inputs": {"n": 1.5}, "rudder_rate": 0.04, "dt": 0.5, "limit": 900.0,
-                       "without": ["current_north"]},
+        "conditions": {"speed": 8.0, "inputs": {"n": 1.5}, "units": {"n": "rev/s"}, "rudder_rate": 0.04, "dt": 0.5,
+                       "limit": 900.0, "without": ["current_north"]},
         "lack_of_fit": 3.0, "model_error": 0.016, "form_error": 0.035, "provenance": {"commit": "abc"},
         "findings": [Finding("warning", "held-by-priors", "Priors hold 1 figure.", "prediction", "Fit a turn.")],
     }  # fmt: skip

@@ -14,6 +14,7 @@ from seatruth.errors import BadInput
 
 if TYPE_CHECKING:
     from seatruth.manoeuvres import Manoeuvre
+    from seatruth.manoeuvres.plans import By
     from seatruth.prediction import Predictions
 
 REPORT = "report.html"
@@ -26,11 +27,16 @@ def predict(
         Path | None, typer.Option("--result", metavar="DIR", help="Folder of the identification [the study's].")
     ] = None,
     turn: Annotated[
-        list[str] | None, typer.Option("--turn", metavar="DEG", help="Turning circle; negative to port. Repeatable.")
+        list[str] | None,
+        typer.Option("--turn", metavar="DEG", help="Turning circle; negative to port; 20% by thrust. Repeatable."),
     ] = None,
     zigzag: Annotated[
         list[str] | None,
-        typer.Option("--zigzag", metavar="RUDDER/HEADING", help="Zigzag, deg; -10/10 begins to port. Repeatable."),
+        typer.Option(
+            "--zigzag",
+            metavar="RUDDER/HEADING",
+            help="Zigzag, deg; -10/10 begins to port; 20%/20 by thrust. Repeatable.",
+        ),
     ] = None,
     stop: Annotated[
         list[str] | None,
@@ -38,7 +44,9 @@ def predict(
     ] = None,
     spiral: Annotated[
         list[str] | None,
-        typer.Option("--spiral", metavar="MOST/STEP/HOLD", help="Direct spiral: deg, deg, s. Repeatable."),
+        typer.Option(
+            "--spiral", metavar="MOST/STEP/HOLD", help="Direct spiral: deg, deg, s; 20%/5%/60 by thrust. Repeatable."
+        ),
     ] = None,
     trials_only: Annotated[
         bool, typer.Option("--trials-only", help="No manoeuvres but those that the trials hold.")
@@ -96,7 +104,7 @@ def predict(
         found = prediction.predict(
             loaded,
             estimate,
-            () if trials_only else plans or prediction.IMO,
+            () if trials_only else plans or None,
             speed=speed,
             inputs=inputs,
             rudder_rate_limit=None if rudder_rate is None else math.radians(rudder_rate),
@@ -202,23 +210,50 @@ def _plans(turns: list[str], zigzags: list[str], stops: list[str], spirals: list
 
     plans: list[Manoeuvre] = []
     for word in turns:
-        (angle,) = _numbers("--turn", word, 1, "35")
-        plans.append(TurningCircle(math.radians(_angle("--turn", angle))))
+        words, by = _steering("--turn", word, 1)
+        (angle,) = _numbers("--turn", words, 1, "35")
+        plans.append(TurningCircle(_level("--turn", angle, by), by=by))
     for word in zigzags:
-        rudder, heading = _numbers("--zigzag", word, 2, "20/20")
-        size, change = math.radians(abs(_angle("--zigzag", rudder))), math.radians(abs(_angle("--zigzag", heading)))
-        plans.append(Zigzag(size, change, "port" if rudder < 0 else "starboard"))
+        words, by = _steering("--zigzag", word, 1)
+        rudder, heading = _numbers("--zigzag", words, 2, "20/20")
+        size, change = abs(_level("--zigzag", rudder, by)), math.radians(abs(_angle("--zigzag", heading)))
+        plans.append(Zigzag(size, change, "port" if rudder < 0 else "starboard", by=by))
     for word in stops:
         (revolutions,) = _numbers("--stop", word, 1, "-8")
         plans.append(CrashStop(revolutions))
     for word in spirals:
-        most, step, hold = _numbers("--spiral", word, 3, "20/5/120")
-        if not 0 < step <= _angle("--spiral", most):
-            raise BadInput(f"steps of {step:g} deg do not reach {most:g} deg", where="--spiral", do="As 20/5/120.")
+        words, by = _steering("--spiral", word, 2)
+        most, step, hold = _numbers("--spiral", words, 3, "20/5/120")
+        if not 0 < _level("--spiral", step, by) <= _level("--spiral", most, by):
+            unit = "%" if by == "thrust" else "deg"
+            raise BadInput(
+                f"steps of {step:g} {unit} do not reach {most:g} {unit}", where="--spiral", do="As 20/5/120."
+            )
         count = math.floor(most / step)
-        down = [math.radians(step * k) for k in range(count, -count - 1, -1)]
-        plans.append(Spiral((*down, *down[-2::-1]), hold))
+        down = [_level("--spiral", step, by) * k for k in range(count, -count - 1, -1)]
+        plans.append(Spiral((*down, *down[-2::-1]), hold, by))
     return plans
+
+
+def _steering(option: str, word: str, count: int) -> tuple[str, By]:
+    """The word without its signs of per cent, and what steers: thrust where its first `count` numbers have them."""
+    parts = [part.strip() for part in word.split("/")]
+    marked = [part.endswith("%") for part in parts]
+    if not any(marked):
+        return word, "rudder"
+    if marked != [k < count for k in range(len(parts))]:
+        do = {"--turn": "20%", "--zigzag": "20%/20", "--spiral": "20%/5%/60"}[option]
+        raise BadInput(f"{word!r} is not of the form {do}", where=option, do=f"Write {option} {do}.")
+    return "/".join(part.removesuffix("%") for part in parts), "thrust"
+
+
+def _level(option: str, number: float, by: By) -> float:
+    """Degrees of rudder as rad, or per cent of full thrust as a share."""
+    if by == "rudder":
+        return math.radians(_angle(option, number))
+    if not 0 < abs(number) <= 100:
+        raise BadInput(f"{number:g} % is no such share of full thrust", where=option, do="Give up to 100 %, not zero.")
+    return 0.01 * number
 
 
 def _numbers(option: str, word: str, count: int, example: str) -> list[float]:

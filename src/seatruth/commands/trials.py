@@ -18,7 +18,7 @@ from seatruth.manoeuvres.recognise import SHORTEST, recognise, steady
 from seatruth.storage.atomic import write_file
 from seatruth.storage.regular import read_regular
 from seatruth.study.load import read_text
-from seatruth.study.log import read_log, row_times
+from seatruth.study.log import read_log, row_times, vehicle_of
 from seatruth.study.trial_tables import trial_tables, with_trials
 from seatruth.trials import Trial
 from seatruth.trials.stretches import Stretch, by_column, by_events, by_pauses
@@ -139,7 +139,11 @@ def _found(
         return by_events(recording.t, _times(events or ""))
     if by is By.pauses:
         return by_pauses(recording.t)
-    return recognise(recording, shortest=shortest) if by is By.manoeuvres else steady(recording, shortest=shortest)
+    if by is not By.manoeuvres:
+        return steady(recording, shortest=shortest)
+    # A model knows its thrusters; a rudder's channel has a name of its own.
+    model = None if study is None or "delta" in recording.inputs else vehicle_of(study)
+    return recognise(recording, shortest=shortest, model=model)
 
 
 def _times(events: str) -> list[float]:

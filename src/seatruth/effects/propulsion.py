@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seatruth.effects.base import Effect
@@ -14,7 +14,33 @@ STERN = 0.48
 """Propeller aft of midship over the length [L, KVLCC2]."""
 
 
-class PropellerWalk(Effect):
+class OfPropeller(Effect):
+    """Base of effects that go with the thrust as it is driven, whatever the inputs that drive it are called.
+
+    With a thrust that depends on no input they are a constant force, which says nothing of a propeller.
+    """
+
+    def missing(self, model: Model) -> str:
+        reason = super().missing(model)
+        if not reason and not _drivers(model):
+            reason = "the model's thrust depends on no input"
+        return reason
+
+
+class AtStern(OfPropeller):
+    """Base of those that act where a single propeller is: at the stern, on the centreline.
+
+    Several thrusters have places of their own; `thruster_direction` is the side force of those that a model names.
+    """
+
+    def missing(self, model: Model) -> str:
+        reason = super().missing(model)
+        if not reason and len(_drivers(model)) > 1:
+            reason = "several inputs drive the model, which so has no single propeller at the stern"
+        return reason
+
+
+class PropellerWalk(AtStern):
     """Side force of the propeller at the stern, with the square of the revolutions."""
 
     name = "propeller_walk"
@@ -27,7 +53,6 @@ class PropellerWalk(Effect):
     confused_with = ("rudder_offset", "thrust_misalignment", "wind", "bank")
     distinguished_by = "goes with n |n| and vanishes in a coast-down: revolutions to zero at speed"
     needs_states = ("u", "v", "r")
-    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] catalogue", description="share, to starboard"),)
     null: Mapping[str, float] = {"k": 0.0}
@@ -38,7 +63,7 @@ class PropellerWalk(Effect):
         return e._replace(Y=e.Y + Y, N=e.N - STERN * d.length * Y)
 
 
-class ThrustMisalignment(Effect):
+class ThrustMisalignment(AtStern):
     """The thrust points to the side by a small angle."""
 
     name = "thrust_misalignment"
@@ -51,7 +76,6 @@ class ThrustMisalignment(Effect):
     confused_with = ("propeller_walk", "rudder_offset", "wind")
     distinguished_by = "goes with the thrust, which falls with speed; the side force of `propeller_walk` does not"
     needs_states = ("u", "v", "r")
-    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("angle", 0.012, "rad", -0.2, 0.2, source="[S] 0.7 deg", description="thrust to starboard"),)
     null: Mapping[str, float] = {"angle": 0.0}
@@ -70,17 +94,36 @@ class ThrustMisalignment(Effect):
 
 def _falls_with_speed(model: Model) -> bool:
     """Whether a model's thrust at the same revolutions depends on the speed."""
+    inputs = [1.0 for _ in model.inputs]
+    return _thrust(model, 0.0, inputs) != _thrust(model, 1.0, inputs)
+
+
+def _drivers(model: Model) -> list[str]:
+    """Inputs that drive a model: its propeller's revolutions n, else those on which its thrust depends."""
+    names = [channel.name for channel in model.inputs]
+    revolutions = [name for name in names if model.standard_of(name)[0] == "n"]
+    if revolutions:
+        return revolutions
+    found = set()
+    for size in (1.0, 10.0, 100.0):  # shares, a battery's volts, rev/s
+        inputs = [size for _ in names]
+        usual = _thrust(model, 0.0, inputs)
+        # One at a time: opposed thrusters under equal orders push nowhere.
+        found |= {k for k in range(len(names)) if _thrust(model, 0.0, [*inputs[:k], 0.0, *inputs[k + 1 :]]) != usual}
+    return [names[k] for k in sorted(found)]
+
+
+def _thrust(model: Model, u: float, inputs: Sequence[float]) -> float:
+    """A model's thrust (N) ahead at the speed `u` (m/s) under its inputs, in their order."""
     assert model.thrust is not None
     motions = motion_channels(model)
-    states, inputs = record("States", motions), record("Inputs", model.inputs)
+    s = record("States", motions)(*(u if c.name == "u" else 0.0 for c in motions))
+    i = record("Inputs", model.inputs)(*inputs)
     p = record("Parameters", model.parameters)(**model.nominal())
-    i = inputs(*(1.0 for _ in model.inputs))
-    at = [states(*(u if c.name == "u" else 0.0 for c in motions)) for u in (0.0, 1.0)]
-    still, ahead = (float(model.thrust(s, i, p, Environment())) for s in at)
-    return still != ahead
+    return float(model.thrust(s, i, p, Environment()))
 
 
-class PropellerTorque(Effect):
+class PropellerTorque(OfPropeller):
     """The propeller's torque rolls the vehicle."""
 
     name = "propeller_torque"
@@ -94,7 +137,6 @@ class PropellerTorque(Effect):
     confused_with = ("lateral_offset",)
     distinguished_by = "changes with the revolutions, a weight's list does not"
     needs_states = ("phi", "p")
-    needs_inputs = ("n",)
     needs_vehicle = ("dimensions", "thrust")
     parameters = (Parameter("k", 0.03, "1", -1.0, 1.0, source="[S] chosen here", description="to starboard down"),)
     null: Mapping[str, float] = {"k": 0.0}

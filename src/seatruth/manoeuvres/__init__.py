@@ -19,13 +19,14 @@ from seatruth.manoeuvres.plans import (
     Zigzag,
 )
 from seatruth.manoeuvres.run import (
-    Stepper,
     add_noise,
     run_manoeuvre,
     self_propulsion,
     steady_current,
 )
 from seatruth.manoeuvres.spirals import SpiralFigures, spiral_figures
+from seatruth.manoeuvres.steering import steered
+from seatruth.manoeuvres.stepper import Stepper
 from seatruth.manoeuvres.stopping import StoppingFigures, stopping_figures
 from seatruth.manoeuvres.thrusting import AxisSteps, StationKeeping, ThrusterLayout, ThrusterSteps, thruster_layout
 
@@ -56,6 +57,7 @@ __all__ = [
     "self_propulsion",
     "spiral_figures",
     "steady_current",
+    "steered",
     "stopping_figures",
     "thruster_layout",
     "turning_circle_figures",

@@ -15,6 +15,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.crossings import began, executes, first_crossing, peak
+from seatruth.manoeuvres.steering import steered, steering_channel
 from seatruth.trials.trial import Trial
 
 _STILL = math.radians(1.0)
@@ -37,6 +38,7 @@ class TurningCircleFigures:
     """Lengths in m, angles in rad, times in s. Positive to starboard: rudder, rate; lengths are magnitudes."""
 
     rudder: float
+    """Rudder angle held; where thrusters steer, the share of full thrust in yaw."""
     execute: float
     """Time at which the rudder began to move."""
     approach_speed: float
@@ -69,7 +71,7 @@ class ZigzagFigures:
     """Angles in rad, times in s. `executes` are the times at which the rudder began to move."""
 
     rudder: float
-    """Rudder angle held, mean of both sides."""
+    """Rudder angle held, mean of both sides; where thrusters steer, the share of full thrust in yaw."""
     first: str
     """Side of the first execute: starboard or port; for a stern plane down or up."""
     executes: tuple[float, ...]
@@ -96,12 +98,13 @@ class ZigzagFigures:
         return self.overshoots[1] if len(self.overshoots) > 1 else math.nan
 
 
-def turning_circle_figures(trial: Trial, *, steering: str = "delta") -> TurningCircleFigures:
+def turning_circle_figures(trial: Trial, *, steering: str | None = None) -> TurningCircleFigures:
     """Figures of a turning circle with outputs x, y, psi (and u, v for the drift angle).
 
     Args:
         trial: the run, from before the execute or from the execute itself, in SI units.
-        steering: the channel that steers; positive turns to starboard ahead. Any unit will do.
+        steering: the channel that steers; positive turns to starboard ahead. Any unit will do. By default delta, or
+            where thrusters steer their difference (`steered`).
 
     Returns:
         The figures. Astern (u < 0 in the approach) the ship's own direction of motion takes the place of its heading.
@@ -110,6 +113,7 @@ def turning_circle_figures(trial: Trial, *, steering: str = "delta") -> TurningC
         BadInput: the trial is no turning circle, or its record begins within the turn.
     """
     where = f"turning circle figures of trial {trial.name!r}"
+    trial, steering = _steering(trial, steering)
     t, x, y, psi = _outputs(trial, ("x", "y", "psi"), where)
     psi = np.unwrap(psi)
     delta = _input(trial, steering, where)
@@ -167,14 +171,16 @@ def zigzag_figures(trial: Trial, *, steering: str | None = None) -> ZigzagFigure
 
     Args:
         trial: the run, from before the first execute, in SI units.
-        steering: the channel that steers the heading, where it is another than delta; any unit will do.
+        steering: the channel that steers the heading, where it is another than delta; any unit will do. Where
+            thrusters steer, it is their difference (`steered`).
 
     Raises:
         BadInput: the trial is no zigzag.
     """
     where = f"zigzag figures of trial {trial.name!r}"
     planes = steering is None and "delta_s" in trial.inputs and "theta" in trial.outputs
-    control_name, angle_name, sense = ("delta_s", "theta", -1.0) if planes else (steering or "delta", "psi", 1.0)
+    trial, steering = _steering(trial, "delta_s" if planes else steering)
+    control_name, angle_name, sense = (steering, "theta", -1.0) if planes else (steering, "psi", 1.0)
     t, angle = _outputs(trial, (angle_name,), where)
     control = _input(trial, control_name, where)
     still = _still(control_name, control)
@@ -241,6 +247,14 @@ def _overshoots(
         switches.append(abs(at - base))
         found.append(peak(gone, top))
     return found, switches
+
+
+def _steering(trial: Trial, stated: str | None) -> tuple[Trial, str]:
+    """The trial with the channel that steers it, and the name of that channel."""
+    if stated is not None:
+        return trial, stated
+    trial = steered(trial)
+    return trial, steering_channel(trial)
 
 
 def _outputs(trial: Trial, names: tuple[str, ...], where: str) -> tuple[Array, ...]:

@@ -1,6 +1,9 @@
 """Manoeuvres as closed-loop plans: the orders at each time, from the time and the outputs of the ship.
 
-Angles in rad, times in s. Rudder angles are positive for a turn to starboard, stern plane angles for nose down.
+Angles in rad, times in s. Rudder angles are positive for a turn to starboard, stern plane angles for nose down. Turns,
+zigzags and spirals are steered `by` a rudder, or by thrust: then `rudder` is no angle but the share of full thrust in
+yaw, -1 to 1, that comes on top of what each thruster gives ahead. For a boat with two thrusters, 0.2 is a fifth of full
+thrust more to port and as much less to starboard.
 """
 
 from __future__ import annotations
@@ -15,7 +18,16 @@ from seatruth.errors import BadInput
 
 Orders = Mapping[str, float]
 Helm = Callable[[float, Mapping[str, float]], Orders | None]
-"""From the time since the start and the outputs to the orders by input name; None ends the run."""
+"""From the time since the start and the outputs to the orders by input name; None ends the run.
+
+Three orders go to whatever steers and drives the vehicle: "delta", "yaw" and "n" (`seatruth.manoeuvres.steering`).
+"""
+BY_RUDDER, BY_THRUST = "delta", "yaw"
+"""What is ordered where a rudder steers, rad, and where thrusters do, a share of full thrust in yaw; to starboard."""
+By = Literal["rudder", "thrust"]
+
+
+_CONTROL: Mapping[By, str] = {"rudder": BY_RUDDER, "thrust": BY_THRUST}
 
 
 class Manoeuvre(ABC):
@@ -38,22 +50,25 @@ class TurningCircle(Manoeuvre):
     rudder: float
     turn: float = math.radians(540.0)
     approach: float = 10.0
+    by: By = "rudder"
 
     def __post_init__(self) -> None:
         _positive(self.turn, "turn")
+        _steered(self.by, self.rudder)
 
     @property
     def label(self) -> str:
-        return f"turning circle {_degrees(self.rudder)}"
+        return f"turning circle {_level(self.by, self.rudder)}"
 
     def helm(self) -> Helm:
         start: list[float] = []
+        control = _CONTROL[self.by]
 
         def helm(t: float, y: Mapping[str, float]) -> Orders | None:
             if t < self.approach - 1e-9:
-                return {"delta": 0.0}
+                return {control: 0.0}
             start[:] = start or [y["psi"]]
-            return None if abs(y["psi"] - start[0]) >= self.turn else {"delta": self.rudder}
+            return None if abs(y["psi"] - start[0]) >= self.turn else {control: self.rudder}
 
         return helm
 
@@ -70,18 +85,20 @@ class Zigzag(Manoeuvre):
     first: Literal["starboard", "port"] = "starboard"
     executes: int = 5
     approach: float = 10.0
+    by: By = "rudder"
 
     def __post_init__(self) -> None:
         _positive(self.rudder, "rudder")
+        _steered(self.by, self.rudder)
         _positive(self.heading, "heading")
 
     @property
     def label(self) -> str:
-        return f"zigzag {_degrees(self.rudder)}/{_degrees(self.heading)} {self.first} first"
+        return f"zigzag {_level(self.by, self.rudder)}/{_degrees(self.heading)} {self.first} first"
 
     def helm(self) -> Helm:
         side = 1.0 if self.first == "starboard" else -1.0
-        return _reversing("delta", "psi", self.rudder * side, self.heading, 1.0, self.executes, self.approach)
+        return _reversing(_CONTROL[self.by], "psi", self.rudder * side, self.heading, 1.0, self.executes, self.approach)
 
 
 @dataclass(frozen=True)
@@ -168,6 +185,8 @@ class CoastDown(Manoeuvre):
 class CrashStop(Manoeuvre):
     """Straight approach, then the propeller at `revolutions` (rev/s) until the ship is dead in the water.
 
+    Where thrusters drive the vehicle, `revolutions` are the order of those that push ahead, in their inputs' unit.
+
     Ahead these are negative, for full astern; for a ship that goes astern, positive. Zero is a stop by resistance
     alone, which ends at the time limit of the run.
     """
@@ -203,16 +222,18 @@ class Spiral(Manoeuvre):
 
     rudders: tuple[float, ...]
     hold: float
+    by: By = "rudder"
 
     def __post_init__(self) -> None:
         _positive(self.hold, "hold")
+        _steered(self.by, *self.rudders)
 
     @property
     def label(self) -> str:
-        return "spiral " + "/".join(_degrees(rudder) for rudder in self.rudders)
+        return "spiral " + "/".join(_level(self.by, rudder) for rudder in self.rudders)
 
     def helm(self) -> Helm:
-        return _schedule([(self.hold, {"delta": rudder}) for rudder in self.rudders])
+        return _schedule([(self.hold, {_CONTROL[self.by]: rudder}) for rudder in self.rudders])
 
 
 def _reversing(
@@ -254,6 +275,18 @@ def _schedule(parts: list[tuple[float, Orders]]) -> Helm:
 def _positive(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0):
         raise BadInput(f"{name} must be positive, not {value}", where="manoeuvre")
+
+
+def _steered(by: By, *levels: float) -> None:
+    if by not in _CONTROL:
+        do = 'Give by="rudder" or by="thrust".'
+        raise BadInput(f"nothing steers by {by!r}", where="manoeuvre", do=do)
+    if by == "thrust" and not all(abs(level) <= 1.0 for level in levels):
+        raise BadInput("a share of full thrust is beyond 1", where="manoeuvre", do="Give -1 to 1, as 0.2.")
+
+
+def _level(by: By, level: float) -> str:
+    return f"{100.0 * level:.6g} %" if by == "thrust" else _degrees(level)
 
 
 def _degrees(angle: float) -> str:

@@ -1,8 +1,9 @@
 """Recognises manoeuvres in a long recording: turning circles, zigzags, stops and straight runs, and steady stretches.
 
-What the rudder does decides: where it is held, and to which side it goes next. The heading confirms it: it goes on
-turning in a circle and comes back in a zigzag. The definitions are those of ITTC 7.5-02-06-01 (free-running manoeuvring
-tests); the thresholds are chosen here [S], wide enough for a helmsman and his instruments.
+What the rudder does decides, or the difference of thrusters: where it is held, and to which side it goes next. The
+heading confirms it: it goes on turning in a circle and comes back in a zigzag. The definitions are those of
+ITTC 7.5-02-06-01 (free-running manoeuvring tests); the thresholds are chosen here [S], wide enough for a helmsman and
+his instruments.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from seatruth.manoeuvres.recording import (
     smooth,
     spread,
 )
+from seatruth.manoeuvres.steering import Steering, steering_of
+from seatruth.models.base import Model
 from seatruth.trials.stretches import Stretch, named
 from seatruth.trials.trial import Trial
 
@@ -69,12 +72,14 @@ UNDERWAY = 0.2
 """Part of the usual greatest speed above which a vehicle is under way."""
 
 
-def recognise(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
+def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = None) -> list[Stretch]:
     """The manoeuvres of a log, in the order of time; no sample belongs to two of them.
 
     Args:
         log: the recording, in SI units, with delta and psi or delta_s and theta; u, or x and y; n where there is one.
+            Where thrusters steer, with their inputs in place of delta and n.
         shortest: the shortest straight run, s.
+        model: the model of the vehicle, which knows its thrusters; without one n_port and n_starboard are two.
 
     Returns:
         Stretches of the kinds "turning circle", "zigzag", "stop" and "straight run"; none where none is recognised.
@@ -89,7 +94,7 @@ def recognise(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
         ['turning circle 35 starboard']
     """
     found: list[Stretch] = []
-    for part in recordings(log):
+    for part in recordings(log, _steering(model)):
         taken = np.zeros(part.t.size, dtype=np.bool_)
         for search in (_circles, _zigzags, _stops):
             for stretch, first, stop in search(part):
@@ -100,6 +105,10 @@ def recognise(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
                     found.append(Stretch(stretch.kind, stretch.label, start, end, stretch.facts))
         found += _straights(part, taken, shortest)
     return named(found)
+
+
+def _steering(model: Model | None) -> Steering | None:
+    return None if model is None else steering_of(model)
 
 
 def steady(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
@@ -153,8 +162,8 @@ def _circles(log: Recording) -> Found:
         if turned * math.copysign(1.0, hold.level) < LEAST_CIRCLE or way > WINDING * abs(turned):
             continue
         side = "starboard" if hold.level > 0 else "port"
-        label = f"turning circle {_deg(hold.level)} {side}"
-        facts = f"rudder {math.degrees(hold.level):.1f} deg, heading changes by {math.degrees(turned):.0f} deg"
+        label = f"turning circle {log.level(hold.level)} {side}"
+        facts = f"{log.control_words(hold.level)}, heading changes by {math.degrees(turned):.0f} deg"
         found.append((Stretch("turning circle", label, 0, 0, facts), first, stop))
     return found
 
@@ -220,9 +229,9 @@ def _zigzag(log: Recording, before: Hold | None, chain: Sequence[Hold]) -> Found
     sides = ("down", "up") if log.vertical else ("starboard", "port")
     side = sides[0] if signs[a] > 0 else sides[1]
     kind = "pitch zigzag" if log.vertical else "zigzag"
-    label = f"{kind} {_deg(rudder)}/{_deg(heading)} {side} first"
+    label = f"{kind} {log.level(rudder)}/{abs(round(math.degrees(heading))):g} {side} first"
     swings = "reversals at " + ", ".join(f"{math.degrees(switches[j]):.1f}" for j in chosen[:8])
-    return [(Stretch("zigzag", label, 0, 0, f"rudder {math.degrees(rudder):.1f} deg, {swings} deg"), start, stop)]
+    return [(Stretch("zigzag", label, 0, 0, f"{log.control_words(rudder)}, {swings} deg"), start, stop)]
 
 
 def _back(log: Recording, hold: Hold, base: float, sign: float) -> int:
@@ -262,9 +271,9 @@ def _stops(log: Recording) -> Found:
         astern = float(np.median(log.drive[first:end])) < -0.05 * usual
         label = "crash stop" if astern else "coast-down"
         facts = (
-            f"revolutions from {log.drive[order - 1]:.3g} to {np.median(log.drive[first:end]):.3g} rev/s, speed from "
+            f"revolutions from {log.drive[order - 1]:.3g} to {np.median(log.drive[first:end]):.3g} {log.drive_unit}, "
         )
-        facts += f"{begun:.3g} to {speed[end - 1]:.3g} m/s"
+        facts += f"speed from {begun:.3g} to {speed[end - 1]:.3g} m/s"
         found.append((Stretch("stop", label, 0, 0, facts), order - 1, end))
     return found
 
@@ -319,7 +328,3 @@ def _approach(log: Recording, first: int, taken: NDArray[np.bool_]) -> int:
             break
         start = k
     return start
-
-
-def _deg(angle: float) -> str:
-    return f"{abs(round(math.degrees(angle))):g}"

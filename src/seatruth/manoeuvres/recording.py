@@ -6,32 +6,56 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy.ndimage
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
+from seatruth.manoeuvres.steering import Steering, ThrustSteering, steering_in
 from seatruth.trials.check.limits import GAP_STEPS
 from seatruth.trials.prepare.base import bridged
 from seatruth.trials.trial import Trial
 
 PLAY = math.radians(2.5)
 """Within this (peak to peak) a rudder is held: play, noise and the last digit of its indicator."""
+AS_ANGLE = math.radians(100.0)
+"""rad: full thrust in yaw, where thrusters steer. One per cent of it counts as one degree of rudder, so that what is
+known of rudders (their play, what is amidships) holds for it. Chosen here [S]: a boat underway steers by 5 to 40 %."""
 FEWEST = 20
 """Samples of a part of a log; fewer hold no manoeuvre."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One recording without a pause: control with its sense, heading or pitch, speed and drive where there are any."""
+    """One recording without a pause: control with its sense, heading or pitch, speed and drive where there are any.
+
+    `control` is an angle in rad; of thrusters, which steer in shares of full thrust, `AS_ANGLE` times that share.
+    """
 
     t: Array
     control: Array | None
     angle: Array | None
     speed: Array | None
     drive: Array | None
-    vertical: bool
+    by: Literal["rudder", "plane", "thrust"]
+    drive_unit: str = "rev/s"
+
+    @property
+    def vertical(self) -> bool:
+        """Whether the plane and the pitch stand for rudder and heading."""
+        return self.by == "plane"
+
+    def level(self, control: float) -> str:
+        """A size of the control as labels have it: "20" (degrees), or "20 %" of full thrust."""
+        size = f"{abs(round(math.degrees(control))):g}"
+        return f"{size} %" if self.by == "thrust" else size
+
+    def control_words(self, control: float) -> str:
+        """The control in words, with its sign."""
+        what, unit = ("thrust difference", "%") if self.by == "thrust" else (self.by, "deg")
+        return f"{what} {math.degrees(control):.1f} {unit}"
 
     def rows(self, first: int, stop: int) -> tuple[float, float]:
         return float(self.t[first]), float(self.t[stop - 1])
@@ -44,11 +68,18 @@ class Hold:
     level: float
 
 
-def recordings(log: Trial) -> list[Recording]:
-    """The log between its pauses, with the channels that recognition rests on."""
+def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
+    """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers."""
     names = {*log.inputs, *log.outputs}
-    vertical = "delta" not in names and {"delta_s", "theta"} <= names
-    control = _channel(log, "delta_s" if vertical else "delta")
+    if isinstance(steering, ThrustSteering) and not set(steering.layout.full) <= names:
+        steering = None  # a log of the track alone still has straight runs
+    steering = steering or steering_in(log)
+    by_thrust = isinstance(steering, ThrustSteering)
+    vertical = not by_thrust and "delta" not in names and {"delta_s", "theta"} <= names
+    log = steering.recorded(log)
+    control = _channel(log, "delta_s" if vertical else steering.channel)
+    if by_thrust and control is not None:
+        control = AS_ANGLE * control
     angle = _channel(log, "theta" if vertical else "psi", turns=True)
     if vertical and angle is not None:
         angle = -angle  # a positive plane pitches the nose down
@@ -71,7 +102,11 @@ def recordings(log: Trial) -> list[Recording]:
         return None if values is None else values[first:stop]
 
     return [
-        Recording(log.t[a:b], cut(control, a, b), cut(angle, a, b), cut(speed, a, b), cut(drive, a, b), vertical)
+        Recording(
+            *(log.t[a:b], cut(control, a, b), cut(angle, a, b), cut(speed, a, b), cut(drive, a, b)),
+            by="plane" if vertical else steering.by,
+            drive_unit=steering.unit if isinstance(steering, ThrustSteering) else "rev/s",
+        )
         for a, b in itertools.pairwise(edges)
         if b - a >= 20
     ]
@@ -127,8 +162,8 @@ def means(log: Recording, first: int, stop: int) -> str:
     """Mean speed, rudder, rate and revolutions of a stretch, in words."""
     said: list[tuple[Array | None, Callable[[float], str]]] = [
         (log.speed, lambda x: f"speed {x:.3g} m/s"),
-        (log.control, lambda x: f"{'plane' if log.vertical else 'rudder'} {math.degrees(x):.1f} deg"),
-        (log.drive, lambda x: f"{x:.3g} rev/s"),
+        (log.control, log.control_words),
+        (log.drive, lambda x: f"{x:.3g} {log.drive_unit}"),
     ]
     words = [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]
     if log.angle is not None and not log.vertical:

@@ -6,23 +6,22 @@ The engine can replay a trial open loop: the recorded inputs are those that acte
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import scipy
 
 from seatruth.effects.environment import with_current
-from seatruth.errors import BadInput, nearest
+from seatruth.errors import BadInput
 from seatruth.manoeuvres.plans import Manoeuvre
-from seatruth.models.base import Environment, Model, call, record
+from seatruth.manoeuvres.steering import Allocation, ThrustSteering, steering_of
+from seatruth.manoeuvres.stepper import EnvironmentAt, Stepper, known_names
+from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
-from seatruth.models.servo import stages
 from seatruth.trials.trial import Trial
-
-EnvironmentAt = Callable[[float, Any], Environment]
-"""From the time (s) and the states (a named tuple) to the environment of the vehicle."""
 
 
 def steady_current(speed: float, direction: float) -> EnvironmentAt:
@@ -62,7 +61,8 @@ def run_manoeuvre(
         values: Parameter values that replace nominal ones, by name.
         dt: Step (classical Runge-Kutta) and sampling interval, s.
         first_state: States that do not start at zero, {"u": 1.2}.
-        inputs: Inputs that the manoeuvre does not order, {"n": 11.85}.
+        inputs: Inputs that the manoeuvre does not order, {"n": 11.85}; of thrusters those of the straight approach,
+            {"n_port": 8.0, "n_starboard": 8.0}, on top of which a manoeuvre by thrust steers.
         rudder_rate: Rate at which rudders and planes follow their orders, rad/s; other inputs, and those for which the
             model has a servo, are ordered within one step. Within a step inputs are linear.
         limit: Time after which the run ends where the manoeuvre has not ended before, s.
@@ -89,11 +89,11 @@ def run_manoeuvre(
     stepper = Stepper(model, values, environment)
     now = {channel.name: 0.0 for channel in model.inputs}
     ordered = {servo.input for servo in model.servos}
-    _known(inputs or {}, now, f"model {model.name!r}: input")
+    known_names(inputs or {}, now, f"model {model.name!r}: input")
     now.update(inputs or {})
     at_rest = {servo.state: now[servo.input] for servo in model.servos}
     state = stepper.first({**at_rest, **(first_state or {})})
-    helm = manoeuvre.helm()
+    helm, allocation = manoeuvre.helm(), Allocation(model, steering_of(model), now, manoeuvre.label)
     times, states, taken = [0.0], [state], []
     fastest = rudder_rate * dt
     for step in range(round(limit / dt) + 1):
@@ -106,7 +106,7 @@ def run_manoeuvre(
         if orders is None or t + dt > limit + 1e-9:
             break
         then = dict(now)
-        for channel, order in _for_model(orders, then, manoeuvre, model).items():
+        for channel, order in allocation(orders).items():
             limited = channel in ("delta", "delta_s") and channel not in ordered
             then[channel] = now[channel] + max(-fastest, min(fastest, order - now[channel])) if limited else order
         state = stepper.step(t, state, now, then, dt)
@@ -127,75 +127,41 @@ def run_manoeuvre(
     )
 
 
-class Stepper:
-    """A model's equations with its parameters bound, and one Runge-Kutta step of them."""
+def self_propulsion(
+    model: Model,
+    speed: float,
+    values: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] = MappingProxyType({}),
+) -> float:
+    """Propeller revolutions (rev/s) at which the ship keeps `speed` (m/s) ahead on a straight course.
 
-    def __init__(
-        self, model: Model, values: Mapping[str, float] | None = None, environment: EnvironmentAt | None = None
-    ) -> None:
-        nominal = model.nominal()
-        _known(values or {}, nominal, f"model {model.name!r}: parameter")
-        self.model, self.environment = model, environment
-        self.p = record("Parameters", model.parameters)(**{**nominal, **(values or {})})
-        self._state = record("States", model.states)
-        self._inputs = record("Inputs", model.inputs)
-        if environment is not None and not model.takes_environment:
-            raise BadInput(f"model {model.name!r} takes no environment", do="Add the argument e to its rhs.")
+    Where thrusters drive it, the order that those which push ahead get alike, in the unit of their inputs. `inputs` are
+    the model's others, {"voltage": 16.0}.
 
-    def first(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """A first state (S,): the values by name, zero for the other states."""
-        _known(values, {s.name: 0.0 for s in self.model.states}, f"model {self.model.name!r}: state")
-        return tuple(float(values.get(s.name, 0.0)) for s in self.model.states)
+    Raises:
+        BadInput: the model has neither, or its full power does not keep this speed.
 
-    def rate(self, t: float, state: tuple[float, ...], inputs: Mapping[str, float]) -> tuple[float, ...]:
-        """Rates of the states (S,) at time `t` (s), under the inputs as they act."""
-        s, i = self._state(*state), self._inputs(**inputs)
-        e = self.environment(t, s) if self.environment is not None else Environment(t=t)
-        return call(self.model.name, "rhs", self.model.rhs, s, i, self.p, e)
-
-    def outputs(self, state: tuple[float, ...], inputs: Mapping[str, float]) -> dict[str, float]:
-        """Outputs by name."""
-        s = self._state(*state)
-        if self.model.output is None:
-            return {c.name: float(getattr(s, c.name)) for c in self.model.outputs}
-        i = self._inputs(**{**inputs, **{servo.input: getattr(s, servo.state) for servo in self.model.servos}})
-        result = call(self.model.name, "output", self.model.output, s, i, self.p, Environment())
-        return {c.name: float(y) for c, y in zip(self.model.outputs, result)}
-
-    def step(
-        self, t: float, state: tuple[float, ...], start: Mapping[str, float], end: Mapping[str, float], h: float
-    ) -> tuple[float, ...]:
-        """The state after `h`, recorded inputs linear from `start` to `end`."""
-        start, middle, end = dict(start), {name: 0.5 * (start[name] + end[name]) for name in start}, dict(end)
-        places = {}
-        for servo in self.model.servos:
-            place = [channel.name for channel in self.model.states].index(servo.state)
-            values = stages(state[place], start[servo.input], end[servo.input], h, *servo.settings(self.p))
-            start[servo.input], middle[servo.input], end[servo.input] = values
-            places[place] = values[2]
-        k1 = self.rate(t, state, start)
-        k2 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k1)), middle)
-        k3 = self.rate(t + h / 2, tuple(x + h / 2 * d for x, d in zip(state, k2)), middle)
-        k4 = self.rate(t + h, tuple(x + h * d for x, d in zip(state, k3)), end)
-        after = (x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
-        return tuple(places.get(place, x) for place, x in enumerate(after))
-
-
-def self_propulsion(model: Model, speed: float, values: Mapping[str, float] | None = None) -> float:
-    """Propeller revolutions (rev/s) at which the ship keeps `speed` (m/s) ahead on a straight course."""
-    stepper = Stepper(model, values)
-    if "n" not in {channel.name for channel in model.inputs}:
+    Example:
+        >>> from seatruth.models import load_model
+        >>> round(self_propulsion(load_model("twin_thruster"), 1.0), 2)
+        9.42
+    """
+    stepper, steering = Stepper(model, values), steering_of(model)
+    channels = [channel.name for channel in model.inputs]
+    thrust = steering if "n" not in channels and isinstance(steering, ThrustSteering) else None
+    most = thrust.most if thrust is not None else 1e4 if "n" in channels else 0.0
+    if not most:
         raise BadInput(f"model {model.name!r} has no propeller speed n")
     state = stepper.first({"u": speed})
-    inputs = {channel.name: 0.0 for channel in model.inputs}
+    rest = {**dict.fromkeys(channels, 0.0), **inputs}
     surge = [channel.name for channel in model.states].index("u")
 
     def excess(n: float) -> float:
-        return stepper.rate(0.0, state, {**inputs, "n": n})[surge]
+        return stepper.rate(0.0, state, {**rest, **({"n": n} if thrust is None else thrust.driven(n))})[surge]
 
-    largest = 1.0
-    while excess(largest) < 0 and largest < 1e4:
-        largest *= 2.0
+    largest = min(1.0, most)
+    while excess(largest) < 0 and largest < most:
+        largest = min(2.0 * largest, most)
     if not excess(0.0) < 0 <= excess(largest):
         raise BadInput(f"no propeller speed keeps {speed:g} m/s", where=f"model {model.name!r}")
     return float(scipy.optimize.brentq(excess, 0.0, largest, xtol=1e-12))
@@ -211,7 +177,7 @@ def add_noise(
     """
     times = correlation or {}
     for names in (sd, times):
-        _known(names, trial.outputs, f"trial {trial.name!r}: output")
+        known_names(names, trial.outputs, f"trial {trial.name!r}: output")
     outputs = dict(trial.outputs)
     for name in sorted(sd):
         white = rng.standard_normal(len(trial))
@@ -221,20 +187,3 @@ def add_noise(
                 white[k + 1] = a * white[k] + math.sqrt(1 - a * a) * white[k + 1]
         outputs[name] = outputs[name] + sd[name] * white
     return replace(trial, outputs=outputs)
-
-
-def _for_model(
-    orders: Mapping[str, float], inputs: Mapping[str, float], manoeuvre: Manoeuvre, model: Model
-) -> dict[str, float]:
-    """Orders for the model's inputs; BadInput for one that it does not have."""
-    for name, value in orders.items():
-        if name not in inputs and value != 0.0:
-            raise BadInput(f"{manoeuvre.label} orders {name!r}, which is no input of model {model.name!r}")
-    return {name: value for name, value in orders.items() if name in inputs}
-
-
-def _known(names: Mapping[str, Any], known: Mapping[str, Any], what: str) -> None:
-    """BadInput where a name is not among the known ones."""
-    for name in names:
-        if name not in known:
-            raise BadInput(f"{what} {name!r} does not exist", do=nearest(name, known))

@@ -16,7 +16,8 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
-from seatruth.manoeuvres.recording import holds
+from seatruth.manoeuvres.recording import AS_ANGLE, holds
+from seatruth.manoeuvres.steering import THRUST_DIFFERENCE, steered, steering_channel
 from seatruth.trials.trial import Trial
 
 _STEADY = 1.0 / 3.0
@@ -29,7 +30,7 @@ _FEWEST = 3
 
 @dataclass(frozen=True)
 class SpiralFigures:
-    """Angles in rad, rates in rad/s, positive to starboard."""
+    """Angles in rad, rates in rad/s, positive to starboard. Where thrusters steer, shares of full thrust for angles."""
 
     points: tuple[tuple[float, float], ...]
     """(rudder, steady yaw rate), in the order of time."""
@@ -42,7 +43,7 @@ class SpiralFigures:
 
 
 def spiral_figures(trial: Trial) -> SpiralFigures:
-    """Figures of a direct spiral with output psi or r and input delta.
+    """Figures of a direct spiral with output psi or r and input delta, or where thrusters steer their difference.
 
     Raises:
         BadInput: the rudder is not held at several angles.
@@ -59,20 +60,24 @@ def spiral_figures(trial: Trial) -> SpiralFigures:
         (13, True)
     """
     where = f"spiral figures of trial {trial.name!r}"
-    if "delta" not in trial.inputs:
-        raise BadInput("it needs the input 'delta'", where=where, do=nearest("delta", trial.inputs))
+    trial = steered(trial)
+    steering = steering_channel(trial)
+    if steering not in trial.inputs:
+        raise BadInput(f"it needs the input {steering!r}", where=where, do=nearest(steering, trial.inputs))
+    by_thrust = steering == THRUST_DIFFERENCE
+    unit = AS_ANGLE if by_thrust else 1.0
     rate = _rate(trial, where)
     found, drifting = [], []
-    for hold in holds(trial.t, trial.inputs["delta"]):
+    for hold in holds(trial.t, unit * trial.inputs[steering]):
         first = hold.stop - max(3, int(_STEADY * (hold.stop - hold.first)))
         part = slice(max(hold.first, first), hold.stop)
-        found.append((hold.level, float(np.mean(rate[part]))))
+        found.append((hold.level / unit, float(np.mean(rate[part]))))
         half = (part.start + part.stop) // 2
         drifting.append(abs(float(np.mean(rate[half : part.stop]) - np.mean(rate[part.start : half]))))
     if len(found) < _FEWEST:
         raise BadInput("the rudder is not held at three angles or more", where=where, do="Give a spiral.")
     largest = max(abs(value) for _, value in found)
-    unsteady = [math.degrees(level) for (level, _), drift in zip(found, drifting) if drift > 0.5 * _DRIFTS * largest]
+    unsteady = [level for (level, _), drift in zip(found, drifting) if drift > 0.5 * _DRIFTS * largest]
     why: dict[str, str] = {}
     result: dict[str, float] = {}
     branches = _branches(found)
@@ -80,7 +85,8 @@ def spiral_figures(trial: Trial) -> SpiralFigures:
     if set(branches) != {1, -1}:
         why = dict.fromkeys(names, "the rudder goes through amidships one way only; a loop takes both")
     elif unsteady:
-        why = dict.fromkeys(names, f"the yaw rate is not steady at the end of the hold at {unsteady[0]:.0f} deg")
+        shown = f"{100.0 * unsteady[0]:.0f} %" if by_thrust else f"{math.degrees(unsteady[0]):.0f} deg"
+        why = dict.fromkeys(names, f"the yaw rate is not steady at the end of the hold at {shown}")
     else:
         down, up = branches[-1], branches[1]
         zero = [_crossing(branch, 1) for branch in (down, up)]

@@ -15,6 +15,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.crossings import first_crossing
+from seatruth.manoeuvres.steering import steered
 from seatruth.trials.trial import Trial
 
 _CHANGED = 0.05
@@ -53,7 +54,8 @@ def stopping_figures(trial: Trial, *, drive: str = "n") -> StoppingFigures:
 
     Args:
         trial: the run, from before the execute, in SI units.
-        drive: the channel that drives the ship: revolutions, power, a throttle. Any unit will do.
+        drive: the channel that drives the ship: revolutions, power, a throttle. Any unit will do. By default n, or
+            what stands for it where several thrusters drive the ship (`steered`).
 
     Raises:
         BadInput: the drive does not change, or the ship makes no way before.
@@ -67,6 +69,8 @@ def stopping_figures(trial: Trial, *, drive: str = "n") -> StoppingFigures:
         39
     """
     where = f"stopping figures of trial {trial.name!r}"
+    if drive == "n" and drive not in trial.inputs:
+        trial = steered(trial)
     if drive not in trial.inputs:
         raise BadInput(f"it needs the input {drive!r}", where=where, do=nearest(drive, trial.inputs))
     for name in ("x", "y", "psi"):

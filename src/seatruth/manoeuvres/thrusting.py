@@ -11,12 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Helm, Manoeuvre, Orders
-from seatruth.manoeuvres.run import Stepper
+from seatruth.manoeuvres.stepper import Stepper
 from seatruth.models.actuators import Thruster, entry
 from seatruth.models.base import Model, record
 
@@ -55,8 +56,23 @@ class ThrusterLayout:
         for axis, level in levels.items():
             for name, share in self.axes[axis].items():
                 shares[name] += level * share
-        most = max(1.0, *(abs(share) for share in shares.values()))
+        return self.given(shares)
+
+    def given(self, shares: Mapping[str, float], limit: float = 1.0) -> dict[str, float]:
+        """Orders for a share of full thrust of each thruster, all reduced alike where one would give over `limit`."""
+        most = max(1.0, *(abs(share) / limit for share in shares.values()))
         return {name: self.order(name, share / most) for name, share in shares.items()}
+
+    def share(self, name: str, order: Any) -> Any:
+        """The share of its full thrust that one thruster gives under an order (n,), as `order` has it."""
+        size = np.maximum(0.0, np.abs(order) / self.full[name] - self.dead_band) / (1.0 - self.dead_band)
+        return np.sign(order) * size * size
+
+    def levels(self, orders: Mapping[str, Any]) -> dict[str, Any]:
+        """The thrust along each axis (n,) under the orders of all thrusters (n,), as a share of full thrust."""
+        shares = np.array([self.share(name, orders[name]) for name in self.full])
+        columns = np.array([[parts.get(name, 0.0) for parts in self.axes.values()] for name in self.full])
+        return dict(zip(self.axes, np.linalg.pinv(columns) @ shares, strict=True))
 
     def order(self, name: str, share: float) -> float:
         """The order for a share of the full thrust of one thruster; zero for none."""
@@ -106,7 +122,8 @@ def thruster_layout(
     for k, row in enumerate(rows):
         shares = inverse[:, k]
         if float(pushes[k] @ shares) >= LEAST_REACHED:
-            shares = shares / np.abs(shares).max()
+            # Rounded, so that a vehicle alike on both sides is ordered alike, and keeps its course to the last digit.
+            shares = np.round(shares / np.abs(shares).max(), 12)
             axes[list(AXES)[row]] = {
                 name: float(share) for name, share in zip(orders, shares, strict=True) if abs(share) > 1e-9
             }

@@ -11,6 +11,7 @@ from seatruth.arrays import Array
 from seatruth.effects.base import Effect
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import self_propulsion
+from seatruth.manoeuvres.steering import ThrustSteering, steering_of
 from seatruth.models.base import Model
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.prediction.measured import manoeuvres_of
@@ -28,14 +29,14 @@ _USUAL_RATE = 0.9
 """Quantile of the rates of a moving rudder that is its rate: accelerating and stopping take the rest. [S]"""
 
 
-def approach_speed(trials: Sequence[Trial], asked: float | None) -> float:
+def approach_speed(model: Model, trials: Sequence[Trial], asked: float | None) -> float:
     """The speed ahead of a manoeuvre, m/s: what was asked for, or the median of the trials' manoeuvres."""
     if asked is not None:
         if not np.isfinite(asked) or asked == 0:
             raise BadInput(f"a speed of {asked} m/s has no manoeuvre", where="speed", do="Give m/s, negative astern.")
         return float(asked)
     # At the beginning of their manoeuvres: a record may begin at rest.
-    runs = [run for trial in trials for _, _, run in manoeuvres_of(trial)] or list(trials)
+    runs = [run for trial in trials for _, _, run in manoeuvres_of(model, trial)] or list(trials)
     first = [u[np.isfinite(u)][:_FIRST] for run in runs if (u := run.outputs.get("u")) is not None]
     speeds = [float(np.median(values)) for values in first if values.size and np.median(values) != 0]
     if not speeds:
@@ -73,27 +74,34 @@ def time_limit(trials: Sequence[Trial], asked: float | None) -> float:
 
 def propulsion(model: Model, values: Array, speed: float, inputs: Mapping[str, float]) -> dict[str, Array]:
     """The inputs (P,) of each ship besides its rudder: those that were stated, else the revolutions at which it keeps
-    its speed on a straight course.
+    its speed on a straight course; where several thrusters drive it, those of each.
     """
     channels = [channel.name for channel in model.inputs]
     for name in inputs:
         if name not in channels:
             raise BadInput(f"model {model.name!r} has no input {name!r}", where="inputs", do=nearest(name, channels))
     found = {name: np.full(len(values), float(value)) for name, value in inputs.items()}
-    if "n" not in channels or "n" in inputs:
+    steering = steering_of(model)
+    thrust = steering if "n" not in channels and isinstance(steering, ThrustSteering) and steering.most else None
+    driving = ["n"] if "n" in channels else list(thrust.driven(0.0)) if thrust is not None else []
+    if not driving or set(driving) & set(inputs):
         return found
     if speed < 0:
-        raise BadInput("the revolutions astern are not known", where="predict", do="State the input n (rev/s, < 0).")
+        which = " and ".join(driving)
+        raise BadInput("the revolutions astern are not known", where="predict", do=f"State the input {which} (< 0).")
     names = [parameter.name for parameter in model.parameters]
     own = []
     for row in values.tolist():
         try:
-            own.append(self_propulsion(model, speed, dict(zip(names, row))))
+            own.append(self_propulsion(model, speed, dict(zip(names, row)), inputs))
         except BadInput:
             if not own:
                 raise  # the estimate itself
             own.append(own[0])
-    return {**found, "n": np.array(own)}
+    if thrust is None:
+        return {**found, "n": np.array(own)}
+    orders = [thrust.driven(n) for n in own]
+    return {**found, **{name: np.array([order[name] for order in orders]) for name in driving}}
 
 
 def calm_water(model: Model) -> dict[str, float]:

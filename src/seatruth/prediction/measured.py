@@ -18,9 +18,11 @@ from seatruth.arrays import Array
 from seatruth.costs.options import as_trajectory
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import Manoeuvre, zigzag_figures
-from seatruth.manoeuvres.plans import Helm, Orders
+from seatruth.manoeuvres.plans import BY_RUDDER, BY_THRUST, Helm, Orders
 from seatruth.manoeuvres.recognise import recognise
 from seatruth.manoeuvres.recording import noise
+from seatruth.manoeuvres.steering import RudderSteering, Steering, steering_of
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.prediction.intervals import interval
 from seatruth.prediction.parameter_draws import ParameterDraws
@@ -45,16 +47,17 @@ def measured_rows(
 ) -> list[dict[str, Any]]:
     """One row for each figure of each manoeuvre in the study's trials; values (P, n_parameters), the estimate first."""
     rows: list[dict[str, Any]] = []
+    steering = steering_of(study.model) or RudderSteering()
     for role, trials in (("fit", study.trials), ("holdout", study.holdout)):
         for trial in trials:
-            for label, kind, run in manoeuvres_of(trial):
-                measured, why = figures_of(kind, run)
+            for label, kind, run in manoeuvres_of(study.model, trial):
+                measured, why = figures_of(kind, run, steering)
                 try:
-                    found = _predicted(study, kind, run, values, how, threads)
+                    found = _predicted(study, kind, run, values, how, steering, threads)
                 except BadInput as problem:
                     found = [problem.what] * len(values)
-                read = [figures_of(kind, one) for one in found]
-                reversals = _reversal_noise(run) if kind == "zigzag" else 0.0
+                read = [figures_of(kind, one, steering) for one in found]
+                reversals = _reversal_noise(steering.recorded(run)) if kind == "zigzag" else 0.0
                 for quantity in QUANTITIES[kind]:
                     name = quantity.name
                     if name in why and all(math.isnan(one[0][name]) for one in read):
@@ -111,10 +114,10 @@ def _reversal_noise(run: Trial) -> float:
     return _SIGMAS * math.sqrt(2.0) * noise(run.outputs["psi"]) / float(np.median(switches)) if switches else 0.0
 
 
-def manoeuvres_of(trial: Trial) -> list[tuple[str, str, Trial]]:
-    """(label, kind, record without gaps) of the turns, zigzags and stops in a trial."""
+def manoeuvres_of(model: Model, trial: Trial) -> list[tuple[str, str, Trial]]:
+    """(label, kind, record without gaps) of the turns, zigzags and stops in a trial of a model."""
     found = []
-    for stretch in recognise(trial):
+    for stretch in recognise(trial, model=model):
         kind = _KINDS.get(stretch.kind)
         if kind is None or stretch.label.startswith("pitch"):
             continue
@@ -135,10 +138,10 @@ def _bridged(trial: Trial) -> Trial:
 
 
 def _predicted(
-    study: Study, kind: str, run: Trial, values: Array, how: Sailing, threads: int | None
+    study: Study, kind: str, run: Trial, values: Array, how: Sailing, steering: Steering, threads: int | None
 ) -> Sequence[Trial | str]:
     if kind == "zigzag" and not isinstance(study.model, BlackBox):
-        return _sailed_anew(study, run, values, how)
+        return _sailed_anew(study, run, values, how, steering)
     if kind == "zigzag":
         raise BadInput(
             "a black box cannot be steered by its heading, and a replay gives the reversals, not predicts them"
@@ -165,8 +168,8 @@ def replayed(study: Study, run: Trial, values: Array, threads: int | None) -> li
     return made
 
 
-def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing) -> list[Trial | str]:
-    found = zigzag_figures(run)
+def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing, steering: Steering) -> list[Trial | str]:
+    found = zigzag_figures(steering.recorded(run))
     if not found.switch_angles:
         raise BadInput("the record ends before the first overshoot", where=f"trial {run.name!r}")
     near = np.abs(run.t - found.executes[0]) <= _AT_EXECUTE
@@ -175,13 +178,11 @@ def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing) -> list[
     # Place and heading as well: a current and waves have a direction.
     names = ("x", "y", "psi", "u", "v", "r")
     first = {name: float(np.mean(run.outputs[name][near])) for name in names if name in run.outputs}
-    inputs = {
-        channel.name: np.full(len(values), float(np.median(run.inputs[channel.name])))
-        for channel in study.model.inputs
-        if channel.name != "delta"
-    }
+    own = {channel.name for channel in study.model.inputs}
+    inputs = {name: np.full(len(values), usual) for name, usual in steering.straight(run).items() if name in own}
     side = -1.0 if found.first == "port" else 1.0
-    plan = _AsSailed(side * found.rudder, found.switch_angles, len(found.executes))
+    control = BY_THRUST if steering.by == "thrust" else BY_RUDDER
+    plan = _AsSailed(control, side * found.rudder, found.switch_angles, len(found.executes))
     return Fleet(study.model, values).sail(plan, replace(how, limit=2.0 * run.duration), first=first, inputs=inputs)
 
 
@@ -192,6 +193,7 @@ class _AsSailed(Manoeuvre):
     `headings`: change of heading at each reversal, its size; the last one holds for those that follow.
     """
 
+    control: str
     rudder: float
     headings: tuple[float, ...]
     executes: int
@@ -213,6 +215,6 @@ class _AsSailed(Manoeuvre):
                     now.update(order=-now["order"], done=done + 1.0)
             elif gone >= 0:
                 return None
-            return {"delta": now["order"]}
+            return {self.control: now["order"]}
 
         return helm

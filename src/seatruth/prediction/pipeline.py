@@ -14,6 +14,7 @@ from seatruth.costs.options import FormulaOptions
 from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.manoeuvres import Manoeuvre, TurningCircle, Zigzag
+from seatruth.manoeuvres.steering import Steering, steering_of
 from seatruth.prediction.conditions import (
     approach_speed,
     calm_water,
@@ -33,6 +34,7 @@ from seatruth.progress import Progress, ProgressEvent, silent
 from seatruth.provenance import provenance
 from seatruth.study.study import Study
 from seatruth.trials.prepare import full_scale
+from seatruth.trials.prepare.full_scale import FROUDE
 from seatruth.trials.trial import Trial
 
 DRAWS = 400
@@ -51,12 +53,19 @@ IMO: tuple[Manoeuvre, ...] = (
     Zigzag(math.radians(20.0), math.radians(20.0)),
 )
 """The turning circles and zigzags of IMO's MSC.137(76)."""
+BY_THRUST: tuple[Manoeuvre, ...] = (
+    TurningCircle(0.2, by="thrust"),
+    TurningCircle(-0.2, by="thrust"),
+    Zigzag(0.1, math.radians(10.0), by="thrust"),
+    Zigzag(0.2, math.radians(20.0), by="thrust"),
+)
+"""The same where thrusters steer. No standard says by how much: shares of full thrust chosen here [S]."""
 
 
 def predict(
     study: Study,
     estimate: Estimate,
-    manoeuvres: Sequence[Manoeuvre] = IMO,
+    manoeuvres: Sequence[Manoeuvre] | None = None,
     *,
     speed: float | None = None,
     inputs: Mapping[str, float] | None = None,
@@ -84,10 +93,11 @@ def predict(
     Args:
         study: the study that was identified, with trajectory or regression cost.
         estimate: its estimate.
-        manoeuvres: plans, `TurningCircle`, `Zigzag`, `CrashStop` or `Spiral`; IMO's turns and zigzags by default.
+        manoeuvres: plans, `TurningCircle`, `Zigzag`, `CrashStop` or `Spiral`, of a vehicle that thrusters steer
+            `by="thrust"`, or `AxisSteps` in yaw. Default: IMO's turns and zigzags; by thrust those of 20 and 10 %.
         speed: approach speed, m/s, negative astern; default: the median of those of the trials'
             manoeuvres.
-        inputs: values of inputs that no manoeuvre orders; default: revolutions n at which each ship keeps the speed.
+        inputs: values of inputs that no manoeuvre orders; default: revolutions at which each ship keeps the speed.
         rudder_rate_limit: rad/s; default: that of the trials' rudders. A model with a servo has its own.
         level: probability of the intervals.
         draws: number of draws of the parameters.
@@ -128,6 +138,9 @@ def predict(
     seed = study.seed if seed is None else seed
     drawn = parameter_draws(study, estimate, draws, seed, threads)
     space = study.space
+    steering = steering_of(study.model)
+    if manoeuvres is None:
+        manoeuvres = BY_THRUST if steering is not None and steering.by == "thrust" else IMO
     values = space.values(np.concatenate([drawn.center[None], drawn.X]))
     trials = list(study.trials)
     how = Sailing(time_step(study.model, trials, dt), rudder_rate(trials, rudder_rate_limit), time_limit(trials, limit))
@@ -136,18 +149,21 @@ def predict(
     conditions: dict[str, Any] = {}
     if manoeuvres:
         kinds = [kind_of(plan) for plan in manoeuvres]
-        ahead = approach_speed(trials, speed)
+        ahead = approach_speed(study.model, trials, speed)
         still = calm_water(study.model) if calm else {}
         sailing = values.copy()
         for name, value in still.items():
             sailing[:, [p.name for p in study.model.parameters].index(name)] = value
         fleet = Fleet(study.model, sailing)
         drive = propulsion(study.model, sailing, ahead, inputs or {})
-        stated = {name: float(column[0]) * scale ** _input_power(name) for name, column in drive.items()}
+        units = {channel.name: channel.unit for channel in study.model.inputs}
+        stated = {name: float(column[0]) * scale ** FROUDE.get(units[name], 0.0) for name, column in drive.items()}
+        rudders = {"delta", "delta_s"} & set(units)
         conditions = {
             "speed": ahead * math.sqrt(scale),
             "inputs": stated,
-            "rudder_rate": how.rudder_rate / math.sqrt(scale),
+            "units": {name: units[name] for name in stated},
+            **({"rudder_rate": how.rudder_rate / math.sqrt(scale)} if rudders else {}),
             "dt": how.dt * math.sqrt(scale),
             "limit": how.limit * math.sqrt(scale),
             "without": sorted(still),
@@ -155,8 +171,8 @@ def predict(
         for number, (plan, kind) in enumerate(zip(manoeuvres, kinds)):
             show(ProgressEvent("Prediction", number, len(manoeuvres), "manoeuvres", message=plan.label))
             runs = fleet.sail(plan, how, first={"u": ahead}, inputs=drive)
-            rows += _rows(plan.label, kind, runs, drawn, level, scale, how.dt)
-            tracks.append(_tracks(plan.label, runs, scale))
+            rows += _rows(plan.label, kind, runs, steering, drawn, level, scale, how.dt)
+            tracks.append(_tracks(plan.label, runs, steering, scale))
     beside: list[dict[str, Any]] = []
     if measured:
         show(ProgressEvent("Manoeuvres of the trials"))
@@ -213,15 +229,18 @@ def _behind(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _input_power(name: str) -> float:
-    return -0.5 if name == "n" else 0.0
-
-
 def _rows(
-    label: str, kind: str, runs: Sequence[Trial | str], drawn: ParameterDraws, level: float, scale: float, dt: float
+    label: str,
+    kind: str,
+    runs: Sequence[Trial | str],
+    steering: Steering | None,
+    drawn: ParameterDraws,
+    level: float,
+    scale: float,
+    dt: float,
 ) -> list[dict[str, Any]]:
     """One row a figure; runs are those of the estimate and of each draw."""
-    read = [figures_of(kind, run) for run in runs]
+    read = [figures_of(kind, run, steering) for run in runs]
     rows = []
     for quantity in QUANTITIES[kind]:
         values: Array = np.array([values[quantity.name] for values, _ in read])
@@ -254,7 +273,7 @@ def _scaled(row: dict[str, Any], scale: float, columns: Sequence[str]) -> dict[s
     return {**row, **{column: row[column] * scale**power for column in columns}}
 
 
-def _tracks(label: str, runs: Sequence[Trial | str], scale: float) -> pd.DataFrame:
+def _tracks(label: str, runs: Sequence[Trial | str], steering: Steering | None, scale: float) -> pd.DataFrame:
     """Tracks of the estimate (ship 0) and of the first draws, thinned."""
     parts = []
     for ship, run in enumerate(runs[: _SHOWN + 1]):
@@ -263,7 +282,8 @@ def _tracks(label: str, runs: Sequence[Trial | str], scale: float) -> pd.DataFra
         whole = full_scale(run, scale=scale, powers=_other_powers(run)) if scale != 1.0 else run
         rows = np.unique(np.linspace(0, len(whole) - 1, _POINTS).astype(np.intp))
         part = {name: whole.outputs[name][rows] for name in ("x", "y", "psi") if name in whole.outputs}
-        delta = whole.inputs.get("delta", np.zeros(len(whole)))
+        known = run.inputs if steering is None else steering.recorded(run).inputs
+        delta = known.get("delta" if steering is None else steering.channel, np.zeros(len(whole)))
         parts.append(pd.DataFrame({"manoeuvre": label, "ship": ship, "t": whole.t[rows], **part, "delta": delta[rows]}))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=list(TRACK_COLUMNS))
 

@@ -16,6 +16,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import Manoeuvre
+from seatruth.manoeuvres.steering import Allocation, steering_of
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.servo import stages
@@ -120,7 +121,8 @@ class Fleet:
         for name, values in inputs.items():
             now[:, channels.index(name)] = values
         state = self._first(first, now)
-        helms = [plan.helm() for _ in range(size)]
+        helms, steering = [plan.helm() for _ in range(size)], steering_of(model)
+        allocations = [Allocation(model, steering, dict(zip(channels, row)), plan.label) for row in now.tolist()]
         alive = np.arange(size)
         steps = np.zeros(size, dtype=np.intp)
         lost: dict[int, str] = {}
@@ -139,11 +141,8 @@ class Fleet:
                 if orders is None:
                     continue
                 going.append(ship)
-                for name, value in orders.items():
-                    if name in channels:
-                        then[ship, channels.index(name)] = value
-                    elif value != 0.0:
-                        raise BadInput(f"{plan.label} orders {name!r}, which is no input of model {model.name!r}")
+                for name, value in allocations[ship](orders).items():
+                    then[ship, channels.index(name)] = value
             alive = np.array(going, dtype=np.intp)
             if not alive.size:
                 break

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from seatruth.errors import BadInput
 from seatruth.manoeuvres import (
+    AxisSteps,
     CrashStop,
     Manoeuvre,
     Spiral,
@@ -19,6 +20,7 @@ from seatruth.manoeuvres import (
     turning_circle_figures,
     zigzag_figures,
 )
+from seatruth.manoeuvres.steering import Steering
 from seatruth.trials.prepare.full_scale import FROUDE
 from seatruth.trials.trial import Trial
 
@@ -67,30 +69,44 @@ SPIRAL = (
     Quantity("loop_width", "width of the spiral's loop", "rad"),
     Quantity("loop_height", "height of the spiral's loop", "rad/s"),
 )
-QUANTITIES: Mapping[str, tuple[Quantity, ...]] = {"turn": TURN, "zigzag": ZIGZAG, "stop": STOP, "spiral": SPIRAL}
+SPIRAL_BY_THRUST = (replace(SPIRAL[0], unit="1"), SPIRAL[1])
+QUANTITIES: Mapping[str, tuple[Quantity, ...]] = {
+    "turn": TURN,
+    "zigzag": ZIGZAG,
+    "stop": STOP,
+    "spiral": SPIRAL,
+    "spiral by thrust": SPIRAL_BY_THRUST,
+}
 """Quantities by kind of manoeuvre."""
 
 
 def kind_of(plan: Manoeuvre) -> str:
     """The kind of a planned manoeuvre; BadInput for one that has no figures."""
+    if (isinstance(plan, AxisSteps) and plan.axis == "yaw") or (isinstance(plan, Spiral) and plan.by == "thrust"):
+        return "spiral by thrust"
     for kind, own in (("turn", TurningCircle), ("zigzag", Zigzag), ("stop", CrashStop), ("spiral", Spiral)):
         if isinstance(plan, own):
             return kind
     raise BadInput(
-        f"there are no figures of a {type(plan).__name__}",
+        f"there are no figures of {plan.label}",
         where="predict",
-        do="Give a TurningCircle, Zigzag, CrashStop or Spiral.",
+        do="Give a TurningCircle, Zigzag, CrashStop or Spiral, or AxisSteps in yaw.",
     )
 
 
-def figures_of(kind: str, run: Trial | str) -> tuple[dict[str, float], dict[str, str]]:
-    """The figures of one run by name (SI, rad), NaN where there are none, and then why, by name."""
+def figures_of(
+    kind: str, run: Trial | str, steering: Steering | None = None
+) -> tuple[dict[str, float], dict[str, str]]:
+    """The figures of one run by name (SI, rad), NaN where there are none, and then why, by name.
+
+    `steering`: what steers its model, from `steering_of`; by default the run's channels tell.
+    """
     quantities = QUANTITIES[kind]
     none = dict.fromkeys((quantity.name for quantity in quantities), math.nan)
     if isinstance(run, str):
         return none, dict.fromkeys(none, run)
     try:
-        found = _READ[kind](run)
+        found = _READ[kind](run if steering is None else steering.recorded(run))
     except BadInput as problem:
         return none, dict.fromkeys(none, problem.what)
     why: dict[str, str] = found.why
@@ -110,4 +126,5 @@ _READ: Mapping[str, Callable[[Trial], Any]] = {
     "zigzag": zigzag_figures,
     "stop": stopping_figures,
     "spiral": spiral_figures,
+    "spiral by thrust": spiral_figures,
 }

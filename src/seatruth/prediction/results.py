@@ -35,18 +35,20 @@ class Predictions:
     Attributes:
         study, model: names.
         synthetic: whether a simulator made any of the trials behind the estimate.
-        figures: table of the planned manoeuvres: manoeuvre, kind ("turn", "zigzag", "stop", "spiral"), figure, title,
-            unit, value (at the estimate), lower, upper, held_by ("trials", "both", "priors"), prior_share (of the
-            variance), missing (share of the draws without the figure), why (there is no value). SI units and rad.
+        figures: table of the planned manoeuvres: manoeuvre, kind ("turn", "zigzag", "stop", "spiral",
+            "spiral by thrust"), figure, title, unit, value (at the estimate), lower, upper, held_by ("trials", "both",
+            "priors"), prior_share (of the variance), missing (share of the draws without the figure), why (there is no
+            value). SI units and rad.
         measured: table of the manoeuvres in the study's trials, with the role of the trial ("fit", "holdout"), the
             measured value, the predicted one, the resolution of the record (steps of time, noise), which the interval
             holds besides, and whether it holds the measured value.
-        tracks: manoeuvre, ship (0 is the estimate, others are draws), t (s), x, y (m), psi, delta (rad).
+        tracks: manoeuvre, ship (0 is the estimate, others are draws), t (s), x, y (m), psi, delta (rad;
+            where thrusters steer the share of full thrust in yaw).
         level: probability of the intervals.
         draws, seed: number of parameter draws and their seed.
         scale: length of the ship over that of the model (Froude); 1 for results as they were simulated.
-        conditions: approach speed (m/s), inputs, rudder rate (rad/s), step and time limit (s), and whether effects of
-            the environment were taken away.
+        conditions: approach speed (m/s), inputs and their units, rudder rate (rad/s, where there is a rudder), step and
+            time limit (s), and whether effects of the environment were taken away.
         lack_of_fit: factor in the variance of the trials' part of the covariance; NaN where one trial shows none.
         model_error: relative error (standard deviation) that all intervals hold besides, as the figures of the fitted
             trials miss their predictions by more than parameters leave open; 0 where they do not, or where no

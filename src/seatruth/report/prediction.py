@@ -202,8 +202,8 @@ def _conditions(found: Predictions) -> Section | None:
         return None
     rows = [
         ["approach speed", number(given["speed"]), "m/s"],
-        *([f"input {name}", number(value), "rev/s" if name == "n" else ""] for name, value in given["inputs"].items()),
-        ["rudder rate", number(math.degrees(given["rudder_rate"])), "deg/s"],
+        *([f"input {name}", number(value), unit_text(given["units"][name])] for name, value in given["inputs"].items()),
+        ["rudder rate", number(math.degrees(given["rudder_rate"])) if "rudder_rate" in given else "", "deg/s"],
         ["time limit", number(given["limit"]), "s"],
         ["step", number(given["dt"]), "s"],
         ["effects of the environment taken away", ", ".join(given["without"]), ""],

@@ -12,9 +12,11 @@ import pandas as pd
 from seatruth import readers
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
+from seatruth.models import Model
 from seatruth.progress import Progress, silent
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
+from seatruth.study.simulators import model_of
 from seatruth.study.template import Fields
 from seatruth.study.trial_files import clock, column_spec, stated_frames
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
@@ -59,6 +61,18 @@ def read_log(path: Path, study: Path | None = None, progress: Progress = silent)
     inputs = {name: whole.outputs[name] for name in _INPUTS if name in whole.outputs}
     outputs = {name: values for name, values in whole.outputs.items() if name not in inputs}
     return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
+
+
+def vehicle_of(study: Path) -> Model | None:
+    """The model that a study file names, without its effects and actuators; None where it cannot be had.
+
+    Raises:
+        BadInput: the file is no study.
+    """
+    file, problems = parse(read_text(study), str(study))
+    with problems.at("model", "use"):
+        return None if file.model is None else model_of(file.model, file.cost.hold, study.parent, problems)
+    return None
 
 
 def _on_one_clock(whole: Trial) -> Trial:
