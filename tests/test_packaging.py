@@ -9,7 +9,8 @@ import sys
 import sysconfig
 import tomllib
 import zipfile
-from importlib.metadata import PackageNotFoundError, requires
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 import pytest
@@ -22,9 +23,17 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 import licences  # noqa: E402  (the folder of tools is no package)
 import lowest_versions  # noqa: E402
+import pins  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PINNED: dict[str, str] = {canonicalize_name(pin.name): pins.exact(pin) for pin in pins.pins()}
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+
+
+def require_pinned() -> None:
+    """Skips a test of constraints.txt where its versions are not installed: the lowest or the newest ones are."""
+    if others := pins.other_versions(PINNED):
+        pytest.skip(f"direct dependencies of other versions than those of constraints.txt: {', '.join(others)}")
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +46,14 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_version_stands_in_one_place() -> None:
-    version = PROJECT["project"]["version"]
-    assert seatruth.__version__ == version
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    own = PROJECT["project"]["version"]
+    assert seatruth.__version__ == own
+    assert f"\nversion: {own}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     released = re.search(
         r"^## \[(\d[^]]*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
     )
     assert released is not None
-    assert released[1] == version
+    assert released[1] == own
     assert f"\ndate-released: {released[2]}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
@@ -66,7 +75,7 @@ def test_a_plain_install_needs_no_compiler_and_no_heavy_framework() -> None:
 
 
 def test_the_table_of_licences_names_every_package_and_permits_each() -> None:
-    pytest.importorskip("myst_nb", reason="the table also names what the documentation needs")
+    require_pinned()
     assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run: python tools/licences.py --write"
 
 
@@ -133,22 +142,16 @@ def test_the_wheel_works_outside_the_repository(wheel: Path, tmp_path: Path) -> 
 
 
 def test_every_package_that_is_installed_has_an_exact_version() -> None:
-    pinned = {}
-    for line in (ROOT / "constraints.txt").read_text().splitlines():
-        if line and not line.startswith("#"):
-            name, version = re.fullmatch(r"([\w.-]+)==([\w.]+)", line).groups()
-            pinned[canonicalize_name(name)] = version
-    wanted = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], "editables"]
-    for extra in ("dev", "docs", "dask", "benchmark"):
-        wanted += PROJECT["project"]["optional-dependencies"][extra]
+    require_pinned()
+    wanted = pins.direct()
     missing, seen = set(), set()
     while wanted:
         requirement = Requirement(wanted.pop())
         name = canonicalize_name(requirement.name)
-        if name not in pinned:
+        if name not in PINNED:
             missing.add(str(requirement))
-        elif requirement.specifier and not requirement.specifier.contains(pinned[name]):
-            missing.add(f"{requirement}, not {pinned[name]}")
+        elif requirement.specifier and not requirement.specifier.contains(PINNED[name]):
+            missing.add(f"{requirement}, not {PINNED[name]}")
         for extra in requirement.extras or {""}:
             if (name, extra) in seen:
                 continue
@@ -163,3 +166,16 @@ def test_every_package_that_is_installed_has_an_exact_version() -> None:
                 if (marker := Requirement(need).marker) is None or marker.evaluate({"extra": extra})
             ]
     assert not missing, f"add to constraints.txt: {missing}"
+
+
+def test_only_other_versions_of_direct_dependencies_are_a_reason_to_skip() -> None:
+    here = {canonicalize_name(Requirement(text).name) for text in pins.direct()}
+    installed = {}
+    for name in here:
+        with suppress(PackageNotFoundError):
+            installed[name] = version(name)
+    assert pins.other_versions(installed) == []
+    assert pins.other_versions({}) == []
+    assert pins.other_versions({**installed, "numpy": "1.0"}) == [f"numpy {installed['numpy']}"]
+    with pytest.raises(ValueError, match="no exact version"):
+        pins.exact(Requirement("numpy==2.*"))
