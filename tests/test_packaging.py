@@ -7,10 +7,9 @@ import re
 import subprocess
 import sys
 import sysconfig
-import tomllib
 import zipfile
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, version
 from pathlib import Path
 
 import pytest
@@ -25,7 +24,7 @@ import licences  # noqa: E402  (the folder of tools is no package)
 import lowest_versions  # noqa: E402
 import pins  # noqa: E402
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = pins.PROJECT
 PINNED: dict[str, str] = {canonicalize_name(pin.name): pins.exact(pin) for pin in pins.pins()}
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 
@@ -77,6 +76,24 @@ def test_a_plain_install_needs_no_compiler_and_no_heavy_framework() -> None:
 def test_the_table_of_licences_names_every_package_and_permits_each() -> None:
     require_pinned()
     assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run: python tools/licences.py --write"
+
+
+def test_a_package_that_is_not_installed_here_keeps_its_licence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def found(name: str) -> Distribution:
+        if name in ("backports.zstd", "derivative", "pysindy", "colorama", "appnope"):
+            raise PackageNotFoundError(name)
+        return distribution(name)
+
+    require_pinned()
+    monkeypatch.setattr(licences, "distribution", found)
+    assert licences.table() == licences.TABLE.read_text(encoding="utf-8")
+    monkeypatch.setattr(licences, "TABLE", tmp_path / "new.md")
+    with pytest.raises(
+        licences.Unknown, match=r"^backports.zstd: it is not installed here\nderivative: .*\npysindy: .*"
+    ):
+        licences.table()
 
 
 def test_each_dependency_promises_a_lowest_version() -> None:
@@ -141,30 +158,22 @@ def test_the_wheel_works_outside_the_repository(wheel: Path, tmp_path: Path) -> 
     assert (tmp_path / "result" / "report.html").stat().st_size > 10_000
 
 
-def test_every_package_that_is_installed_has_an_exact_version() -> None:
+@pytest.mark.parametrize("system", pins.SYSTEMS)
+def test_every_package_that_is_installed_has_an_exact_version(system: str) -> None:
     require_pinned()
-    wanted = pins.direct()
-    missing, seen = set(), set()
-    while wanted:
-        requirement = Requirement(wanted.pop())
-        name = canonicalize_name(requirement.name)
-        if name not in PINNED:
+    around = pins.SYSTEMS[system]
+    pinned = {
+        canonicalize_name(pin.name): pins.exact(pin)
+        for pin in pins.pins()
+        if pin.marker is None or pin.marker.evaluate(around)
+    }
+    missing = set()
+    for requirement in pins.needed(pins.direct(), around):
+        exact = pinned.get(canonicalize_name(requirement.name))
+        if exact is None:
             missing.add(str(requirement))
-        elif requirement.specifier and not requirement.specifier.contains(PINNED[name]):
-            missing.add(f"{requirement}, not {PINNED[name]}")
-        for extra in requirement.extras or {""}:
-            if (name, extra) in seen:
-                continue
-            seen.add((name, extra))
-            try:
-                needs = requires(name) or []
-            except PackageNotFoundError:
-                continue
-            wanted += [
-                need
-                for need in needs
-                if (marker := Requirement(need).marker) is None or marker.evaluate({"extra": extra})
-            ]
+        elif requirement.specifier and not requirement.specifier.contains(exact):
+            missing.add(f"{requirement}, not {exact}")
     assert not missing, f"add to constraints.txt: {missing}"
 
 
