@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
+from typing import Any, NoReturn
 
 import pytest
+
+from seatruth import processes
+from seatruth.readers import child
+from seatruth.storage import atomic, cache_folder
 
 TESTS = Path(__file__).parent
 ROOT = TESTS.parent
@@ -34,6 +44,96 @@ def unguarded(text: str) -> Iterator[str]:
         uses = POSIX.search(source) or any(re.search(rf"\b{name}\b", source) for name in texts)
         if uses and not GUARD.search(source):
             yield getattr(statement, "name", source.splitlines()[0])
+
+
+def windows_os(**instead: Any) -> ModuleType:
+    """The module `os` with the name of Windows, for one module: pathlib must go on as on this system."""
+    module = ModuleType("os")
+    vars(module).update({**vars(os), "name": "nt", **instead})
+    return module
+
+
+def never(*_: object) -> NoReturn:
+    raise AssertionError("Windows has no such call, or it does something else there")
+
+
+@pytest.fixture
+def ended() -> int:
+    """The number of a process that has ended."""
+    process = subprocess.Popen([sys.executable, "-I", "-S", "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def test_a_worker_looks_for_its_parent_by_number(monkeypatch: pytest.MonkeyPatch, ended: int) -> None:
+    codes = []
+
+    def leave(code: int) -> NoReturn:
+        codes.append(code)
+        raise SystemExit
+
+    monkeypatch.setattr(processes, "os", windows_os(getppid=never, _exit=leave))
+    assert processes._is_parent(os.getpid())
+    assert not processes._is_parent(ended)
+    with pytest.raises(SystemExit):
+        processes._watch(ended)
+    assert codes == [1]
+
+
+def test_without_sighup_only_sigterm_interrupts(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delattr(signal, "SIGHUP", raising=False)
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        processes.interrupt_at_signals()
+        with pytest.raises(KeyboardInterrupt, match="SIGTERM"):
+            signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert "SIGTERM ends this run" in capfd.readouterr().err
+
+
+def test_no_signal_asks_whether_a_process_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ended: int) -> None:
+    monkeypatch.setattr(atomic, "os", windows_os(kill=never))
+    left = tmp_path / f".{'0' * 16}-{atomic._HOST}-{ended}.part"
+    left.touch()
+    atomic.write_file(tmp_path / "a.txt", "text")
+    assert {path.name for path in tmp_path.iterdir()} == {"a.txt", left.name}
+
+
+def test_a_folder_that_cannot_be_opened_is_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = os.open
+
+    def files_only(path: Path, *options: int) -> int:
+        if Path(path).is_dir():
+            raise PermissionError(13, "Permission denied")
+        return plain(path, *options)
+
+    monkeypatch.setattr(atomic, "os", windows_os(open=files_only))
+    atomic.write_files(tmp_path, {"a.txt": "text"})
+    atomic.write_file(tmp_path / "b.txt", "text")
+    assert {path.read_bytes() for path in tmp_path.iterdir()} == {b"text"}
+
+
+def test_the_cache_stands_where_windows_keeps_caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache_folder, "os", windows_os(geteuid=never))
+    for name in (cache_folder.CACHE, "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    assert cache_folder._chosen() == Path.home() / ".cache" / "seatruth"
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
+    assert cache_folder.folder() == tmp_path / "local" / "seatruth"
+    cache_folder.write_kept(tmp_path / "local" / "seatruth" / "a", b"head", b"content")
+    assert cache_folder.read_kept(tmp_path / "local" / "seatruth" / "a", b"head", 1000) == b"content"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "own"))
+    assert cache_folder.folder() == tmp_path / "own" / "seatruth"
+
+
+def test_a_reader_goes_on_where_nothing_can_be_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "resource", None)
+    child.limit(memory=1, seconds=0)  # with these limits this process would end
+    assert len(bytes(1 << 24)) == 1 << 24
 
 
 @pytest.mark.parametrize(
