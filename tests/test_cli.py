@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import importlib
 import inspect
+import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -29,6 +31,15 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("COLUMNS", "80")
     write_ship(tmp_path)
     return tmp_path
+
+
+def test_the_answer_that_the_document_shows_is_what_is_written(tmp_path: Path) -> None:
+    document = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```json\n(.*?)^```$", document, re.MULTILINE | re.DOTALL)
+    assert call("list", "readers", "--json", tmp_path / "out.json") == 0
+    written = answered(tmp_path / "out.json")
+    assert list(json.loads(shown)) == list(written)
+    assert json.loads(shown) == written | {"command": "identify", "result": {}}
 
 
 def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
@@ -189,13 +200,12 @@ def test_the_folder_of_a_study_is_checked_before_anything_is_made(
     assert not (folder / "outside").exists()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="there is no lock there")
 def test_two_runs_do_not_write_into_one_folder(tmp_path: Path) -> None:
     with common.own_folder(tmp_path / "result"):
         second = common.own_folder(tmp_path / "result")
         with pytest.raises(BadInput, match="another run is writing into this folder"), second:
             pass
-        assert list((tmp_path / "result").iterdir()) == []
+    assert list((tmp_path / "result").iterdir()) == []
     with common.own_folder(tmp_path / "result"):
         (tmp_path / "result" / "file").write_text("")
     with pytest.raises(BadInput, match="a file stands where"), common.own_folder(tmp_path / "result" / "file"):

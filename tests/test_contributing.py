@@ -78,3 +78,14 @@ def test_the_names_in_the_glossary_are_in_the_sources() -> None:
     sources = "\n".join(path.read_text() for path in (ROOT / "src" / "seatruth").rglob("*.py"))
     missing = [(term, name) for term, name in names if not re.search(rf"\b{name}\b", sources)]
     assert not missing
+
+
+def test_the_hooks_and_the_workflow_are_the_steps_of_the_checks() -> None:
+    def targets(pattern: str, file: str) -> list[str]:
+        return re.findall(pattern, (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+
+    steps = targets(r'^step ".+" (\S+)$', ".ci/run")
+    assert len(steps) == 7
+    assert targets(r"^ +entry: make (\S+)$", ".pre-commit-config.yaml") == steps
+    called = [name for names in targets(r"run: make (.+)$", ".github/workflows/checks.yml") for name in names.split()]
+    assert set(steps) | set(called) <= set(targets(r"^([\w-]+):", "Makefile"))

@@ -26,6 +26,24 @@ def test_list_optimizers_in_the_terminal_and_as_json(
     assert found["cma_es"]["options"]
 
 
+@pytest.mark.parametrize("detail", [(), ("--long",)])
+@pytest.mark.parametrize("kind", list(list_installed.Kind))
+def test_every_list_fits_a_terminal_of_80_columns(
+    kind: str,
+    detail: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call("list", kind, *detail, "--json", tmp_path / "out.json") == 0
+    shown = capsys.readouterr().out
+    assert max(len(line.rstrip()) for line in shown.splitlines()) <= 80
+    names = [entry["name"] for entry in answered(tmp_path / "out.json")["result"][kind]]
+    assert names
+    assert not set(names) - set(shown.split())  # no name is broken to make room for the other columns
+
+
 def test_list_costs_says_what_the_study_file_takes(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("list", "costs", "--long") == 0
     shown = capsys.readouterr().out

@@ -7,9 +7,9 @@ import re
 import subprocess
 import sys
 import sysconfig
-import tomllib
 import zipfile
-from importlib.metadata import PackageNotFoundError, requires
+from contextlib import suppress
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, version
 from pathlib import Path
 
 import pytest
@@ -22,9 +22,17 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 import licences  # noqa: E402  (the folder of tools is no package)
 import lowest_versions  # noqa: E402
+import pins  # noqa: E402
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = pins.PROJECT
+PINNED: dict[str, str] = {canonicalize_name(pin.name): pins.exact(pin) for pin in pins.pins()}
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+
+
+def require_pinned() -> None:
+    """Skips a test of constraints.txt where its versions are not installed: the lowest or the newest ones are."""
+    if others := pins.other_versions(PINNED):
+        pytest.skip(f"direct dependencies of other versions than those of constraints.txt: {', '.join(others)}")
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +45,14 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_version_stands_in_one_place() -> None:
-    version = PROJECT["project"]["version"]
-    assert seatruth.__version__ == version
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    own = PROJECT["project"]["version"]
+    assert seatruth.__version__ == own
+    assert f"\nversion: {own}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     released = re.search(
         r"^## \[(\d[^]]*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
     )
     assert released is not None
-    assert released[1] == version
+    assert released[1] == own
     assert f"\ndate-released: {released[2]}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
@@ -66,8 +74,26 @@ def test_a_plain_install_needs_no_compiler_and_no_heavy_framework() -> None:
 
 
 def test_the_table_of_licences_names_every_package_and_permits_each() -> None:
-    pytest.importorskip("myst_nb", reason="the table also names what the documentation needs")
+    require_pinned()
     assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run: python tools/licences.py --write"
+
+
+def test_a_package_that_is_not_installed_here_keeps_its_licence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def found(name: str) -> Distribution:
+        if name in ("backports.zstd", "derivative", "pysindy", "colorama", "appnope"):
+            raise PackageNotFoundError(name)
+        return distribution(name)
+
+    require_pinned()
+    monkeypatch.setattr(licences, "distribution", found)
+    assert licences.table() == licences.TABLE.read_text(encoding="utf-8")
+    monkeypatch.setattr(licences, "TABLE", tmp_path / "new.md")
+    with pytest.raises(
+        licences.Unknown, match=r"^backports.zstd: it is not installed here\nderivative: .*\npysindy: .*"
+    ):
+        licences.table()
 
 
 def test_each_dependency_promises_a_lowest_version() -> None:
@@ -132,34 +158,33 @@ def test_the_wheel_works_outside_the_repository(wheel: Path, tmp_path: Path) -> 
     assert (tmp_path / "result" / "report.html").stat().st_size > 10_000
 
 
-def test_every_package_that_is_installed_has_an_exact_version() -> None:
-    pinned = {}
-    for line in (ROOT / "constraints.txt").read_text().splitlines():
-        if line and not line.startswith("#"):
-            name, version = re.fullmatch(r"([\w.-]+)==([\w.]+)", line).groups()
-            pinned[canonicalize_name(name)] = version
-    wanted = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], "editables"]
-    for extra in ("dev", "docs", "dask", "benchmark"):
-        wanted += PROJECT["project"]["optional-dependencies"][extra]
-    missing, seen = set(), set()
-    while wanted:
-        requirement = Requirement(wanted.pop())
-        name = canonicalize_name(requirement.name)
-        if name not in pinned:
+@pytest.mark.parametrize("system", pins.SYSTEMS)
+def test_every_package_that_is_installed_has_an_exact_version(system: str) -> None:
+    require_pinned()
+    around = pins.SYSTEMS[system]
+    pinned = {
+        canonicalize_name(pin.name): pins.exact(pin)
+        for pin in pins.pins()
+        if pin.marker is None or pin.marker.evaluate(around)
+    }
+    missing = set()
+    for requirement in pins.needed(pins.direct(), around):
+        exact = pinned.get(canonicalize_name(requirement.name))
+        if exact is None:
             missing.add(str(requirement))
-        elif requirement.specifier and not requirement.specifier.contains(pinned[name]):
-            missing.add(f"{requirement}, not {pinned[name]}")
-        for extra in requirement.extras or {""}:
-            if (name, extra) in seen:
-                continue
-            seen.add((name, extra))
-            try:
-                needs = requires(name) or []
-            except PackageNotFoundError:
-                continue
-            wanted += [
-                need
-                for need in needs
-                if (marker := Requirement(need).marker) is None or marker.evaluate({"extra": extra})
-            ]
+        elif requirement.specifier and not requirement.specifier.contains(exact):
+            missing.add(f"{requirement}, not {exact}")
     assert not missing, f"add to constraints.txt: {missing}"
+
+
+def test_only_other_versions_of_direct_dependencies_are_a_reason_to_skip() -> None:
+    here = {canonicalize_name(Requirement(text).name) for text in pins.direct()}
+    installed = {}
+    for name in here:
+        with suppress(PackageNotFoundError):
+            installed[name] = version(name)
+    assert pins.other_versions(installed) == []
+    assert pins.other_versions({}) == []
+    assert pins.other_versions({**installed, "numpy": "1.0"}) == [f"numpy {installed['numpy']}"]
+    with pytest.raises(ValueError, match="no exact version"):
+        pins.exact(Requirement("numpy==2.*"))

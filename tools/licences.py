@@ -3,8 +3,8 @@
     python tools/licences.py           says what would change; exit code 1 if anything does
     python tools/licences.py --write   writes the table
 
-It reads the metadata of the packages that are installed here. A licence that is not in `COMPATIBLE` is refused: someone
-must read it first.
+It reads the metadata of the packages that are installed here; a package that is not keeps its line in the table. A
+licence that is not in `COMPATIBLE` is refused: someone must read it first.
 """
 
 from __future__ import annotations
@@ -12,14 +12,12 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable
-from importlib.metadata import PackageNotFoundError, distribution, requires
-from pathlib import Path
+from importlib.metadata import PackageNotFoundError, distribution
 
-from packaging.requirements import Requirement
+import pins
 from packaging.utils import canonicalize_name
 
-ROOT = Path(__file__).parents[1]
-TABLE = ROOT / "docs" / "licences.md"
+TABLE = pins.ROOT / "docs" / "licences.md"
 
 COMPATIBLE = {
     "0BSD",
@@ -55,6 +53,12 @@ _STATED = {
     "scipy": "BSD-3-Clause",
 }
 """Packages whose metadata hold a text instead of a name; read in the package's own licence file."""
+
+_ELSEWHERE = {
+    "appnope": "BSD-2-Clause",  # on macOS
+    "colorama": "BSD-3-Clause",  # on Windows
+}
+"""Packages that only other systems need; read in the package's own licence file."""
 
 _NAMES = {
     "GNU Lesser General Public License v3 (LGPLv3)": "LGPL-3.0-only",
@@ -117,49 +121,49 @@ def parts(expression: str) -> list[str]:
 
 
 def closure(requirements: Iterable[str]) -> set[str]:
-    """Names of all packages that these requirements install here."""
-    wanted, seen = [Requirement(text) for text in requirements], set[tuple[str, str]]()
-    while wanted:
-        requirement = wanted.pop()
-        for extra in ["", *requirement.extras]:
-            entry = (canonicalize_name(requirement.name), extra)
-            if entry in seen:
-                continue
-            seen.add(entry)
-            try:
-                needs = [Requirement(text) for text in requires(entry[0]) or []]
-            except PackageNotFoundError:
-                continue
-            wanted += [need for need in needs if need.marker is None or need.marker.evaluate({"extra": extra})]
-    return {name for name, _ in seen}
+    """Names of all packages that these requirements install on some system that seatruth promises."""
+    texts = list(requirements)
+    return {canonicalize_name(need.name) for system in pins.SYSTEMS.values() for need in pins.needed(texts, system)}
 
 
 def table() -> str:
-    """The page, from what is installed. The packages are those of constraints.txt."""
-    pinned = [
-        line.split("==")[0]
-        for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-        if "==" in line and not line.startswith("#")
-    ]
-    light = closure(["seatruth"])
+    """The page, from what is installed and from the page as it stands. The packages are those of constraints.txt.
+
+    Raises:
+        Unknown: a licence is not in `COMPATIBLE`, or a package is neither installed nor in the table.
+    """
+    light = closure(pins.PROJECT["project"]["dependencies"])
+    before = _ELSEWHERE | _written()
     rows, unknown = [], []
-    for name in sorted(pinned, key=str.lower):
+    for name in sorted((pin.name for pin in pins.pins()), key=str.lower):
+        by = "`pip install seatruth`" if canonicalize_name(name) in light else "an extra, tests or documentation"
         try:
-            rows.append((name, licence(name), "`pip install seatruth`" if canonicalize_name(name) in light else ""))
+            rows.append((name, licence(name), by))
+        except PackageNotFoundError:
+            if canonicalize_name(name) in before:
+                rows.append((name, before[canonicalize_name(name)], by))
+            else:
+                unknown.append(f"{name}: it is not installed here")
         except Unknown as problem:
             unknown.append(str(problem))
     if unknown:
         raise Unknown("\n".join(unknown))
     lines = ["| package | licence | installed by |", "|---|---|---|"]
-    lines += [f"| {name} | {text} | {by or 'an extra, tests or documentation'} |" for name, text, by in rows]
+    lines += [f"| {name} | {text} | {by} |" for name, text, by in rows]
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def _written() -> dict[str, str]:
+    """Licences by package, as the table has them."""
+    page = TABLE.read_text(encoding="utf-8") if TABLE.exists() else ""
+    return {canonicalize_name(name): text for name, text in re.findall(r"^\| (\S+) \| ([^|]+) \| ", page, re.MULTILINE)}
 
 
 def main() -> int:
     """Writes the table with `--write`; otherwise says whether it is up to date."""
     try:
         text = table()
-    except (Unknown, PackageNotFoundError) as problem:
+    except Unknown as problem:
         sys.stderr.write(f"Read these licences, then add them to tools/licences.py:\n{problem}\n")
         return 1
     if "--write" in sys.argv:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -66,7 +65,7 @@ def test_a_worker_killed_midway_costs_nothing(
         def progress(now: ProgressEvent) -> None:
             if now.done >= 6 and not killed:
                 killed.append(now.done)
-                os.kill(workers[0].pid, signal.SIGKILL)
+                workers[0].kill()
 
         results = compare(slow(), tmp_path / "dask", backend="dask", progress=progress)
         assert killed

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import _thread
 import itertools
 import math
-import os
-import signal
 import threading
 import time
 from typing import Any
@@ -253,7 +252,7 @@ class TestFailures:
             minimise(less, "least_squares")
 
     def test_a_real_interrupt_keeps_the_best(self) -> None:
-        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer = threading.Timer(0.3, _thread.interrupt_main)
         timer.start()
         outcome = minimise(rosenbrock().cost, solver(random_search), budget=Budget(evaluations=None, seconds=20))
         assert outcome.code == "interrupted"

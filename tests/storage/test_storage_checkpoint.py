@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from seatruth.errors import BadInput, SeatruthWarning
-from seatruth.storage import lock as lock_module
 from seatruth.storage.checkpoint import Checkpoint, StaleCheckpoint, jobs_file
 
 VALUES: dict[str, Any] = {"a": 1.5, "b": {"x": math.inf, "y": 0.1}, "c": [1, None, "text"]}
@@ -143,7 +142,6 @@ def test_another_format_version_is_refused(path: Path) -> None:
         Checkpoint(path, "work 1", drop_other_work=True)
 
 
-@pytest.mark.skipif(vars(lock_module)["fcntl"] is None, reason="no file locks on this system")
 def test_two_runs_do_not_share_a_file(path: Path) -> None:
     with Checkpoint(path, "work 1"), pytest.raises(BadInput, match="another run"):
         Checkpoint(path, "work 1")

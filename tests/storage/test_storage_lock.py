@@ -11,6 +11,7 @@ from types import ModuleType
 
 import pytest
 
+from seatruth.errors import BadInput
 from seatruth.storage import lock
 
 
@@ -39,14 +40,22 @@ class Windows:
     LK_NBLCK = 2
 
     def __init__(self) -> None:
-        self.held: set[tuple[int, int]] = set()
+        self.held: dict[tuple[int, int], int] = {}
 
     def locking(self, handle: int, mode: int, count: int) -> None:
         place = (os.fstat(handle).st_ino, os.lseek(handle, 0, os.SEEK_CUR))
         assert (mode, count) == (self.LK_NBLCK, 1)
-        if place in self.held:
+        if self.held.get(place, handle) != handle and is_open(self.held[place], place[0]):
             raise PermissionError(errno.EACCES, "Permission denied")
-        self.held.add(place)
+        self.held[place] = handle
+
+
+def is_open(handle: int, number: int) -> bool:
+    """Whether this handle is one of the file of this number."""
+    try:
+        return os.fstat(handle).st_ino == number
+    except OSError:
+        return False
 
 
 def windows_lock(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
@@ -73,3 +82,30 @@ def test_windows_locks_behind_the_end_of_the_file_and_leaves_the_position(
         assert first.read(2) == b"45"
         assert not module.lock_file(second)
     assert (tmp_path / "a").stat().st_size == 10
+
+
+def test_windows_locks_a_file_in_the_folder_and_leaves_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = windows_lock(monkeypatch)
+    for _ in range(2):
+        with module.locked_folder(tmp_path):
+            for _ in range(2):  # a run that was refused takes nothing away
+                with pytest.raises(BadInput, match="another run is writing"), module.locked_folder(str(tmp_path)):
+                    pass
+            assert [path.name for path in tmp_path.iterdir()] == [module._LOCK_FILE]
+        assert list(tmp_path.iterdir()) == []
+    (tmp_path / module._LOCK_FILE).touch()  # a killed run leaves it, unlocked
+    with module.locked_folder(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_windows_leaves_the_file_to_a_run_that_has_opened_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(errno.EACCES, "The process cannot access the file")
+
+    module = windows_lock(monkeypatch)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", refuse)
+        with module.locked_folder(tmp_path):
+            pass
+    assert [path.name for path in tmp_path.iterdir()] == [module._LOCK_FILE]

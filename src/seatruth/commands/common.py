@@ -100,11 +100,16 @@ def note(text: str, style: str = "", *, whole: bool = False) -> None:
     error_console().print(Text(visible(text), style=style), soft_wrap=whole)
 
 
-def table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = ()) -> Table:
-    """A table without boxes; `numbers` names the columns that are aligned to the right."""
+def table(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = (), whole: Sequence[str] = ()
+) -> Table:
+    """A table without boxes; `numbers` names the columns that are aligned to the right, `whole` those with cells that
+    are not broken into lines, such as names that someone copies."""
     built = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for column in columns:
-        built.add_column(column, justify="right" if column in numbers else "left", overflow="fold")
+        built.add_column(
+            column, justify="right" if column in numbers else "left", overflow="fold", no_wrap=column in whole
+        )
     for row in rows:
         built.add_row(*(Text(visible(cell)) for cell in row))
     return built

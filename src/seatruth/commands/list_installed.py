@@ -38,7 +38,8 @@ def list_installed(
     entries, columns = _LISTS[what]()
     shown = [column for column in columns if any(entry.get(column) for entry in entries)]
     rows = [[_cell(entry.get(column)) for column in shown] for entry in entries]
-    console().print(table(["#" if column == "number" else column.capitalize() for column in shown], rows))
+    titles = ["#" if column == "number" else column.capitalize() for column in shown]
+    console().print(table(titles, rows, whole=("Name",)))
     if not entries:
         say(f"No {what.value} are installed.")
     for entry in entries:

@@ -280,7 +280,7 @@ class Store:
 
     def _take(self) -> None:
         """Locks the store for this program. The lock ends with the process, however it ends."""
-        self._lock = open(self.path.with_name(f".{self.path.name}.lock"), "a")  # noqa: SIM115 - closed by close()
+        self._lock = open(self.path.with_name(f".{self.path.name}.lock"), "a", encoding="utf-8")  # noqa: SIM115 - closed by close()
         if not lock_file(self._lock):
             self._lock.close()
             raise BadInput(

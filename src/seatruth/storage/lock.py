@@ -6,7 +6,7 @@ import errno
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -33,6 +33,8 @@ else:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
+_LOCK_FILE = ".seatruth.lock"
+"""What is locked instead of its folder on Windows, which opens no folders."""
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 """Error numbers by which systems say that another holds the lock."""
 
@@ -49,23 +51,23 @@ def lock_file(stream: IO[Any]) -> bool:
 
 @contextmanager
 def locked_folder(folder: str | Path) -> Iterator[None]:
-    """Keeps a folder to this run. Nothing is left in it. Windows has no such lock, so nothing is noticed there.
+    """Keeps a folder to this run. Nothing is left in it; on Windows a file stands in it meanwhile.
 
     Raises:
         BadInput: Another run is writing into this folder.
-        OSError: The folder cannot be read.
+        OSError: The folder cannot be read, or on Windows not be written to.
 
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder, locked_folder(folder):
         ...     pass
     """
-    if sys.platform == "win32":
-        yield
-        return
-    handle = os.open(folder, os.O_RDONLY)
+    file: Path | None = Path(folder) / _LOCK_FILE if sys.platform == "win32" else None
+    handle = os.open(folder, os.O_RDONLY) if file is None else os.open(file, os.O_RDWR | os.O_CREAT)
+    held = False
     try:
-        if not _locked(handle):
+        held = _locked(handle)
+        if not held:
             raise BadInput(
                 "another run is writing into this folder",
                 where=str(folder),
@@ -74,6 +76,9 @@ def locked_folder(folder: str | Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+        if held and file is not None:
+            with suppress(OSError):  # Windows removes no file that another run has opened: that one removes it
+                file.unlink(missing_ok=True)
 
 
 def _locked(handle: int) -> bool:
