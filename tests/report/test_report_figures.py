@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import pickle
 import subprocess
 import sys
 
@@ -33,6 +34,14 @@ def test_every_figure_draws_with_data_and_without(name: str) -> None:
 def test_figures_do_not_load_pyplot() -> None:
     code = "import sys, seatruth.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_notebook_shows_a_figure_as_a_picture() -> None:
+    formatters = pytest.importorskip("IPython.core.formatters", reason="IPython comes with the extra docs")
+    figure = figures.traces(estimate(trials=1, samples=120), channels=["r"])
+    shown, _ = formatters.DisplayFormatter().format(figure)
+    assert shown["image/png"].startswith(b"\x89PNG")
+    assert pickle.loads(pickle.dumps(figure))._repr_png_() == shown["image/png"], "another process can still show it"
 
 
 def test_traces_show_measured_and_fitted_in_degrees() -> None:

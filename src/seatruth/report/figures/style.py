@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec, TypeVar
@@ -90,15 +91,29 @@ def _defaults() -> dict[str, Any]:
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """Runs a function in the style of the report; matplotlib's own settings are as before afterwards."""
+    """Runs a function in the style of the report; matplotlib's own settings are as before afterwards.
+
+    Its figure shows itself in a notebook, without pyplot and without `%matplotlib inline`.
+    """
 
     @functools.wraps(function)
     def inside(*args: P.args, **kwargs: P.kwargs) -> R:
         settings: Any = _defaults() | _STYLE
         with matplotlib.rc_context(rc=settings):
-            return function(*args, **kwargs)
+            made = function(*args, **kwargs)
+        if isinstance(made, Figure):
+            # A notebook asks an object for this method; matplotlib gives its figures none.
+            made._repr_png_ = functools.partial(_png, made)  # type: ignore[attr-defined]
+        return made
 
     return inside
+
+
+def _png(figure: Figure) -> bytes:
+    """The picture as a notebook shows it."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return file.getvalue()
 
 
 def text(name: Any, most: int = NAME) -> str:
