@@ -181,6 +181,23 @@ def trace(name: str) -> str:
     return f"trace {name}"
 
 
+def spaced(t: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Samples (n,) of a line through y: those that are known, and the unknown ones (NaN) that make a gap.
+
+    A channel that is sampled less often than its trial's clock has NaN between any two samples, and a line with them
+    would show nothing. A gap is wider than one and a half of its usual steps.
+    """
+    known = np.isfinite(y)
+    at = np.flatnonzero(known)
+    if at.size < 2 or at.size == y.size:
+        return np.ones(y.size, dtype=bool)
+    step = np.diff(t[at])
+    between = np.clip(np.searchsorted(at, np.arange(y.size)) - 1, 0, step.size - 1)
+    inside = (np.arange(y.size) > at[0]) & (np.arange(y.size) < at[-1])
+    wide = step[between] > 1.5 * float(np.median(step))
+    return np.asarray(known | ~inside | wide, dtype=np.bool_)
+
+
 def thinned(t: NDArray[np.float64], y: NDArray[np.float64], buckets: int = 180) -> NDArray[np.intp]:
     """Samples of y (n,) to draw: of each of `buckets` stretches of time its first, lowest, highest and last.
 
