@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools" / "documentation"))
 import assemble  # noqa: E402  (the folder of tools is no package)
+import built  # noqa: E402
 import codes_pages  # noqa: E402
 import effects_pages  # noqa: E402
 import optimizers_page  # noqa: E402
@@ -49,6 +50,20 @@ def test_the_site_has_what_it_promises() -> None:
     assert len([page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.name != "index.md"]) >= 5
     assert len([page for page in (ROOT / "docs" / "how-to").glob("*.md") if page.name != "index.md"]) >= 12
     assert len([page for page in (ROOT / "docs" / "explanations").glob("*.md") if page.name != "index.md"]) >= 5
+
+
+def test_a_tutorial_that_does_not_show_its_figure_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "tutorials").mkdir()
+    for name in built.PICTURED:
+        (tmp_path / "tutorials" / f"{name}.html").write_text('<img alt="a" src="../_images/a.png" />')
+    assert built.lacking(tmp_path) == []
+    (tmp_path / "tutorials" / "formula.html").write_text("<pre>&lt;Figure size 480x430 with 1 Axes&gt;</pre>")
+    (tmp_path / "tutorials" / "comparison.html").write_text("<pre>?25l</pre>")
+    assert built.lacking(tmp_path) == [
+        "comparison: control characters of a terminal",
+        "formula: a figure that is not shown",
+        "formula: no picture",
+    ]
 
 
 def test_a_page_of_a_code_shows_causes_and_remedies_as_they_are() -> None:
