@@ -17,7 +17,7 @@ import effects_pages  # noqa: E402
 import optimizers_page  # noqa: E402
 import reference_pages  # noqa: E402
 
-from seatruth import load_model, minimise, models, optimizers  # noqa: E402
+from seatruth import cli, load_model, minimise, models, optimizers, sample  # noqa: E402
 from seatruth.codes import Cause, Code  # noqa: E402
 from seatruth.commands.list_installed import Kind  # noqa: E402
 from seatruth.effects import available  # noqa: E402
@@ -128,6 +128,17 @@ def test_every_model_and_solver_has_its_entry_in_the_reference() -> None:
         text = reference_pages._entries(kind, "Title", "About.")
         assert len(names) >= 10
         assert [name for name in names if f"\n## {name}\n" not in text] == []
+
+
+def test_the_reference_of_json_calls_every_command(tmp_path: Path) -> None:
+    assert {*reference_pages._CALLS, "demo"} == {*cli.COMMANDS}
+    sample.copy_to(tmp_path)
+    for command in ("init", "trials", "list"):
+        answer = reference_pages._answer(command, reference_pages._CALLS[command].split(), tmp_path)
+        assert answer["command"] == command
+        assert "result: object" in reference_pages.layout(answer)
+    with pytest.raises(RuntimeError, match="seatruth explain ended with 2"):
+        reference_pages._answer("explain", ["explain", "nothing-known"], tmp_path)
 
 
 def test_a_docstring_becomes_markdown() -> None:
