@@ -27,6 +27,7 @@ from seatruth.testing.problems import linear_regression  # noqa: E402
 def test_links_lead_to_pages_of_the_site_pictures_come_along_and_other_files_keep_their_names(tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
     source, other = tmp_path / "docs" / "page.md", tmp_path / "README.md"
+    other.write_text("")
     (tmp_path / "picture.png").write_bytes(b"x")
     (tmp_path / "Makefile").write_text("")
     source.write_text("[start](../README.md#start) ![a](../picture.png) [make](../Makefile) [out](https://a.org/b)")
@@ -36,6 +37,9 @@ def test_links_lead_to_pages_of_the_site_pictures_come_along_and_other_files_kee
     text = assemble.relinked(source, places[source], places)
     assert text == "[start](project/readme.md#start) ![a](figures/picture.png) `make` [out](https://a.org/b)"
     assert (site / "figures" / "picture.png").exists()
+    source.write_text("[gone](../gone.md)")
+    with pytest.raises(ValueError, match=r"page.md: the link to ../gone.md leads nowhere"):
+        assemble.relinked(source, places[source], places)
 
 
 @pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*/*.md")), ids=lambda page: f"{page.parent.name}/{page.name}")

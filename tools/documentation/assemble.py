@@ -42,11 +42,16 @@ def assemble(root: Path, site: Path) -> None:
 
 
 def relinked(source: Path, page: Path, places: dict[Path, Path]) -> str:
-    """A page's text with links that hold in the site. Pictures are copied; a file that is no page keeps its name."""
+    """A page's text with links that hold in the site. Pictures are copied; a file that is no page keeps its name.
+
+    A link to nothing is a ValueError: as a name it would look like a file.
+    """
 
     def link(found: re.Match[str]) -> str:
         picture, text, target, anchor = found[1], found[2], found[3], found[4] or ""
         path = (source.parent / target).resolve()
+        if not path.exists():
+            raise ValueError(f"{source}: the link to {target} leads nowhere")
         if path in places:
             return f"[{text}]({os.path.relpath(places[path], page.parent).replace(os.sep, '/')}{anchor})"
         if picture and path.is_file():
