@@ -99,6 +99,23 @@ def test_an_effect_has_a_picture_of_what_it_changes_on_each_vehicle(name: str, t
     assert all(f"[{other}]({other}.md)" in text for other in known[name].confused_with if other in known)
 
 
+def test_the_page_on_look_alikes_shows_two_that_part_where_the_revolutions_change(tmp_path: Path) -> None:
+    page = tmp_path / "look_alikes.md"
+    page.write_text((ROOT / "docs" / "explanations" / page.name).read_text(encoding="utf-8"))
+    effects_pages.write_pair(page)
+    assert "](look_alikes.svg)" in page.read_text(encoding="utf-8")
+    assert (tmp_path / "look_alikes.svg").stat().st_size > 1000
+    with pytest.raises(ValueError, match="has no place for its picture"):
+        effects_pages.write_pair(page)
+    assert effects_pages.PAIR[1] in available()[effects_pages.PAIR[0]].confused_with
+    upper, lower = effects_pages.pair_signatures()[0].axes
+    t, difference = lower.lines[-1].get_data()
+    early = t < effects_pages._ALIKE_UNTIL
+    signature = upper.lines[-1].get_ydata()
+    assert max(abs(difference[early])) < 0.1 * max(abs(signature[early]))
+    assert max(abs(difference[~early])) > 0.2 * max(abs(signature[~early]))
+
+
 @pytest.mark.parametrize("name", effects_pages._NOISE)
 def test_noise_has_a_picture_of_what_it_makes_of_a_record(name: str, tmp_path: Path) -> None:
     text = effects_pages.page(available()[name], available(), tmp_path)

@@ -38,6 +38,7 @@ def assemble(root: Path, site: Path) -> None:
     codes_pages.write(site / "codes")
     reference_pages.write(site / "reference")
     effects_pages.write(site / "gallery" / "effects")
+    effects_pages.write_pair(site / "explanations" / "look_alikes.md")
     optimizers_page.write(site / "gallery")
 
 
