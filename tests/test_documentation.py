@@ -70,6 +70,13 @@ def test_a_tutorial_that_does_not_show_its_figure_is_noticed(tmp_path: Path) -> 
     ]
 
 
+def test_the_gallery_says_what_each_of_its_pages_shows() -> None:
+    text = (ROOT / "docs" / "gallery" / "index.md").read_text(encoding="utf-8")
+    about, _, tree = text.partition("```{toctree}")
+    pages = [line for line in tree.splitlines() if line and not line.startswith((":", "`"))]
+    assert len(pages) == len([line for line in about.splitlines() if line.startswith("- ")]) >= 9
+
+
 def test_a_page_of_a_code_shows_causes_and_remedies_as_they_are() -> None:
     text = codes_pages.page(Code("odd", "finding", "About *it*.", [Cause("a | b {name}", "Do `x_y`.", "note")]))
     assert "| note | a \\| b \\{name\\} | Do `x_y`. |" in text
@@ -119,6 +126,7 @@ def test_the_page_on_look_alikes_shows_two_that_part_where_the_revolutions_chang
 @pytest.mark.parametrize("name", effects_pages._NOISE)
 def test_noise_has_a_picture_of_what_it_makes_of_a_record(name: str, tmp_path: Path) -> None:
     text = effects_pages.page(available()[name], available(), tmp_path)
+    assert "**Confused with**: " in text
     assert f"![What {name} does to a record]({name}.svg)" in text
     records, noises = (
         [line.get_ydata() for line in axes.get_lines()]

@@ -79,6 +79,8 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
         if names:
             linked = [f"[{name}]({name}.md)" if name in known else f"`{name}`" for name in names]
             text += f"**{label}**: {', '.join(linked)}\n\n"
+    if not effect.equivalent and not effect.confused_with:
+        text += "**Confused with**: no other effect.\n\n"
     if effect.distinguished_by:
         text += f"**Told apart by**: {literal(effect.distinguished_by)}\n\n"
     text += f"**Source**: {literal(effect.source)}\n\n" if effect.source else ""
