@@ -16,6 +16,7 @@ import codes_pages  # noqa: E402
 import effects_pages  # noqa: E402
 import optimizers_page  # noqa: E402
 import reference_pages  # noqa: E402
+import withheld_picture  # noqa: E402
 
 from seatruth import cli, load_model, minimise, models, optimizers, sample  # noqa: E402
 from seatruth.codes import Cause, Code  # noqa: E402
@@ -68,6 +69,28 @@ def test_a_tutorial_that_does_not_show_its_figure_is_noticed(tmp_path: Path) -> 
         "formula: a figure that is not shown",
         "formula: no picture",
     ]
+
+
+def test_the_benchmark_has_a_picture_of_its_published_scores(tmp_path: Path) -> None:
+    page = tmp_path / "experiments.md"
+    page.write_text((ROOT / "experiments" / "README.md").read_text(encoding="utf-8"), encoding="utf-8")
+    before = page.read_text(encoding="utf-8")
+    withheld_picture.insert(page)
+    assert "](figures/withheld.svg)" in page.read_text(encoding="utf-8")
+    assert (tmp_path / "figures" / "withheld.svg").stat().st_size > 1000
+    assert len(page.read_text(encoding="utf-8").splitlines()) == len(before.splitlines()) + 4
+    section = (
+        "**29 blind cases** [S]: of a set.\n\n| measure | goal | seatruth | cases |\n| --- | --- | --- | --- |\n"
+        "| named right | >= 0.9 | 0.67 (0.30 to 0.90) | 6 |\n"
+        "| the same over the limit's | >= 1 | 0.9 (0.5 to 1.5) | 6 |\n"
+        "| no goal |  | 0.20 (0.04 to 0.62) | 5 |\n\n| measure | said |\n| --- | --- |\n| a | b |\n"
+    )
+    (scored,) = withheld_picture.tables(section)
+    assert scored.title == "29 blind cases"
+    assert scored.rows == {"named right": (">= 0.9", 0.67, 0.3, 0.9)}
+    page.write_text("## withheld\n\nNothing yet.\n")
+    with pytest.raises(ValueError, match="no table"):
+        withheld_picture.insert(page)
 
 
 def test_the_gallery_says_what_each_of_its_pages_shows() -> None:

@@ -11,6 +11,7 @@ import codes_pages
 import effects_pages
 import optimizers_page
 import reference_pages
+import withheld_picture
 
 _TOP = {
     "README.md": "project/readme.md",
@@ -40,6 +41,7 @@ def assemble(root: Path, site: Path) -> None:
     effects_pages.write(site / "gallery" / "effects")
     effects_pages.write_pair(site / "explanations" / "look_alikes.md")
     optimizers_page.write(site / "gallery")
+    withheld_picture.insert(site / "gallery" / "experiments.md")
 
 
 def relinked(source: Path, page: Path, places: dict[Path, Path]) -> str:
