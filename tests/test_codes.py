@@ -129,6 +129,11 @@ def test_remedies_stand_with_their_causes() -> None:
     )
 
 
+def test_each_code_has_a_remedy() -> None:
+    """Some causes say in their own message what to do; a code of which all do would leave its page without advice."""
+    assert [code.name for code in codes().values() if not any(cause.remedy for cause in code.causes)] == []
+
+
 def test_a_finding_shows_its_code() -> None:
     assert str(Finding("note", "drift", "It drifts.", "log.csv")).endswith("It drifts. [drift]")
 

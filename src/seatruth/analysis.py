@@ -92,7 +92,8 @@ class Analysis:
         """Computes all parts, the most important first; a diverged answer leaves its parts empty."""
         self.findings = list(check_study(self.study))
         self.findings += _replaced(self.settings)
-        self.findings += [Finding("note", "search", note, "search") for note in self.outcome.notes]
+        do = "If it names a solver, correct it or take another one; if it names the checkpoint, make room for it."
+        self.findings += [Finding("note", "search", note, "search", do) for note in self.outcome.notes]
         failed = failures_of(self.study.model)
         self.findings += [failed_runs(failed)] if failed else []
         if not math.isfinite(self.outcome.value):
@@ -175,6 +176,7 @@ class Analysis:
                     "no-derivatives",
                     "The derivatives at the answer are not finite, so there are no standard errors.",
                     "search",
+                    "Keep the bounds away from values at which the model diverges or has an infinite slope.",
                 )
             )
             return

@@ -299,7 +299,8 @@ def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None
 
 
 def _checkpoint_finding(message: str) -> Finding:
-    return Finding("warning", "checkpoint", message, "search")
+    do = "Make room for the checkpoint, or name another folder, if a run that is stopped shall go on where it was."
+    return Finding("warning", "checkpoint", message, "search", do)
 
 
 def _values(cost: StudyCost, outcome: Outcome) -> dict[str, float]:

@@ -21,6 +21,7 @@ from test_report_page import Page
 
 from seatruth.diagnosis.parts import Discrepancy
 from seatruth.diagnosis.results import Diagnosis
+from seatruth.report.diagnosis import figures_which
 from seatruth.report.page import render
 from seatruth.report.sections import pictures
 from seatruth.report.text import diagnosis as text
@@ -298,3 +299,11 @@ def test_small_words() -> None:
     found.discrepancy = Discrepancy({"yaw": 0.2}, (), (), 3.0)
     assert text.formula_in_words(found) == []
     assert "20 % of the usual acceleration in yaw" in text.lacks_in_words(found)
+
+
+def test_residuals_of_a_thinned_log_are_drawn() -> None:
+    found = diagnosis()
+    found.traces.loc[found.traces.index % 2 == 1, "measured"] = np.nan
+    upper, lower = figures_which.signature(found, *figures_which.clearest(found)[0]).axes
+    assert np.isfinite(upper.lines[1].get_ydata()[1:-1]).all()
+    assert np.isfinite(lower.lines[-1].get_ydata()[1:-1]).all()

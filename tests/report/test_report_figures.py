@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import pickle
 import subprocess
 import sys
 
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 
 from seatruth.report import figures
 from seatruth.report.figures.runs import acf
-from seatruth.report.figures.style import thinned
+from seatruth.report.figures.style import spaced, thinned
 from seatruth.report.figures.svg import svg
 
 
@@ -33,6 +34,14 @@ def test_every_figure_draws_with_data_and_without(name: str) -> None:
 def test_figures_do_not_load_pyplot() -> None:
     code = "import sys, seatruth.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_notebook_shows_a_figure_as_a_picture() -> None:
+    formatters = pytest.importorskip("IPython.core.formatters", reason="IPython comes with the extra docs")
+    figure = figures.traces(estimate(trials=1, samples=120), channels=["r"])
+    shown, _ = formatters.DisplayFormatter().format(figure)
+    assert shown["image/png"].startswith(b"\x89PNG")
+    assert pickle.loads(pickle.dumps(figure))._repr_png_() == shown["image/png"], "another process can still show it"
 
 
 def test_traces_show_measured_and_fitted_in_degrees() -> None:
@@ -108,6 +117,29 @@ def test_thinning_keeps_the_peaks_of_every_stretch_the_ends_and_the_gaps(
     for a, b in itertools.pairwise(kept.tolist()):
         if known[a] and known[b]:
             assert known[a : b + 1].all()
+
+
+def test_a_channel_with_fewer_samples_is_a_line_and_its_gaps_stay() -> None:
+    t = np.arange(40.0)
+    y = np.where(np.arange(40) % 2 == 1, np.nan, 1.0)
+    assert spaced(t, y)[:39].tolist() == np.isfinite(y)[:39].tolist()
+    y[10:17] = np.nan
+    between = spaced(t, y)
+    assert between[9:17].all(), "a gap"
+    assert not between[[1, 7, 19, 37]].any()
+    assert spaced(t, np.full(40, np.nan)).all()
+    each = np.ones(40)
+    each[5] = np.nan
+    assert spaced(t, each).all(), "one sample that is missing among all others is a gap"
+
+
+def test_a_log_of_half_the_rate_is_drawn_as_a_line() -> None:
+    made = estimate(trials=1, samples=300)
+    made.traces.loc[made.traces.index % 2 == 1, "measured"] = np.nan
+    upper, lower = figures.traces(made, "zigzag_10_10", ["r"]).axes
+    assert np.isfinite(upper.lines[0].get_ydata()[:-1]).all()
+    assert np.isfinite(lower.lines[-1].get_ydata()[:-1]).all()
+    assert np.isfinite(figures.tracks(made).axes[0].lines[0].get_ydata()[:-1]).all()
 
 
 def test_svg_keeps_text_as_text_and_names_are_not_read_as_mathematics() -> None:

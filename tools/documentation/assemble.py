@@ -11,6 +11,7 @@ import codes_pages
 import effects_pages
 import optimizers_page
 import reference_pages
+import withheld_picture
 
 _TOP = {
     "README.md": "project/readme.md",
@@ -38,15 +39,22 @@ def assemble(root: Path, site: Path) -> None:
     codes_pages.write(site / "codes")
     reference_pages.write(site / "reference")
     effects_pages.write(site / "gallery" / "effects")
+    effects_pages.write_pair(site / "explanations" / "look_alikes.md")
     optimizers_page.write(site / "gallery")
+    withheld_picture.insert(site / "gallery" / "experiments.md")
 
 
 def relinked(source: Path, page: Path, places: dict[Path, Path]) -> str:
-    """A page's text with links that hold in the site. Pictures are copied; a file that is no page keeps its name."""
+    """A page's text with links that hold in the site. Pictures are copied; a file that is no page keeps its name.
+
+    A link to nothing is a ValueError: as a name it would look like a file.
+    """
 
     def link(found: re.Match[str]) -> str:
         picture, text, target, anchor = found[1], found[2], found[3], found[4] or ""
         path = (source.parent / target).resolve()
+        if not path.exists():
+            raise ValueError(f"{source}: the link to {target} leads nowhere")
         if path in places:
             return f"[{text}]({os.path.relpath(places[path], page.parent).replace(os.sep, '/')}{anchor})"
         if picture and path.is_file():

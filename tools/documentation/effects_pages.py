@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from codes_pages import literal
 from matplotlib.figure import Figure
+from scipy.optimize import minimize_scalar
 
 from seatruth import Model, Trial, load_model, simulator
 from seatruth.arrays import Array
 from seatruth.effects import Effect, available, with_effects
 from seatruth.effects.reference import ordered
-from seatruth.report.figures.style import BLUE, GREY, VERMILLION, placed, styled
+from seatruth.report.figures.style import BLUE, GREY, INK, MEASURED, VERMILLION, placed, styled
 
 _HEAD = """# Effects and their signatures
 
@@ -78,6 +79,8 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
         if names:
             linked = [f"[{name}]({name}.md)" if name in known else f"`{name}`" for name in names]
             text += f"**{label}**: {', '.join(linked)}\n\n"
+    if not effect.equivalent and not effect.confused_with:
+        text += "**Confused with**: no other effect.\n\n"
     if effect.distinguished_by:
         text += f"**Told apart by**: {literal(effect.distinguished_by)}\n\n"
     text += f"**Source**: {literal(effect.source)}\n\n" if effect.source else ""
@@ -189,14 +192,12 @@ def noise_signature(effect: Effect) -> Figure:
     return figure
 
 
-@styled
-def signature(effect: Effect, model: Model, trial: Trial, first: Mapping[str, float], about: str) -> Figure | None:
-    """The change of each output by the effect at its typical size; None where nothing changes."""
-    effect = effect.of_trials([trial.name, "another"])  # where it has values for each trial: two at least
+def change(effect: Effect, model: Model, trial: Trial, first: Mapping[str, float], sizes: Sizes) -> Array:
+    """The change of the outputs (n, outputs) by an effect of its typical size, but for the sizes that are given."""
     changed = with_effects(model, [effect])
-    typical = {effect.named(q.name): q.value for q in effect.parameters}
+    size = {effect.named(q.name): sizes.get(q.name, q.value) for q in effect.parameters}
     outputs = []
-    for values in ({}, typical):
+    for values in ({}, size):
         every = {**changed.nominal(), **values}
         start = changed.first_state(
             {c.name: first.get(c.name, 0.0) for c in changed.outputs},
@@ -205,7 +206,75 @@ def signature(effect: Effect, model: Model, trial: Trial, first: Mapping[str, fl
         )
         run = simulator(changed, [trial], values=every, backend="reference", max_step=0.5)
         outputs.append(run.outputs(np.zeros((1, 0)), np.array(start)[None]).y[0])
-    difference = outputs[1] - outputs[0]
+    return np.asarray(outputs[1] - outputs[0])
+
+
+PAIR = ("drag_increase", "thrust_gain")
+"""Two effects that look alike at one number of revolutions; each has one size."""
+_ALIKE_UNTIL = 60.0
+"""Time at which the run's revolutions are reduced, s."""
+_PLACE = "<!-- look_alikes.svg -->"
+
+
+def write_pair(page: Path) -> None:
+    """Puts the picture of the two that look alike where its page has a place for it."""
+    text = page.read_text(encoding="utf-8")
+    if text.count(_PLACE) != 1:
+        raise ValueError(f"{page.name} has no place for its picture: write {_PLACE} there")
+    figure, drag, thrust = pair_signatures()
+    figure.savefig(page.parent / "look_alikes.svg")
+    shown = (
+        "![Two signatures that look alike at first, and their difference](look_alikes.svg)\n\n"
+        f"Synthetic zigzag 15/15 of `mmg`, with fewer revolutions after {_ALIKE_UNTIL:.0f} s: what "
+        f"{100 * drag:.0f} % more drag (`drag_increase`, grey) and {-100 * thrust:.0f} % less thrust (`thrust_gain`, "
+        "blue) change in the speed, and below their difference. The thrust is the one that comes nearest in the first "
+        f"{_ALIKE_UNTIL:.0f} s. As long as the revolutions stay the same, the two look alike; a trial with other "
+        "revolutions tells them apart."
+    )
+    page.write_text(text.replace(_PLACE, shown), encoding="utf-8")
+
+
+@styled
+def pair_signatures() -> tuple[Figure, float, float]:
+    """The signatures of the pair in the speed, the second fitted to the start of the first, and the size of each."""
+    model, trial, first, _ = _settings()[0]
+    column = [channel.name for channel in model.outputs].index("u")
+    known = available()
+    one, other = (known[name] for name in PAIR)
+    aim = change(one, model, trial, first, {})[:, column]
+    early = trial.t < _ALIKE_UNTIL
+
+    def near(size: float) -> Array:
+        return np.asarray(change(other, model, trial, first, {other.parameters[0].name: size})[:, column])
+
+    found = minimize_scalar(
+        lambda size: float(np.sum((near(size) - aim)[early] ** 2)),
+        bounds=(-0.5, 0.0),
+        method="bounded",
+        options={"maxiter": 12},
+    )
+    figure = Figure(figsize=(5.4, 3.0))
+    upper: Any = placed(figure, 0.7, 1.35, 4.5, 1.3)
+    lower: Any = placed(figure, 0.7, 0.42, 4.5, 0.6)
+    for axes, name in ((upper, "u (m/s)"), (lower, "difference (m/s)")):
+        axes.axhline(0.0, color=GREY, linewidth=0.7)
+        axes.axvline(_ALIKE_UNTIL, color=GREY, linewidth=0.7, linestyle=":")
+        axes.set_title(name, loc="left")
+    upper.plot(trial.t, aim, color=MEASURED, linewidth=3.0)
+    upper.plot(trial.t, near(float(found.x)), color=BLUE)
+    upper.tick_params(labelbottom=False)
+    lower.plot(trial.t, aim - near(float(found.x)), color=INK)
+    lower.set_ylim(-0.02, 0.02)
+    lower.set_xlabel("t (s)")
+    return figure, one.parameters[0].value, float(found.x)
+
+
+@styled
+def signature(effect: Effect, model: Model, trial: Trial, first: Mapping[str, float], about: str) -> Figure | None:
+    """The change of each output by the effect at its typical size; None where nothing changes."""
+    effect = effect.of_trials([trial.name, "another"])  # where it has values for each trial: two at least
+    changed = with_effects(model, [effect])
+    difference = change(effect, model, trial, first, {})
     shown = [k for k in range(difference.shape[1]) if np.nanmax(np.abs(difference[:, k])) > 1e-9]
     if not shown:
         return None

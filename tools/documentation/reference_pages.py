@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import io
+import json
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout, suppress
@@ -145,7 +146,6 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _json() -> str:
     """The layout of what `--json` writes, from calls on the sample."""
-    import json
     import tempfile
 
     import seatruth.sample
@@ -156,31 +156,57 @@ def _json() -> str:
     text += "them for the synthetic sample; [diagnosis](../diagnosis.md) describes `diagnosis.json`.\n\n"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        study = str(seatruth.sample.copy_to(folder))
-        calls = {
-            "check": ["check", study],
-            "simulate": ["simulate", study],
-            "identify": ["identify", study, "--evaluations", "60", "--quiet", "--out", str(folder / "result")],
-            "predict": [
-                "predict",
-                study,
-                "--draws",
-                "60",
-                "--turn",
-                "35",
-                "--result",
-                str(folder / "result"),
-                "--quiet",
-            ],
-            "list": ["list", "costs"],
-            "explain": ["explain", "outliers"],
-        }
-        for command, arguments in calls.items():
-            with redirect_stdout(io.StringIO()):
-                cli.run([*arguments, "--json", str(folder / "answer.json")])
-            answer = json.loads((folder / "answer.json").read_text(encoding="utf-8"))
+        seatruth.sample.copy_to(folder)
+        (folder / "compare.toml").write_text(_COMPARISON, encoding="utf-8")
+        for command, options in _CALLS.items():
+            answer = _answer(command, options.split(), folder)
             text += f"## {command}\n\n```text\n" + "\n".join(layout(answer)) + "\n```\n\n"
-    return text
+    return text + "## demo\n\nThe keys of `identify`, and under `diagnosis` those of `diagnose`.\n"
+
+
+_CALLS = {
+    "init": "init DIR/zigzag_20_20.csv --output DIR/log.toml",
+    "trials": "trials DIR/zigzag_20_20.csv",
+    "check": "check DIR/study.toml",
+    "simulate": "simulate DIR/study.toml",
+    "identify": "identify DIR/study.toml --evaluations 60 --quiet --out DIR/result",
+    "predict": "predict DIR/study.toml --draws 60 --turn 35 --result DIR/result --quiet",
+    "diagnose": "diagnose DIR/diagnose.toml --effects current,rudder_offset --no-validation --no-next-trial --quiet",
+    "compare": "compare DIR/compare.toml --workers 1 --quiet",
+    "list": "list costs",
+    "explain": "explain outliers",
+}
+"""Calls that show the JSON of each command but demo, which runs two of them; DIR holds the sample."""
+_COMPARISON = """
+[comparison]
+name = "two solvers"
+seeds = 2
+budgets = [40]
+
+[[problems]]
+study = "log.toml"
+truth = "study"
+
+[[solvers]]
+use = "least_squares"
+
+[[solvers]]
+use = "nelder_mead"
+
+[[noise]]
+kind = "white"
+levels = [0.01]
+"""
+
+
+def _answer(command: str, options: Sequence[str], folder: Path) -> Any:
+    """What a command writes as JSON; its words are not shown."""
+    file = folder / f"{command}.json"
+    with redirect_stdout(io.StringIO()) as said:
+        code = cli.run([*(option.replace("DIR", str(folder)) for option in options), "--json", str(file)])
+    if code:
+        raise RuntimeError(f"seatruth {command} ended with {code}: {said.getvalue()}")
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
 def layout(value: Any, depth: int = 0) -> list[str]:

@@ -218,4 +218,5 @@ def _set_aside(found: Search) -> list[Finding]:
     names = [name for name, _ in failed]
     shown = "; ".join(f"{name}: {why}" for name, why in failed[:3])
     text = f"{len(names)} hypotheses could not be fitted and were set aside ({shown})."
-    return [Finding("note", "hypothesis-set-aside", text, f"study {found.problem.study.name!r}")]
+    do = "They have no probability. Mend what the reason names, or leave these effects out (`--effects`)."
+    return [Finding("note", "hypothesis-set-aside", text, f"study {found.problem.study.name!r}", do)]

@@ -53,7 +53,7 @@ class EachTrial(Effect):
         like = self.like()
         if like.states or like.true_parameters is not None or like.servo is not None:
             what = f"{like.name!r} has states, a servo, or other parameters: it cannot differ from trial to trial"
-            raise PluginError(what, where=f"effect {self.name!r}")
+            raise PluginError(what, where=f"effect {self.name!r}", do="Name an effect without them in `like`.")
         self.trials = tuple(trials)
         labels = _labels(self.trials)
         common = [q for q in like.parameters if q.prior is not None]

@@ -77,11 +77,14 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
     names = [effect.name for effect in effects]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
-        raise BadInput(f"the effect {twice[0]!r} is named twice")
+        raise BadInput(f"the effect {twice[0]!r} is named twice", do="Name it once.")
     for effect in effects:
         reason = effect.missing(model)
         if reason:
-            raise BadInput(f"the effect {effect.name!r} cannot act on model {model.name!r}: {reason}")
+            raise BadInput(
+                f"the effect {effect.name!r} cannot act on model {model.name!r}: {reason}",
+                do="Leave it out, or take a model that it can act on.",
+            )
     effects = [effect.on(model) for effect in effects]
     if isinstance(model, BlackBox):
         return ExtendedBlackBox(model, effects)

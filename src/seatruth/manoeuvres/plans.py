@@ -197,7 +197,7 @@ class CrashStop(Manoeuvre):
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.revolutions):
-            raise BadInput(f"revolutions must be a number, not {self.revolutions}", where="manoeuvre")
+            raise BadInput(f"revolutions must be a number, not {self.revolutions}", where="manoeuvre", do="Give rev/s.")
 
     @property
     def label(self) -> str:
@@ -274,7 +274,8 @@ def _schedule(parts: list[tuple[float, Orders]]) -> Helm:
 
 def _positive(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0):
-        raise BadInput(f"{name} must be positive, not {value}", where="manoeuvre")
+        do = "Give a positive number; from Python, angles are in rad and times in s."
+        raise BadInput(f"{name} must be positive, not {value}", where="manoeuvre", do=do)
 
 
 def _steered(by: By, *levels: float) -> None:

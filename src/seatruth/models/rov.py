@@ -179,7 +179,8 @@ class ROV(Model):
         thrusters = [actuator for actuator in cls.actuators if isinstance(actuator, Thruster)]
         if not thrusters or len(thrusters) < len(cls.actuators):
             where = f"model {cls.name or cls.__name__!r}"
-            raise BadInput("its actuators must be Thrusters, one at least", where=where)
+            do = "Give a Thruster for each thruster, and nothing else."
+            raise BadInput("its actuators must be Thrusters, one at least", where=where, do=do)
         orders = dict.fromkeys(one.input for one in thrusters)
         cls.inputs = (*(Channel(order, "1", "command, -1 to 1") for order in orders), _VOLTAGE)
         layout = tuple((one.at, one.towards) for one in thrusters)

@@ -141,7 +141,9 @@ class Evaluator:
             r = np.array(self._call(self.cost.residuals, self.coordinates.x_of(inside[0])), dtype=float)
             if r.ndim != 1:
                 raise PluginError(
-                    f"residuals must be one-dimensional, not of shape {r.shape}", where=_name_of(self.cost)
+                    f"residuals must be one-dimensional, not of shape {r.shape}",
+                    where=_name_of(self.cost),
+                    do="Let `residuals` return an array (residuals,).",
                 )
             if not np.isfinite(r).all():
                 r = np.full(len(r), np.inf)
@@ -160,7 +162,11 @@ class Evaluator:
         inside = self._clipped(Z)
         R = np.asarray(self._call(self.cost.residuals_of, self.coordinates.x_of(inside)), dtype=float)
         if R.ndim != 2 or len(R) != len(Z):
-            raise PluginError(f"residuals of {len(Z)} candidates have shape {R.shape}", where=_name_of(self.cost))
+            raise PluginError(
+                f"residuals of {len(Z)} candidates have shape {R.shape}",
+                where=_name_of(self.cost),
+                do="Let `residuals_of` return one row for each candidate.",
+            )
         with np.errstate(over="ignore", invalid="ignore"):
             values = np.array([self.cost.value_of(r) if np.isfinite(r).all() else np.inf for r in R])
         values[~np.isfinite(values)] = np.inf
@@ -175,7 +181,8 @@ class Evaluator:
         derivative = np.asarray(self._call(self.cost.jacobian, self.coordinates.x_of(inside)), dtype=float)
         if derivative.ndim != 2 or derivative.shape[1] != len(inside):
             shape = f"(residuals, {len(inside)}), not {derivative.shape}"
-            raise PluginError(f"the Jacobian must have shape {shape}", where=_name_of(self.cost))
+            do = "Let `jacobian` return one row for each residual and one column for each parameter."
+            raise PluginError(f"the Jacobian must have shape {shape}", where=_name_of(self.cost), do=do)
         self._count(self.coordinates.dimension, self.seconds)
         if not np.isfinite(derivative).all():
             self.end("failed", "the derivatives of the cost are not finite where the search stands")
@@ -198,7 +205,10 @@ class Evaluator:
         """Makes x (K,) the answer, whatever its cost; evaluates the cost and returns it."""
         x = np.array(x, dtype=float)
         if x.shape != (self.coordinates.dimension,) or not np.isfinite(x).all():
-            raise PluginError(f"an answer of {self.coordinates.dimension} finite numbers is needed, not {x}")
+            raise PluginError(
+                f"an answer of {self.coordinates.dimension} finite numbers is needed, not {x}",
+                do="Let the optimizer give one for each parameter.",
+            )
         z = self.coordinates.z_of(x)
         value = float(self.values(z[None])[0])
         self.answer, self.answer_value = self.coordinates.x_of(z), value
@@ -243,7 +253,11 @@ class Evaluator:
         except SeatruthError:
             raise
         except Exception as problem:
-            raise PluginError(f"it raised {type(problem).__name__}: {problem}", where=_name_of(self.cost)) from problem
+            raise PluginError(
+                f"it raised {type(problem).__name__}: {problem}",
+                where=_name_of(self.cost),
+                do="Correct the cost; from Python, the traceback shows the place.",
+            ) from problem
 
     def _raise_if_stopped(self) -> None:
         """Raises the stop again for a solver that caught it and went on."""
@@ -255,7 +269,8 @@ class Evaluator:
         if Z.ndim != 2 or Z.shape[1] != self.coordinates.dimension or not len(Z):
             raise PluginError(
                 f"the optimizer proposed candidates of shape {Z.shape}; (candidates, {self.coordinates.dimension}) "
-                "was expected"
+                "was expected",
+                do="Let it propose one row for each candidate, one at least.",
             )
         inside = self.coordinates.clip(Z)
         moved = inside != Z
@@ -275,7 +290,9 @@ class Evaluator:
         values = np.array(self._call(self.cost.values, self.coordinates.x_of(Z)), dtype=float)
         if values.shape != (len(Z),):
             raise PluginError(
-                f"the cost returned values of shape {values.shape} for {len(Z)} candidates", where=_name_of(self.cost)
+                f"the cost returned values of shape {values.shape} for {len(Z)} candidates",
+                where=_name_of(self.cost),
+                do="Let `values` return one number for each candidate.",
             )
         values[~np.isfinite(values)] = np.inf
         return values

@@ -144,7 +144,8 @@ def _predicted(
         return _sailed_anew(study, run, values, how, steering)
     if kind == "zigzag":
         raise BadInput(
-            "a black box cannot be steered by its heading, and a replay gives the reversals, not predicts them"
+            "a black box cannot be steered by its heading, and a replay gives the reversals, not predicts them",
+            do="Write the model's equations where its zigzags are to be predicted.",
         )
     return replayed(study, run, values, threads)
 
@@ -171,7 +172,8 @@ def replayed(study: Study, run: Trial, values: Array, threads: int | None) -> li
 def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing, steering: Steering) -> list[Trial | str]:
     found = zigzag_figures(steering.recorded(run))
     if not found.switch_angles:
-        raise BadInput("the record ends before the first overshoot", where=f"trial {run.name!r}")
+        do = "Give a record that goes on beyond the first overshoot."
+        raise BadInput("the record ends before the first overshoot", where=f"trial {run.name!r}", do=do)
     near = np.abs(run.t - found.executes[0]) <= _AT_EXECUTE
     if not near.any():
         near[np.argmin(np.abs(run.t - found.executes[0]))] = True

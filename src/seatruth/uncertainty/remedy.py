@@ -143,7 +143,8 @@ def remedy_finding(remedy: Remedy, value: float, inflation: float, parameters: S
 
 def untried_finding(reason: str) -> Finding:
     """The finding that no other way could be tried."""
-    return Finding("note", "other-ways-failed", f"No other way into the problem could be tried: {reason}", "search")
+    do = "Search from more starts (`starts = 20` in [optimizer]) or from segments (`segments = 20` in [cost])."
+    return Finding("note", "other-ways-failed", f"No other way into the problem could be tried: {reason}", "search", do)
 
 
 def _search(cost: StudyCost, budget: Budget, start: Array | None = None) -> Outcome:

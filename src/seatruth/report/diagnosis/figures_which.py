@@ -23,6 +23,7 @@ from seatruth.report.figures.style import (
     nothing,
     placed,
     rows,
+    spaced,
     styled,
     text,
     thinned,
@@ -88,12 +89,14 @@ def signature(diagnosis: Diagnosis, trial: str, channel: str) -> Figure:
     noise = float(row["noise"]) * scale.factor
     figure = Figure(figsize=_CELL)
     said = f"{text(trial)}: {number(row['multiple_refit'], 2)} × noise"
-    kept = thinned(t, residual)
+    line = spaced(t, residual)
+    sampled, residual, remains = t[line], residual[line], remains[line]
+    kept = thinned(sampled, residual)
     if not diagnosis.augmented.get("effects"):
         axes = placed(figure, 0.72, 0.44, 3.93, 1.9)
         axes.axhspan(-2 * noise, 2 * noise, color=FAINT, linewidth=0)
         axes.axhline(0, color=GREY, linewidth=0.7)
-        axes.plot(t[kept], residual[kept], color=INK, linewidth=0.9)
+        axes.plot(sampled[kept], residual[kept], color=INK, linewidth=0.9)
         few_ticks(axes, 6, 4)
         axes.set_ylabel(text(scale.label, 24))
         axes.set_xlabel("t (s)")
@@ -102,13 +105,13 @@ def signature(diagnosis: Diagnosis, trial: str, channel: str) -> Figure:
     upper = placed(figure, 0.72, 1.06, 3.93, 1.28)
     lower = placed(figure, 0.72, 0.44, 3.93, 0.52, sharex=upper)
     upper.axhline(0, color=GREY, linewidth=0.7)
-    upper.plot(t[kept], residual[kept], color=MEASURED, linewidth=2.4)
+    upper.plot(sampled[kept], residual[kept], color=MEASURED, linewidth=2.4)
     kept = thinned(t, explained)
     upper.plot(t[kept], explained[kept], color=BLUE, linewidth=1.2)
     lower.axhspan(-2 * noise, 2 * noise, color=FAINT, linewidth=0)
     lower.axhline(0, color=GREY, linewidth=0.7)
-    kept = thinned(t, remains)
-    lower.plot(t[kept], remains[kept], color=INK, linewidth=0.7)
+    kept = thinned(sampled, remains)
+    lower.plot(sampled[kept], remains[kept], color=INK, linewidth=0.7)
     size = 1.08 * max(float(np.nanmax(np.abs(remains))), 2.4 * noise, 1e-12)
     lower.set_ylim(-size, size)
     few_ticks(upper, 6, 4)

@@ -1,4 +1,4 @@
-"""The figures of the report, each a function of an Estimate that gives a matplotlib Figure (shown by any notebook)."""
+"""The figures of the report, each a function of an Estimate that gives a matplotlib Figure (a notebook shows it)."""
 
 from seatruth.report.figures.estimates import correlation, parameters, profile, sensitivity
 from seatruth.report.figures.posterior import chains, corner

@@ -28,6 +28,7 @@ from seatruth.report.figures.style import (
     few_ticks,
     nothing,
     placed,
+    spaced,
     styled,
     text,
     thinned,
@@ -128,6 +129,8 @@ def _summary(data: View, trial: str, name: str) -> str:
 
 def _line(axes: Axes, t: Array, y: Array, **kwargs: Any) -> None:
     y = np.where(np.isfinite(y), y, np.nan)
+    line = spaced(t, y)
+    t, y = t[line], y[line]
     kept = thinned(t, y)
     axes.plot(t[kept], y[kept], **kwargs)
 
@@ -230,6 +233,8 @@ def _draw_track(axes: Axes, track: Track, title: str) -> None:
     for name, look in looks.items():
         if name in track:
             east, north = track[name]
+            line = spaced(_clock(east), east)
+            east, north = east[line], north[line]
             kept = np.union1d(thinned(_clock(east), east, 300), thinned(_clock(north), north, 300))
             axes.plot(east[kept], north[kept], gid=trace(name), **look)
     east, north = next(iter(track.values()))

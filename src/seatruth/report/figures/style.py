@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec, TypeVar
@@ -90,15 +91,29 @@ def _defaults() -> dict[str, Any]:
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """Runs a function in the style of the report; matplotlib's own settings are as before afterwards."""
+    """Runs a function in the style of the report; matplotlib's own settings are as before afterwards.
+
+    Its figure shows itself in a notebook, without pyplot and without `%matplotlib inline`.
+    """
 
     @functools.wraps(function)
     def inside(*args: P.args, **kwargs: P.kwargs) -> R:
         settings: Any = _defaults() | _STYLE
         with matplotlib.rc_context(rc=settings):
-            return function(*args, **kwargs)
+            made = function(*args, **kwargs)
+        if isinstance(made, Figure):
+            # A notebook asks an object for this method; matplotlib gives its figures none.
+            made._repr_png_ = functools.partial(_png, made)  # type: ignore[attr-defined]
+        return made
 
     return inside
+
+
+def _png(figure: Figure) -> bytes:
+    """The picture as a notebook shows it."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return file.getvalue()
 
 
 def text(name: Any, most: int = NAME) -> str:
@@ -164,6 +179,23 @@ def zoomable(axes: Axes, link: str = "") -> None:
 def trace(name: str) -> str:
     """The `gid` of a line that a reader of the page may hide with all others of this name."""
     return f"trace {name}"
+
+
+def spaced(t: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Samples (n,) of a line through y: those that are known, and the unknown ones (NaN) that make a gap.
+
+    A channel that is sampled less often than its trial's clock has NaN between any two samples, and a line with them
+    would show nothing. A gap is wider than one and a half of its usual steps.
+    """
+    known = np.isfinite(y)
+    at = np.flatnonzero(known)
+    if at.size < 2 or at.size == y.size:
+        return np.ones(y.size, dtype=bool)
+    step = np.diff(t[at])
+    between = np.clip(np.searchsorted(at, np.arange(y.size)) - 1, 0, step.size - 1)
+    inside = (np.arange(y.size) > at[0]) & (np.arange(y.size) < at[-1])
+    wide = step[between] > 1.5 * float(np.median(step))
+    return np.asarray(known | ~inside | wide, dtype=np.bool_)
 
 
 def thinned(t: NDArray[np.float64], y: NDArray[np.float64], buckets: int = 180) -> NDArray[np.intp]:

@@ -19,7 +19,8 @@ def check_tables(tables: Sequence[Trial], model: Channels) -> list[Finding]:
         values = np.concatenate([table.inputs[channel.name] for table in tables])
         if values.size > 1 and np.ptp(values) == 0:
             what = f"Every row has {channel.name} = {values[0]:g}: its influence cannot be identified."
-            found.append(Finding("note", "constant-column", what, where, channel=channel.name))
+            do = "Add rows with another value, or fix the parameters that belong to it."
+            found.append(Finding("note", "constant-column", what, where, do, channel=channel.name))
     for channel in model.outputs:
         values = np.concatenate([table.outputs[channel.name] for table in tables])
         valid = int(np.isfinite(values).sum())
@@ -30,5 +31,6 @@ def check_tables(tables: Sequence[Trial], model: Channels) -> list[Finding]:
             what = (
                 f"{values.size - valid} of {values.size} rows have no {channel.name}: they are predicted, not fitted."
             )
-            found.append(Finding("note", "rows-to-predict", what, where, channel=channel.name))
+            do = "Fill in the value where it was measured."
+            found.append(Finding("note", "rows-to-predict", what, where, do, channel=channel.name))
     return gravest_first(found)
