@@ -40,6 +40,7 @@ def test_links_lead_somewhere(document: str) -> None:
         assert (path.parent / target).exists(), target
 
 
+@pytest.mark.essential
 def test_readme(folder: Path) -> None:
     copy_to(folder)
     shutil.copy(folder / "zigzag_20_20.csv", folder / "my_log.csv")

@@ -89,6 +89,7 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert names == list(found.parameters.index)
 
 
+@pytest.mark.essential
 def test_from_a_log_to_parameters(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """init guesses a study from the log's columns; check and identify run on it as it stands."""
     log, study = folder / "zigzag_20_20.csv", folder / "mine.toml"

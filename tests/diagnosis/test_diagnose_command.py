@@ -51,6 +51,7 @@ def diagnosis(folder: Path, done: subprocess.CompletedProcess[str]) -> Diagnosis
     return Diagnosis.load(folder / "study-diagnosis")
 
 
+@pytest.mark.essential
 def test_the_cause_is_named_with_its_size(done: subprocess.CompletedProcess[str], diagnosis: Diagnosis) -> None:
     assert diagnosis.verdict.kind == "effects"
     assert diagnosis.named == ("rudder_offset",)
