@@ -158,7 +158,7 @@ def test_it_can_be_sent_and_observed() -> None:
     first = dict(FIRST)
     assert there.run(RUN, there.nominal(), first).tolist() == model.run(RUN, model.nominal(), first).tolist()
     around = observed(model, [Observation("sog")])
-    inside = ServoBlackBox(observed(ship_box(), [Observation("sog")]), HELM)  # type: ignore[arg-type]
+    inside = ServoBlackBox(observed(ship_box(), [Observation("sog")]), HELM)
     assert outputs(around) == pytest.approx(outputs(inside))
 
 
