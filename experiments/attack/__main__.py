@@ -43,7 +43,8 @@ def main() -> int:
     if given.part:
         parts.run(given.part, given.cases, given.seed, out, given.guided, 60.0 * given.minutes)
         return 0
-    chosen = [name for name in parts.NAMES if not given.only or any(name.startswith(word) for word in given.only)]
+    usual = parts.QUICK if given.quick and not given.only else parts.NAMES
+    chosen = [name for name in usual if not given.only or any(name.startswith(word) for word in given.only)]
     tallies = []
     for name in chosen:
         cases = parts.cases_of(name, given.quick, given.cases)

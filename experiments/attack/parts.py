@@ -24,6 +24,8 @@ FUZZED = ("expressions", "study files", "comparison files", "logs", "results", "
 MODELS, HOSTILE = "models against Python", "hostile files"
 KILLED = tuple(f"kill -9: {command}" for command in kills.COMMANDS)
 NAMES = (MODELS, *FUZZED, HOSTILE, *KILLED)
+QUICK = tuple(name for name in NAMES if "compare" not in name or name == KILLED[-1])
+"""Of comparisons with several numbers of workers, one is killed."""
 
 
 def cases_of(part: str, quick: bool, asked: int | None) -> int:
@@ -33,7 +35,7 @@ def cases_of(part: str, quick: bool, asked: int | None) -> int:
     if asked is not None:
         return asked
     if part == MODELS:
-        return 1000
+        return 300 if quick else 1000
     if part in KILLED:
         return 1 if quick else 100
     return 60 if quick else 20_000
