@@ -58,7 +58,7 @@ test-slow: $(DEV)
 test-lowest: $(DEV)
 	$(PY) -m venv --clear build/lowest
 	$(PY) tools/lowest_versions.py > build/lowest.txt
-	build/lowest/bin/python -m pip --disable-pip-version-check install --quiet --constraint build/lowest.txt hatchling editables ".[dev]"
+	build/lowest/bin/python -m pip --disable-pip-version-check install --quiet --constraint build/lowest.txt hatchling editables ".[dev,dask]"
 	build/lowest/bin/python -m pytest --numprocesses auto --maxprocesses $(WORKERS) --dist loadscope -m "not slow" $(ARGS)
 
 # What is left is named at the end, line by line.

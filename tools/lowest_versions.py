@@ -1,7 +1,7 @@
 """Prints pip constraints that pin each direct dependency at the lowest version which pyproject.toml promises.
 
     python tools/lowest_versions.py > lowest.txt
-    pip install --constraint lowest.txt '.[dev]'
+    pip install --constraint lowest.txt '.[dev,dask]'
 
 `pandas>=2.2` becomes `pandas==2.2`, which is 2.2.0. Only what a user of seatruth gets is pinned: tools of tests and
 documentation come as they are.

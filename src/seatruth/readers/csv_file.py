@@ -28,6 +28,8 @@ _PIECE = 2**22
 _LONGEST_LINE = 2**24
 """Characters of a line; a longer one is no line of samples (chosen here [S])."""
 _HEAD_LINES = 60
+_ALL_DIGITS: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
+"""What makes pandas 2 read numbers to the last digit, as pandas 3 does by itself."""
 
 
 @dataclass(frozen=True)
@@ -197,6 +199,7 @@ class _Columns:
                     encoding="utf-8",
                     encoding_errors="replace",
                     na_values=list(MISSING),
+                    **_ALL_DIGITS,
                     **options,
                 )
                 return frame
