@@ -25,7 +25,7 @@ settings.register_profile("seatruth", settings(deadline=None))
 settings.load_profile("seatruth")
 
 SLOW_LIST = Path(__file__).with_name("slow_tests.txt")
-SLOW = 0.4
+SLOW = 0.2
 """Processor time (s) of a test from which it counts as slow: so the fast ones take four minutes together."""
 _BEGUN = pytest.StashKey[float]()
 _PROPERTY = "processor_s"
