@@ -31,7 +31,7 @@ help:
 	@echo "make test               the fast tests; ARGS='-k driver -x' goes to pytest, ARGS=--cpu lists what takes long"
 	@echo "make test-slow          the others: whole experiments, examples of the documents, interrupts and full disks"
 	@echo "make test-lowest        the fast tests with the lowest versions that pyproject.toml promises, in an environment of their own"
-	@echo "make coverage           the fast tests, with the lines of src that none of them runs (fails below 92 %)"
+	@echo "make coverage           all tests, with the lines of src that none of them runs (fails below 92 %)"
 	@echo "make docs               the documentation site, with every example run (build/docs/index.html)"
 	@echo "make docs-links         asks every link to the outside whether it still leads somewhere"
 	@echo "make lint               style and format of the code (ruff)"
@@ -63,7 +63,7 @@ test-lowest: $(DEV)
 
 # What is left is named at the end, line by line.
 coverage: $(DEV)
-	$(PYTEST) -m "not slow" --cov --cov-report=term-missing:skip-covered --cov-report=html:build/coverage $(ARGS)
+	$(PYTEST) --cov --cov-report=term-missing:skip-covered --cov-report=html:build/coverage $(ARGS)
 
 # Every warning is an error, and so is every link inside the site that leads nowhere.
 docs: $(DEV)
