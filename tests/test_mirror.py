@@ -33,6 +33,8 @@ ELSEWHERE = {
         "comparison/store_schema",
         "comparison/worker",
     ),
+    # What a likelihood gives.
+    "diagnosis/test_diagnosis_marginal_likelihood.py": ("diagnosis/unknowns",),
     # Sections are read on the page.
     "report/test_report_diagnosis.py": ("report/diagnosis/*", "report/text/diagnosis", "report/text/gap"),
     "report/test_report_page.py": (

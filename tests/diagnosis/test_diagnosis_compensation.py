@@ -9,9 +9,9 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis.compensation import along, can_compensate, compensated
-from seatruth.diagnosis.marginal_likelihood import Solution
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.unknowns import Solution
 from seatruth.trials.trial import Trial
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, hats
-from seatruth.diagnosis.marginal_likelihood import Solution
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.unknowns import Solution
 from seatruth.simulate import evaluate_rhs
 
 _SLOPE = 1e-4

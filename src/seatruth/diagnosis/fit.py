@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.size_search import OfSizes, maximise
 from seatruth.diagnosis.sizes import (
@@ -28,6 +28,7 @@ from seatruth.diagnosis.sizes import (
     proposed_shapes,
 )
 from seatruth.diagnosis.steps import likelihood_at, objective, step
+from seatruth.diagnosis.unknowns import Solution
 from seatruth.trials.prepare.filters import MAD_TO_SD
 
 _CLOSE = 3.0

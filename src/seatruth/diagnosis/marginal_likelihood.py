@@ -20,16 +20,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import cho_solve
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpotri
 
 from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.evidence import scale_gain
+from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.prior_roots import LocalRoot, PriorRoots
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import Sizes, noise_shapes
-from seatruth.statistics.state_space_noise import whiten
+from seatruth.diagnosis.sizes import Sizes
+from seatruth.diagnosis.triangular import backward, forward, inverse
+from seatruth.diagnosis.unknowns import Posterior, Solution
 
 _LARGEST_SQUARE = 1e13
 """Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
@@ -39,48 +40,6 @@ _BOUNDS = 10
 """Times that unknowns are held at bounds in one step. [S] Two or three are usual."""
 _SLACK = 1e-9
 """Part of the range between bounds by which a step crosses them: rounding."""
-
-
-@dataclass(frozen=True)
-class Solution:
-    """The most probable step from a point, and what is known of the shared unknowns after the trials."""
-
-    shared: Array
-    """Step of the shared unknowns (S,)."""
-    local: Array
-    """Step of each trial's own unknowns (T, L)."""
-    free: Indices
-    """The shared unknowns (k,) that the hypothesis frees."""
-    covariance: Array
-    """Their posterior covariance (k, k)."""
-
-
-@dataclass(frozen=True)
-class Posterior:
-    """What is known of all unknowns after the trials, in deviations of their priors: k shared ones, L of each trial."""
-
-    shared: Array
-    """Mean of the shared ones (k,)."""
-    local: Array
-    """Mean of each trial's own (T, L)."""
-    shared_covariance: Array
-    """(k, k)."""
-    local_covariance: Array
-    """Of each trial's own beside known shared ones (T, L, L)."""
-    lean: Array
-    """By how much each trial's own fall where the shared ones rise (T, L, k)."""
-    place: Array
-    """Mean of [1, distance of every column's unknown from the point] (T, m)."""
-    at: Indices
-    """The columns (k,) of the shared ones."""
-    root: Array
-    """A square root (k, k) of their prior covariance."""
-    factor: Array
-    """The Cholesky factor (k, k) of the inverse of `shared_covariance`."""
-    factors: Array
-    """Those of the inverses of `local_covariance` (T, L, L)."""
-    halves: Array
-    """The factors' inverses times the Gram matrix of each trial's own columns with [errors, shared] (T, L, 1 + S')."""
 
 
 @dataclass(frozen=True)
@@ -107,22 +66,10 @@ class Likelihood:
         self._at: Linearization | None = at
         self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
         self.place = {int(column): k for k, column in enumerate(self.columns)}
-        self._shapes = noise_shapes(problem.settings)
         self.priors = PriorRoots(problem)
         own_columns = self.priors.over_knots(at.local, self.priors.time)
-        self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
-        self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
-        for one in problem.series:
-            kept = np.ones(len(one.rows), dtype=np.bool_) if keep is None else keep[one.rows]
-            rows = one.rows[kept]
-            block = np.concatenate(
-                [at.errors[rows, None], at.shared[np.ix_(rows, self.columns)], own_columns[rows]], axis=1
-            )
-            self._blocks[one.trial, one.channel] = block, one.t[kept]
-            self.counts[one.trial, one.channel] = len(rows)
         self._locals = at.local.shape[1]
-        self._size = 1 + len(self.columns) + self._locals
-        self._grams: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self.grams = GramMatrices(problem, at.errors, at.shared[:, self.columns], own_columns, keep)
         self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
         self._last_reduced: tuple[bytes, _Reduced] | None = None
         # Gram matrices are taken with errors at the prior means of everything that is not held.
@@ -195,8 +142,7 @@ class Likelihood:
     def close(self, sizes: Sizes) -> None:
         """Frees the memory of everything but these sizes' noise: nothing else can be asked for then."""
         self._at = None
-        self._blocks.clear()
-        self._grams = {key: grams for key, grams in self._grams.items() if key in set(enumerate(sizes.shape))}
+        self.grams.close(sizes)
         self._last_gram = self._last_reduced = None
 
     # Evidence
@@ -286,7 +232,7 @@ class Likelihood:
         gram, _, at, root = self._summed(sizes, effects, None)
         reduced = self._reduce(sizes)
         factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
-        covariance = _inverse(factor)
+        covariance = inverse(factor)
         shared = -covariance @ (root.T @ gram[1 + at, 0])
         own = np.zeros(len(self.columns))
         own[at] = root @ shared
@@ -294,9 +240,9 @@ class Likelihood:
         inverses = np.zeros_like(reduced.factors)
         lean = np.zeros((len(local), local.shape[1], len(at)))
         for trial, one in enumerate(reduced.factors):
-            inverses[trial] = _inverse(one)
-            lean[trial] = _backward(one, reduced.halves[trial][:, 1 + at] @ root)
-        place = np.ones((len(local), self._size))
+            inverses[trial] = inverse(one)
+            lean[trial] = backward(one, reduced.halves[trial][:, 1 + at] @ root)
+        place = np.ones((len(local), self.grams.size))
         place[:, 1 : 1 + len(self.columns)] = self._offset + own
         place[:, 1 + len(self.columns) :] = self._local_place(sizes, local)
         return Posterior(
@@ -306,7 +252,7 @@ class Likelihood:
     def _scaled_local(self, reduced: _Reduced, own: Array) -> Array:
         """Mean of each trial's own unknowns (T, L) in deviations of their priors, the shared ones at (S',)."""
         right = -(reduced.halves @ np.concatenate([[1.0], own]))
-        return np.asarray([_backward(factor, one) for factor, one in zip(reduced.factors, right)]).reshape(right.shape)
+        return np.asarray([backward(factor, one) for factor, one in zip(reduced.factors, right)]).reshape(right.shape)
 
     def _local_place(self, sizes: Sizes, scaled: Array) -> Array:
         """Distances from the point of all of each trial's own unknowns, forces by what each knot adds."""
@@ -354,32 +300,13 @@ class Likelihood:
 
     # Elimination
 
-    def gram(self, channel: int, shape: int) -> tuple[Array, Array]:
-        """Gram matrices (T, m, m) of one channel's columns under noise of one shape, log-determinants (T,)."""
-        key = channel, shape
-        if key not in self._grams:
-            trials = len(self.problem.trials)
-            grams, logs = np.zeros((trials, self._size, self._size)), np.zeros(trials)
-            for (trial, which), (block, t) in self._blocks.items():
-                if which == channel:
-                    white, logs[trial] = whiten(block, t, self._shapes[shape])
-                    grams[trial] = white.T @ white
-            self._grams[key] = grams, logs
-        return self._grams[key]
-
     def whole(self, sizes: Sizes) -> tuple[Array, Array]:
         """Gram matrices (T, m, m) of all channels, errors at the prior means, and the noise's log-likelihood (T,)."""
         key = sizes.white.tobytes(), sizes.shape
         if self._last_gram is not None and self._last_gram[0] == key:
             return self._last_gram[1], self._last_gram[2]
-        total = np.zeros((len(self.problem.trials), self._size, self._size))
-        base = np.zeros(len(total))
-        for c, shape in enumerate(sizes.shape):
-            if self.counts[:, c].any():
-                grams, logs = self.gram(c, shape)
-                total += grams * math.exp(-2.0 * sizes.white[c])
-                base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
-        shift = np.ones((len(total), self._size, 1))
+        total, base = self.grams.weighted(sizes)
+        shift = np.ones((len(total), self.grams.size, 1))
         shift[:, 1 : 1 + len(self.columns), 0] = self._offset
         shift[:, 1 + len(self.columns) :, 0] = self._local_offset
         column = (total @ shift)[:, :, 0]
@@ -418,22 +345,3 @@ class Likelihood:
         which = slice(None) if trials is None else list(trials)
         at, root = self.shared_root(sizes, effects)
         return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root
-
-
-def forward(factor: Array, right: Array) -> Array:
-    """Solution of a lower triangular system."""
-    return np.asarray(solve_triangular(factor, right, lower=True, check_finite=False))
-
-
-def _backward(factor: Array, right: Array) -> Array:
-    """Solution of the system of a transposed lower triangular matrix."""
-    return np.asarray(solve_triangular(factor, right, lower=True, trans=1, check_finite=False))
-
-
-def _inverse(factor: Array) -> Array:
-    """Inverse of the matrix with this lower Cholesky factor."""
-    if not len(factor):
-        return np.zeros((0, 0))
-    # The transposed array, in the order that the routine reads, is the upper factor.
-    upper, _ = dpotri(factor.T, lower=0)
-    return np.asarray(np.triu(upper) + np.triu(upper, 1).T)

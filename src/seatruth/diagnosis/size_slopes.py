@@ -16,9 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatruth.arrays import Array, Indices
-from seatruth.diagnosis.marginal_likelihood import Likelihood, Posterior, forward
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.prior_roots import LocalRoot
 from seatruth.diagnosis.sizes import Sizes
+from seatruth.diagnosis.triangular import forward
+from seatruth.diagnosis.unknowns import Posterior
 
 
 @dataclass(frozen=True)
@@ -61,12 +63,12 @@ def slopes(likelihood: Likelihood, sizes: Sizes, effects: Sequence[str], *, nois
     squares += np.einsum("tmi,tmj->ij", raw, weighed)
     if noise:
         spread = _covariance(known, leans, root, first)
-        for c in np.flatnonzero(likelihood.counts.any(axis=0)):
-            gram, _ = likelihood.gram(int(c), sizes.shape[c])
+        for c in np.flatnonzero(likelihood.grams.counts.any(axis=0)):
+            gram, _ = likelihood.grams.of(int(c), sizes.shape[c])
             scale = math.exp(-2.0 * float(sizes.white[c]))
             there = scale * (gram @ known.place[:, :, None])[:, :, 0]
             left = float((known.place * there).sum())
-            slope[c] = left + scale * float(np.vdot(gram, spread)) - float(likelihood.counts[:, c].sum())
+            slope[c] = left + scale * float(np.vdot(gram, spread)) - float(likelihood.grams.counts[:, c].sum())
             cross = -2.0 * np.einsum("tm,tmi->i", there, raw)
             squares[c], squares[:, c] = cross, cross
             squares[c, c] = 4.0 * left

@@ -13,9 +13,10 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.compensation import along, can_compensate
-from seatruth.diagnosis.marginal_likelihood import Likelihood, Solution
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.diagnosis.unknowns import Solution
 from seatruth.statistics.state_space_noise import whiten
 
 _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)

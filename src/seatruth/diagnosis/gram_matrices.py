@@ -1,0 +1,74 @@
+"""Gram matrices of whitened errors and derivatives, each trial's apart: all that a likelihood needs of the samples."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from seatruth.arrays import Array, Flags
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.statistics.state_space_noise import whiten
+
+
+class GramMatrices:
+    """Gram matrices of [errors, derivatives by shared unknowns, by each trial's own], m columns.
+
+    Args:
+        problem: the trials, channels and shapes of noise.
+        errors: measured minus simulated (N,).
+        shared: derivatives by shared unknowns (N, S').
+        own: derivatives by each trial's own unknowns (N, L).
+        keep: which errors count (N,); all where None.
+    """
+
+    def __init__(self, problem: Problem, errors: Array, shared: Array, own: Array, keep: Flags | None) -> None:
+        self._shapes = noise_shapes(problem.settings)
+        self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._found: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self.size = 1 + shared.shape[1] + own.shape[1]
+        """How many columns they have, m."""
+        self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
+        """Errors that count (T, C)."""
+        for one in problem.series:
+            rows = one.rows if keep is None else one.rows[keep[one.rows]]
+            t = one.t if keep is None else one.t[keep[one.rows]]
+            block = np.concatenate([errors[rows, None], shared[rows], own[rows]], axis=1)
+            self._blocks[one.trial, one.channel] = block, t
+            self.counts[one.trial, one.channel] = len(rows)
+
+    def of(self, channel: int, shape: int) -> tuple[Array, Array]:
+        """Those of one channel (T, m, m) under noise of one shape, and log-determinants of the noise (T,).
+
+        Raises:
+            RuntimeError: they were closed with another shape.
+        """
+        key = channel, shape
+        if key not in self._found:
+            if not self._blocks:
+                raise RuntimeError(f"no samples are left to find the Gram matrices of channel {channel} in")
+            trials = len(self.counts)
+            grams, logs = np.zeros((trials, self.size, self.size)), np.zeros(trials)
+            for (trial, which), (block, t) in self._blocks.items():
+                if which == channel:
+                    white, logs[trial] = whiten(block, t, self._shapes[shape])
+                    grams[trial] = white.T @ white
+            self._found[key] = grams, logs
+        return self._found[key]
+
+    def weighted(self, sizes: Sizes) -> tuple[Array, Array]:
+        """Those of all channels (T, m, m) by their noise, and the noise's part of the log-likelihood (T,)."""
+        total = np.zeros((len(self.counts), self.size, self.size))
+        base = np.zeros(len(total))
+        for c, shape in enumerate(sizes.shape):
+            if self.counts[:, c].any():
+                grams, logs = self.of(c, shape)
+                total += grams * math.exp(-2.0 * sizes.white[c])
+                base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
+        return total, base
+
+    def close(self, sizes: Sizes) -> None:
+        """Frees the memory of everything but these sizes' shapes of noise: no others can be asked for then."""
+        self._blocks.clear()
+        self._found = {key: grams for key, grams in self._found.items() if key in set(enumerate(sizes.shape))}

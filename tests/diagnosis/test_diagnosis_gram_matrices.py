@@ -1,0 +1,73 @@
+"""Gram matrices of whitened columns against those under a covariance that is built entry by entry."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from dense_likelihood import Dense, boat_problem, linearized, sizes_of
+from scipy.stats import multivariate_normal
+
+from seatruth.arrays import Array, Flags
+from seatruth.diagnosis.gram_matrices import GramMatrices
+from seatruth.diagnosis.problem import Linearization, Problem
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    return boat_problem()
+
+
+@pytest.fixture(scope="module")
+def at(problem: Problem) -> Linearization:
+    return linearized(problem)
+
+
+def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tuple[Array, float]:
+    """Gram matrix of one trial's columns, and the log-density of as many zeros as it has errors."""
+    rows = keep & (problem.trial_of == trial)
+    noise = Dense(problem, at, sizes_of(problem), ()).noise[np.ix_(rows, rows)]
+    columns = np.concatenate([at.errors[:, None], at.shared, at.local], axis=1)[rows]
+    return columns.T @ np.linalg.solve(noise, columns), float(
+        multivariate_normal(cov=noise).logpdf(np.zeros(len(noise)))
+    )
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_they_weigh_by_the_inverse_of_the_noise(problem: Problem, at: Linearization, every: int) -> None:
+    keep = np.arange(problem.count) % every == 0
+    grams = GramMatrices(problem, at.errors, at.shared, at.local, None if every == 1 else keep)
+    total, base = grams.weighted(sizes_of(problem))
+    assert grams.counts.sum() == keep.sum()
+    assert total.shape == (len(problem.trials), grams.size, grams.size)
+    for trial in range(len(problem.trials)):
+        gram, log_density = by_hand(problem, at, keep, trial)
+        scale = np.sqrt(np.outer(np.diag(gram), np.diag(gram)))
+        np.testing.assert_allclose(total[trial], gram, rtol=1e-7, atol=1e-9 * float(scale.max()))
+        assert base[trial] == pytest.approx(log_density, rel=1e-9)
+
+
+def test_errors_that_do_not_count_have_no_part(problem: Problem, at: Linearization) -> None:
+    keep = problem.channel_of != 0
+    huge = np.where(keep, at.errors, 1e9)
+    sizes = sizes_of(problem)
+    total, base = GramMatrices(problem, huge, at.shared, at.local, keep).weighted(sizes)
+    same, same_base = GramMatrices(problem, at.errors, at.shared, at.local, keep).weighted(sizes)
+    np.testing.assert_array_equal(total, same)
+    np.testing.assert_array_equal(base, same_base)
+
+
+def test_closed_ones_know_the_shapes_that_they_were_closed_with(problem: Problem, at: Linearization) -> None:
+    """And what a likelihood no longer asks for takes no memory."""
+    sizes = sizes_of(problem)
+    grams = GramMatrices(problem, at.errors, at.shared, at.local, None)
+    total, base = grams.weighted(sizes)
+    grams.of(0, sizes.shape[0] + 1)
+    grams.close(sizes)
+    larger = dataclasses.replace(sizes, white=sizes.white + 1.0)
+    louder, _ = grams.weighted(larger)
+    np.testing.assert_allclose(louder, np.exp(-2.0) * total)
+    np.testing.assert_array_equal(grams.weighted(sizes)[1], base)
+    with pytest.raises(RuntimeError, match="no samples are left"):
+        grams.of(0, sizes.shape[0] + 1)
