@@ -15,7 +15,7 @@ def test_they_solve_their_systems(size: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     square = rng.normal(size=(size, size))
     whole = square @ square.T + np.eye(size)
-    factor, right = np.linalg.cholesky(whole), rng.normal(size=(size, 3))
+    factor, right = np.asarray(np.linalg.cholesky(whole), dtype=np.float64), rng.normal(size=(size, 3))
     np.testing.assert_allclose(factor @ forward(factor, right), right, atol=1e-8)
     np.testing.assert_allclose(factor.T @ backward(factor, right), right, atol=1e-8)
     found = inverse(factor)
@@ -25,7 +25,7 @@ def test_they_solve_their_systems(size: int, seed: int) -> None:
 
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_memory_may_lie_in_rows_or_columns(order: str) -> None:
-    factor = np.asarray([[2.0, 0.0], [1.0, 3.0]], order=order)  # type: ignore[call-overload]
+    factor = np.asarray([[2.0, 0.0], [1.0, 3.0]], order=order)
     np.testing.assert_allclose(inverse(factor), np.linalg.inv(factor @ factor.T))
 
 

@@ -13,10 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once, started
 from seatruth.diagnosis.initial_guess import with_effect, without_effects
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.sizes import log_prior
 from seatruth.diagnosis.steps import objective
 from seatruth.effects import Effect
 
@@ -30,6 +32,8 @@ def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, 
     `tried` are the sets, effects and replacements that were fitted so before; these ones join them.
     """
     for leader in leaders:
+        if found.bare and leader.discrepancy:
+            continue  # forces of a black box, which bring nothing beside it
         for name in leader.effects:
             for other in _confused(found, leader, name):
                 if (leader.effects, leader.discrepancy, name, other) in tried:
@@ -37,9 +41,20 @@ def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, 
                 tried.add((leader.effects, leader.discrepancy, name, other))
                 key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
                 start = _in_its_place(found, leader, name, other)
-                if start is not None:
+                if start is not None and _worth_its_runs(found, leader, key, start):
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
                     fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
+
+
+def _worth_its_runs(found: Search, leader: Fit, key: Key, start: Point) -> bool:
+    """Whether a set may come near a leader from a point, as linearized there; true where runs are not counted."""
+    problem = found.problem
+    if problem.few_runs is None:
+        return True
+    at = problem.linearize(start, key, discrepancy=leader.discrepancy)
+    value = Likelihood(problem, at).evidence(leader.sizes, key)
+    value += log_prior(problem.settings, leader.sizes, found.known) - leader.price
+    return value > leader.evidence - max(HOPE, (leader.evidence - found.null.evidence) / 2.0)
 
 
 def _confused(found: Search, leader: Fit, name: str) -> list[str]:

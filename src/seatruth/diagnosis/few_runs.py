@@ -34,6 +34,9 @@ GOOD = 0.15
 step with columns that far off still takes seven eighths of the way."""
 BELOW_NOISE = 0.5
 """The same as a part of the noise: what the trials do not show decides nothing. [S]"""
+LENT = 0.5
+"""The same, below which columns of missing forces, which are many, are lent to another point. [S] Steps with them come
+half as near as they would with its own."""
 NEAR = 0.1
 """Distance of two motions, over the spread of the record, within which they share the columns of missing forces. [S]"""
 _LEAST_NOISE = 1e-3
@@ -55,6 +58,8 @@ class _Base:
     point: Point
     y: Array
     columns: dict[str, Array] = field(default_factory=dict)
+    borrowed: bool = False
+    """Whether its columns of missing forces and initial states are those of another motion nearby."""
 
 
 class FewRuns:
@@ -66,6 +71,8 @@ class FewRuns:
         self._outputs: list[tuple[Point, Array]] = []
         self._noise: float | None = None
         self._scales: tuple[Array, Array] | None = None
+        self._renewed = False
+        self._own = False
         free = [effect for effect in problem.effects.values() if _only_outputs(effect)]
         self.without_run = {effect.named(q.name) for effect in free for q in effect.parameters}
         """Parameters of effects that change outputs alone: a run that is kept shows what they do."""
@@ -93,19 +100,32 @@ class FewRuns:
         moving = [key for key in keys if key in forces or key in initial]
         own = [key for key in keys if key not in set(moving)]
         near = sorted(self._bases, key=lambda base: self._distance(base, y))
-        base = next((base for base in near[:_COMPARED] if self._predicts(base, point, y)), None)
+        renewed, self._renewed = self._renewed, False
+        good = (one for one in near[:_COMPARED] if self._misprediction(one, one.columns, point, y) < GOOD)
+        base = None if renewed else next(good, None)
         if base is None:
             base = _Base(point, y)
+            if renewed:
+                self._bases = [one for one in self._bases if not (one.borrowed and np.array_equal(one.y, y))]
             self._bases = [*self._bases[:2], *self._bases[2:][-(_KEPT - 3) :], base]
         self._complete(base, own)
-        source = next((one for one in near if one.columns.keys() & set(moving)), base)
-        if self._distance(source, y) > NEAR:
-            source = base
-        self._complete(source, moving)
-        columns = {**base.columns, **{key: source.columns[key] for key in moving}}
-        base.columns = {**columns, **base.columns}
+        lender = next((one for one in near if one.columns.keys() >= set(moving)), None)
+        if not renewed and lender is not None and not base.columns.keys() >= set(moving):
+            self._borrow(base, lender, moving)
+        self._complete(base, moving)
+        self._own = base.point is point and not base.borrowed
+        columns = base.columns
         found = np.stack([columns[key] for key in keys], axis=1) if keys else np.zeros((len(y), 0))
         return whole, found
+
+    @property
+    def lent(self) -> bool:
+        """Whether the last columns are, in part, those of another point."""
+        return not self._own
+
+    def renew(self) -> None:
+        """Has the next columns computed at their own point."""
+        self._renewed = True
 
     def _missing_forces(self) -> set[str]:
         model = self._problem.discrepancy
@@ -118,36 +138,48 @@ class FewRuns:
         spread, _ = self._channel_scales()
         return float(np.sqrt(np.mean(((y - base.y) / spread) ** 2)))
 
-    def _predicts(self, base: _Base, point: Point, y: Array) -> bool:
-        """Whether the columns of a base predict the outputs (N,) at a point well enough."""
+    def _borrow(self, base: _Base, lender: _Base, keys: Sequence[str]) -> None:
+        """Gives a base the columns of missing forces and initial states of another, where these lead near enough."""
+        columns = {**{key: lender.columns[key] for key in keys}, **base.columns}
+        near = self._distance(lender, base.y) < NEAR
+        if near and self._misprediction(lender, columns, base.point, base.y) < LENT:
+            base.columns, base.borrowed = columns, True
+
+    def _steps(self, start: Point, end: Point) -> dict[str, Array]:
+        """How far each unknown moves between two points, at every error (N,); those that do not move are left out."""
         problem = self._problem
-        _, noise = self._channel_scales()
-        change = (y - base.y) / noise
-        size = float(np.sqrt(np.mean(change**2)))
-        if size < _SAME:
-            return True
-        predicted = np.zeros_like(y)
-        moved = dict(zip(problem.space.varying, problem.theta(point) - problem.theta(base.point)))
-        for name, step in moved.items():
+        found: dict[str, Array] = {}
+        for name, step in zip(problem.space.varying, problem.theta(end) - problem.theta(start)):
             if step != 0.0:
-                if name not in base.columns:
-                    return False
-                predicted += base.columns[name] * step
-        starts, forces = point.initial - base.point.initial, point.forces - base.point.forces
+                found[name] = np.full(problem.count, step)
+        starts, forces = end.initial - start.initial, end.forces - start.forces
         for k, name in enumerate(problem.initial_names):
             if starts[:, k].any():
-                if _initial(name) not in base.columns:
-                    return False
-                predicted += base.columns[_initial(name)] * starts[problem.trial_of, k]
+                found[_initial(name)] = starts[problem.trial_of, k]
         model = problem.discrepancy
         for e, names in enumerate(model.knot_names.values() if model is not None else ()):
             for k, name in enumerate(names):
                 if forces[:, e, k].any():
-                    if name not in base.columns:
-                        return False
-                    predicted += base.columns[name] * forces[problem.trial_of, e, k]
-        error = float(np.sqrt(np.mean(((y - base.y - predicted) / noise) ** 2)))
-        return error < max(BELOW_NOISE, GOOD * size)
+                    found[name] = forces[problem.trial_of, e, k]
+        return found
+
+    def _misprediction(self, base: _Base, columns: dict[str, Array], point: Point, y: Array) -> float:
+        """Which part of the change from a base to the outputs (N,) at a point its columns do not predict.
+
+        0 where that is no more than noise, inf where a column is lacking.
+        """
+        _, noise = self._channel_scales()
+        change = y - base.y
+        size = float(np.sqrt(np.mean((change / noise) ** 2)))
+        if size < _SAME:
+            return 0.0
+        left = change.copy()
+        for name, step in self._steps(base.point, point).items():
+            if name not in columns:
+                return math.inf
+            left -= columns[name] * step
+        error = float(np.sqrt(np.mean((left / noise) ** 2)))
+        return 0.0 if error < BELOW_NOISE else error / size
 
     def _channel_scales(self) -> tuple[Array, Array]:
         """Spread and noise (N,) of each error's channel in the record."""

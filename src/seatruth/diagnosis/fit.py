@@ -47,6 +47,8 @@ _SAME_SIZES = 1.0
 """nats that new sizes must bring, or leave ahead of the point, for it to be sought again under them. [S]"""
 _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
+_KEPT_PROMISE = 0.1
+"""Part of what derivatives lent from another point promise below which they are computed anew. [S]"""
 _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
@@ -145,6 +147,9 @@ def fit(
                 break
             point, fall = step(problem, at, sizes, likelihood)
             fallen += fall
+            if problem.lent and _misled(problem, at, sizes, likelihood, fall):
+                problem.renew()
+                continue
             if fall < settings.settled:
                 settled = True
                 break
@@ -182,6 +187,13 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
             break
     left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
+
+
+def _misled(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, fall: float) -> bool:
+    """Whether a step brought little of what the derivatives promised: those of another point may lead astray."""
+    promised = objective(problem, at.point, at.errors, sizes, at.effects, likelihood)
+    promised -= likelihood.least(sizes, at.effects)
+    return promised > _SAME_SIZES and fall < _KEPT_PROMISE * promised
 
 
 def _final_sizes(

@@ -50,10 +50,21 @@ _SMALL = math.log(0.003)
 
 
 def fit_null(found: Search) -> None:
-    """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done."""
+    """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done.
+
+    Of a bare search, without discrepancy, if that can be done.
+    """
     problem = found.problem
-    sizes = first_sizes(problem, found.known)
-    start = problem.start
+    start, sizes = problem.start, first_sizes(problem, found.known)
+    plain = found.fits.get(((), False))
+    if problem.few_runs is not None and plain is None:
+        # What it reaches without the many columns of forces is a begin nearer to the record for those with them.
+        plain = fit_once(found, (), False, start, sizes)
+    if found.bare and plain is not None and plain.settled:
+        return
+    found.bare = False
+    if plain is not None:
+        start, sizes = plain.point, plain.sizes.with_discrepancy(_LARGE)
     if problem.discrepancy is not None:
         loose = fit_once(found, (), True, start, sizes)
         if loose is None or not loose.settled:
@@ -61,7 +72,8 @@ def fit_null(found: Search) -> None:
         if loose is not None:
             start, sizes = loose.point, loose.sizes
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
-    plain = fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
+    if plain is None:
+        plain = fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
     if start is not problem.start and (plain is None or not plain.settled):
         fit_once(found, (), False, start, sizes, attempt="from its fit with discrepancy")
     if not any(not key for key, _ in found.fits):
@@ -156,25 +168,28 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     problem = found.problem
     start = _start(found, key, near)
     best = found.rival
-    at = problem.linearize(start, key)
+    at = problem.linearize(start, key, discrepancy=near.discrepancy)
     if not np.isfinite(at.errors).all():
         start = near.point
-        at = problem.linearize(start, key)
+        at = problem.linearize(start, key, discrepancy=near.discrepancy)
     likelihood = Likelihood(problem, at)
     bare = near.sizes.without_discrepancy()
     expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
     plain = found.fits.get(((), False))
     gap = best - plain.evidence if plain is not None else 0.0
-    got = None
+    # A black box's may be fitted already, without forces.
+    got = found.fits.get((key, False)) if problem.few_runs is not None else None
     # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
     strays = plain is not None and plain.evidence < found.null.evidence - HOPE
-    if plain is not None and strays and near.discrepancy and not near.effects:
+    if got is not None:
+        pass
+    elif plain is not None and strays and near.discrepancy and not near.effects:
         got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
     elif not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
         got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
     if got is not None:
         got = _from_other_starts(found, key, near, got)
-    if problem.discrepancy is None:
+    if problem.discrepancy is None or found.bare:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
         fit_once(found, key, True, got.point, _beside(found, got, near))

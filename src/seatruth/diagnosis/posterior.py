@@ -23,7 +23,8 @@ _NEGLIGIBLE = 1e-3
 def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     """Every hypothesis with its probability, the most probable first.
 
-    Effects that were not fitted take part with their linearized evidence, so that they keep their share.
+    Effects that were not fitted take part with their linearized evidence, so that they keep their share, and so does
+    the model alone with forces where it was not fitted.
     """
     base = search.null.evidence
     rows: list[tuple[Key, bool, float, bool]] = [
@@ -33,7 +34,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     rows += [
         (key, on, value - base, False)
         for (key, on), value in search.screened.items()
-        if len(key) == 1 and key not in fitted and math.isfinite(value)
+        if ((len(key) == 1 and key not in fitted) or (not key and (key, on) not in search.fits))
+        and math.isfinite(value)
     ]
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]

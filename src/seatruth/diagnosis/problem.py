@@ -175,6 +175,17 @@ class Problem:
             last = self._kept.last = self._linearized(point, tuple(effects), discrepancy)
         return last
 
+    @property
+    def lent(self) -> bool:
+        """Whether the last linearization rests on derivatives at another point, as those of a black box may."""
+        return self.few_runs is not None and self.few_runs.lent
+
+    def renew(self) -> None:
+        """Has the next linearization of a black box made of derivatives at its own point."""
+        if self.few_runs is not None:
+            self.few_runs.renew()
+            self._kept.last = None
+
     def _linearized(self, point: Point, effects: tuple[str, ...], discrepancy: bool) -> Linearization:
         kept = self.active(effects, discrepancy=discrepancy)
         free = [self.unknowns[k].name for k in kept]

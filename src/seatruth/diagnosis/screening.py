@@ -25,7 +25,7 @@ def screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
     problem, settings = found.problem, found.problem.settings
     others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
-    name = f"screen beside {'+'.join(at.effects)}"
+    name = f"screen {'with' if at.discrepancy else 'without'} discrepancy beside {'+'.join(at.effects)}"
     stored = found.store.get(name)
     if stored is not None:
         for other, (plain, loose, start) in stored.items():
@@ -34,7 +34,8 @@ def screen(found: Search, at: Fit) -> list[str]:
             found.screened[tuple(sorted((*at.effects, other))), False] = float(plain)
             found.screened[tuple(sorted((*at.effects, other))), True] = float(loose)
         return _ranked(found, at, others)
-    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *others)))
+    here = problem.linearize(at.point, (*at.effects, *others), discrepancy=at.discrepancy)
+    likelihood = Likelihood(problem, here)
     bare = at.sizes.without_discrepancy()
     shrunk = [at.sizes.shrunk(part) for part in PARTS] if at.discrepancy else []
     # Size by size, since what takes time does not depend on the effect.
@@ -139,7 +140,7 @@ def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
 def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:
     """Linearized evidence of a set about a finite start of one of its effects, without and with discrepancy."""
     problem = found.problem
-    there = problem.linearize(started(problem, at, name, values), key)
+    there = problem.linearize(started(problem, at, name, values), key, discrepancy=at.discrepancy)
     if not np.isfinite(there.errors).all():
         return -math.inf, -math.inf
     likelihood = Likelihood(problem, there)

@@ -14,6 +14,7 @@ import numpy as np
 
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.forces_beside import forces_wanted
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
@@ -55,33 +56,16 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
     found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
+    found.bare = problem.few_runs is not None and problem.discrepancy is not None
     fit_null(found)
     try:
         found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
         problem = found.problem
-        # With discrepancy the runs are near their records, where one linearization serves all effects.
-        near = found.fits.get(((), True)) or found.null
-        singles = _singles(found, near)
-        # The leader first: what it reaches tells which of the others are hopeless.
-        for batch in (singles[:1], singles[1:]):
-            _fit_at_once(found, batch, near, say, expected, workers)
-        share_noise(found, 1)
-        count = len(singles)
-        for size in range(2, settings.most_effects + 1):
-            fewer = [fit for fit in found.sets() if len(fit.effects) < size]
-            smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
-            beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
-            for leader in smaller[: settings.leaders]:
-                for name in _additions(found, leader):
-                    count += 1
-                    key = tuple(sorted((*leader.effects, name)))
-                    found.rival = found.leader.evidence
-                    # Sets that explain as much as the leading one of their size are its look-alikes.
-                    least = max(beaten, found.rival - settings.hopeless)
-                    if found.expected(key) < least or found.best(key) is not None:
-                        continue
-                    say(f"effects {' and '.join(key)}", count, expected)
-                    fit_both(found, key, leader)
+        _fit_sets(found, say, expected, workers)
+        if found.bare and forces_wanted(found):
+            found.bare = False
+            fit_null(found)
+            _fit_sets(found, say, expected, workers)
         tried: set[tuple[Key, bool, str, str]] = set()
         _fit_alike(found, tried, 1)
         _fit_each_trial(found)
@@ -99,6 +83,40 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
+    """Fits effects alone, and the leading ones with others."""
+    settings = found.problem.settings
+    # With discrepancy the runs are near their records, where one linearization serves all effects.
+    near = found.fits.get(((), True)) or found.null
+    singles = _singles(found, near)
+    # The leader first: what it reaches tells which of the others are hopeless.
+    for batch in (singles[:1], singles[1:]):
+        _fit_at_once(found, batch, near, say, expected, workers)
+    share_noise(found, 1)
+    count = len(singles)
+    for size in range(2, settings.most_effects + 1):
+        fewer = [fit for fit in found.sets() if len(fit.effects) < size]
+        smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
+        beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
+        for leader in smaller[: settings.leaders]:
+            for name in _additions(found, leader):
+                count += 1
+                key = tuple(sorted((*leader.effects, name)))
+                found.rival = found.leader.evidence
+                # Sets that explain as much as the leading one of their size are its look-alikes.
+                least = max(beaten, found.rival - settings.hopeless)
+                if found.expected(key) < least or _fitted(found, key):
+                    continue
+                say(f"effects {' and '.join(key)}", count, expected)
+                fit_both(found, key, leader)
+
+
+def _fitted(found: Search, key: Key) -> bool:
+    """Whether a set is fitted; of a black box that was searched without forces before, with them."""
+    again = found.problem.few_runs is not None and found.problem.discrepancy is not None and not found.bare
+    return (key, True) in found.fits if again else found.best(key) is not None
 
 
 def _singles(found: Search, near: Fit) -> list[str]:
@@ -172,7 +190,7 @@ def _fit_each_trial(found: Search) -> None:
             key = tuple(sorted((*(n for n in leader if n != name), alike[name])))
             for on in (False, True):
                 same = found.fits.get((leader, on))
-                if same is not None:
+                if same is not None and not (on and found.bare):
                     fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
 
 

@@ -68,7 +68,8 @@ def step(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likeliho
             return near is not None and simulated(near(part))
 
         part = next((part for part in _PARTS if useful(part)), 0.0)
-        if part < _LARGE_PART:
+        # With derivatives lent from another point, new ones bring more than other steps.
+        if part < _LARGE_PART and not problem.lent:
             for longer in (part for part in _PARTS if part <= _LARGE_PART):
                 if any(better(*nearer) for nearer in corrected(problem, at, sizes, within, whole, longer)):
                     break

@@ -26,7 +26,6 @@ BY_RUDDER, BY_THRUST = "delta", "yaw"
 """What is ordered where a rudder steers, rad, and where thrusters do, a share of full thrust in yaw; to starboard."""
 By = Literal["rudder", "thrust"]
 
-
 _CONTROL: Mapping[By, str] = {"rudder": BY_RUDDER, "thrust": BY_THRUST}
 
 
