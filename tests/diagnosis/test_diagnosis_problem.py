@@ -11,10 +11,16 @@ import pytest
 import small_case as small
 
 from seatruth.costs.options import TrajectoryOptions
+from seatruth.diagnosis.preconditions import usable_effects
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
+from seatruth.models import load_model
 from seatruth.models.parameter import Parameter, Prior
+from seatruth.simulate import simulator
+from seatruth.study import Study
+from seatruth.testing.effects import EffectConformance
+from seatruth.trials import Trials
 from seatruth.trials.trial import Trial
 
 FEW = Settings(knots=4)
@@ -218,3 +224,21 @@ def test_on_another_trial_nothing_is_missing(problem: Problem, plain_runs: list[
     y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
     expected = problem.study.simulate({"K": 0.12}, [trial], threads=1)["run_3"].to_numpy()
     np.testing.assert_array_equal(y, expected)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bluerov2_heavy", "mmg", "torpedo", "twin_thruster"])
+def test_a_model_takes_all_effects_and_terms_at_once(name: str) -> None:
+    """The largest models of each kind: their equations with derivatives must still compile."""
+    model = load_model(name)
+    trial, first = EffectConformance().trial(model)
+    y = simulator(model, [trial], max_step=0.1).outputs(np.zeros((1, 0)), first[None]).y[0]
+    outputs = {channel.name: y[:, k] for k, channel in enumerate(model.outputs)}
+    study = Study(name, model, Trials([dataclasses.replace(trial, outputs=outputs, synthetic=True)]))
+    effects, _ = usable_effects(study, None)
+    problem = Problem(study, effects, Settings(), threads=1)
+    at = problem.linearize(problem.start, tuple(problem.effects))
+    assert len(problem.terms) > 5
+    assert np.isfinite(at.shared).all()
+    shown = [n for n in problem.effects if at.shared[:, problem.columns[n]].any()]
+    assert len(shown) > 0.5 * len(effects), f"{sorted(set(problem.effects) - set(shown))} do not show"

@@ -10,9 +10,11 @@ import pytest
 from known_models import Blowing, plain_model, record_of
 
 from seatruth.effects import available, effects_by_name, with_effects
+from seatruth.errors import PluginError
 from seatruth.models import load_model
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import sensitivities as module
+from seatruth.simulate.compiler.graph import Graph
 from seatruth.trials.trial import Trial
 
 NAMES = ["current", "rudder_lag", "heading_bias", "rudder_rate_limit"]
@@ -75,3 +77,12 @@ def test_derivatives_of_every_operation() -> None:
     found = sim.jacobian(theta, x0, ["x", "y", "z"], last_states=False)
     assert found.dy == pytest.approx(sim.jacobian(theta, x0, ["x", "y", "z"]).dy, rel=1e-11, abs=1e-13)
     assert np.abs(found.dy[-1, :2, [0, 1, 3, 4]]).min() > 0.1
+
+
+def test_derivatives_of_too_many_operations_are_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Graph, "most_with_derivatives", 1)
+    trial = record_of(np.arange(60) * 0.1)
+    sim = simulator(Blowing(), [trial], free=("a",))
+    assert np.isfinite(sim.outputs(np.array([[1.0]]), np.array([[0.01]])).y).any()
+    with pytest.raises(PluginError, match="derivatives of its equations cannot be compiled: they grow beyond 1 "):
+        sim.jacobian(np.array([1.0]), np.array([[0.01]]), ["x"], last_states=False)

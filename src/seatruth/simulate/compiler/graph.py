@@ -20,8 +20,10 @@ class Graph:
     most_questions = 100_000
     """How often one run may ask for the truth of a condition: `while s.r:` asks for ever. Chosen here [S]."""
     most_nodes = 20_000
-    """Operations of one model; the largest built-in one has 1300, a ship with 36 effects 2900. Chosen here [S]: so
-    many take 4 s of processor time to compile with their derivatives, which grows faster than their number."""
+    """Operations of one model's equations; the largest built-in one has 1300, a ship with 36 effects 2900. [S]"""
+    most_with_derivatives = 100_000
+    """The same with their derivatives. [S] The vehicle of eight thrusters with 62 effects has 29,000, which take 8 s of
+    processor time to compile."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Node] = {}
@@ -30,6 +32,10 @@ class Graph:
         self.planned: tuple[bool, ...] = ()
         """Ways to take at the first conditions of this run."""
         self.asked = 0
+
+    def open_for_derivatives(self) -> None:
+        """Lets it grow further: the equations are complete."""
+        self.most_nodes = self.most_with_derivatives
 
     def node(self, value: Any) -> Node:
         """A number as a node."""

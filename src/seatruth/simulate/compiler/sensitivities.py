@@ -18,9 +18,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from seatruth.arrays import Array, Indices
+from seatruth.errors import PluginError
 from seatruth.simulate.compiler.lanes import NARROW, last_axis_from_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
-from seatruth.simulate.compiler.node import Node
+from seatruth.simulate.compiler.node import Node, NotTraceable
 from seatruth.simulate.compiler.partials import Entries, Partials, by_lane, matrix, partials
 from seatruth.simulate.compiler.pool import Buffer, run_kernel
 from seatruth.simulate.compiler.program import Derivatives, Program
@@ -184,7 +185,17 @@ _sensitivities: WeakKeyDictionary[Program, Sensitivities] = WeakKeyDictionary()
 
 
 def sensitivities(program: Program) -> Sensitivities:
-    """The derivatives of a program's equations, made once for each program."""
+    """The derivatives of a program's equations, made once for each program.
+
+    Raises PluginError where they have too many operations.
+    """
     if program not in _sensitivities:
-        _sensitivities[program] = Sensitivities(program)
+        try:
+            _sensitivities[program] = Sensitivities(program)
+        except NotTraceable as problem:
+            raise PluginError(
+                f"the derivatives of its equations cannot be compiled: {problem}",
+                where="the model with its effects",
+                do="Let fewer effects take part (--effects), or wrap the model as a BlackBox.",
+            ) from None
     return _sensitivities[program]

@@ -115,6 +115,7 @@ def trace(model: Model) -> Equations:
         step = (z, orders[column], later[column], length)
         values = run(f"servo of {servo.input}", _step_of(servo, step), 3)
         driven.append(Driven(z, acting[servo.input], *values))
+    graph.open_for_derivatives()
     return Equations(
         graph, rates, outputs, states, inputs, parameters, time, number, tuple(driven), orders, later, length
     )
