@@ -5,12 +5,12 @@
 The ship is KVLCC2's model of 7 m under the MMG standard method (Yasukawa and Yoshimura 2015). Its trials are synthetic:
 zigzags and turns of the built-in model with other coefficients and white noise. First five coefficients are identified
 from trials on which nothing else acts; then trials with a current, of which the model knows nothing, are diagnosed with
-the whole library of effects. All four ways are to give the same answer within the tolerances stated below. Built-in and as
-black box it is diagnosed once more with two effects to choose from, of which none acts: unknown causes cost more. The black
-box is plain Python that integrates by itself; the FMU is compiled from C (fmu_ship/), which holds the equations a
-second time. Both run in processes of their own, take outside forces and a current through ports, and keep no run
-on disk. How many evaluations an identification takes is measured for several solvers on the built-in model, whose
-counts are those of any other.
+the whole library of effects. All four ways are to give the same answer within the tolerances stated below. Built-in and
+as black box it is diagnosed once more with two effects to choose from, of which none acts: unknown causes cost more.
+The black box is plain Python that integrates by itself; the FMU is compiled from C (fmu_ship/), which holds the
+equations a second time. Both run in processes of their own, take outside forces and a current through ports, and keep
+no run on disk. How many evaluations an identification takes is measured for several solvers on the built-in model,
+whose counts are those of any other.
 """
 
 from __future__ import annotations
