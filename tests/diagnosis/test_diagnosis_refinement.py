@@ -69,6 +69,21 @@ def test_where_forces_explain_little_their_spacing_is_left(ship_folder: Path, pl
     assert not tried
 
 
+def test_a_finer_spacing_that_promises_nothing_is_not_fitted(
+    ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Forces as slow as the spacing: they explain much, and finer ones no more."""
+    coarse, tried = fitted(ship_folder, gusty(ship_folder, plain_runs, 6, 0.002)), list[int]()
+    assert coarse.null.evidence > coarse.fits[(), False].evidence + 100.0
+
+    def never(*_: Any) -> None:
+        raise AssertionError("it was fitted")
+
+    monkeypatch.setattr(refinement, "_loose", never)
+    assert refine(coarse, tried.append) is coarse
+    assert tried == [11]
+
+
 def test_a_finer_spacing_whose_fit_does_not_converge_is_not_taken(
     ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,10 +21,14 @@ from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import HOPE, Search
 from seatruth.diagnosis.hypothesis_fits import fit_again, fit_from_equation_error, fit_once
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sizes import NoisePrior, Sizes
+from seatruth.diagnosis.size_search import OfSizes, maximise
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, price_of_sizes
+from seatruth.diagnosis.steps import likelihood_at
 
 _FINER = 10.0
 """nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S]"""
+_SWEEPS = 3
+"""Most sweeps over the sizes when a spacing is looked at. [S]"""
 _MOST = 45
 """Most knots, so that 23 and 45 are tried. [S] On a trial of 444 s a line between two of 45 lasts 10 s, two L / U of a
 3 m ship; 72 knots brought 100 nats more there, in twice the time."""
@@ -46,8 +50,10 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
         # From the forces of a fit that did not converge, too: it says nothing of finer ones, with which the next may.
         forces, at, problem = between(forces), found.fits[(), True], first.with_knots(knots)
         finer = Search(problem, found.known, store=found.store)
-        start = Point(at.point.shared, at.point.initial, forces)
-        loose = _loose(finer, start, _over(at, found.problem, problem), at.evidence)
+        start, sizes = Point(at.point.shared, at.point.initial, forces), _over(at, found.problem, problem)
+        if at.settled and _promised(finer, start, sizes) < at.evidence + _FINER:
+            break
+        loose = _loose(finer, start, sizes, at.evidence)
         better = loose is not None and loose.evidence >= at.evidence + _FINER
         if loose is not None and better and (loose.settled or not at.settled):
             if plain is not None:
@@ -57,6 +63,23 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
             break
         knots = 2 * knots - 1
     return found
+
+
+def _promised(finer: Search, start: Point, sizes: Sizes) -> float:
+    """Linearized evidence (nats) of the model alone with forces over more knots, from a fit that converged over fewer.
+
+    At that fit little is left to bend: on a ship's trials it is within 4 % of what a fit of the finer forces gains.
+    Where the algebra fails it says nothing, and is infinite.
+    """
+    problem = finer.problem
+    likelihood = likelihood_at(problem, problem.linearize(start, ()), sizes, ())
+    channels = sorted({series.channel for series in problem.series})
+    best, value = maximise(
+        OfSizes(likelihood, (), finer.known), sizes, problem.settings, channels=channels, sweeps=_SWEEPS
+    )
+    if not math.isfinite(value):
+        return math.inf
+    return value - price_of_sizes(lambda one: likelihood.log_likelihood(one, ()), best, problem.settings)
 
 
 def _loose(finer: Search, start: Point, sizes: Sizes, coarse: float) -> Fit | None:
