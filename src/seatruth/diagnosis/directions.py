@@ -41,16 +41,18 @@ def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, 
                 tried.add((leader.effects, leader.discrepancy, name, other))
                 key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
                 start = _in_its_place(found, leader, name, other)
-                if start is not None and _worth_its_runs(found, leader, key, start):
+                if start is not None and _hopeful(found, leader, key, start):
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
                     fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
 
 
-def _worth_its_runs(found: Search, leader: Fit, key: Key, start: Point) -> bool:
-    """Whether a set may come near a leader from a point, as linearized there; true where runs are not counted."""
+def _hopeful(found: Search, leader: Fit, key: Key, start: Point) -> bool:
+    """Whether a set may come near a leader from a point, as linearized there.
+
+    Of what looks like a leader, in trials of ships and of the benchmark, the linearized evidence there is within 30
+    nats of the fitted one; of what does not, thousands behind.
+    """
     problem = found.problem
-    if problem.few_runs is None:
-        return True
     at = problem.linearize(start, key, discrepancy=leader.discrepancy)
     value = Likelihood(problem, at).evidence(leader.sizes, key)
     value += log_prior(problem.settings, leader.sizes, found.known) - leader.price
