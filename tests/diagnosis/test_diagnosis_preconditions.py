@@ -12,12 +12,19 @@ import pytest
 import small_case as small
 
 from seatruth import BadInput
-from seatruth.diagnosis.preconditions import on_one_course, require_trials, usable_effects, weaknesses
+from seatruth.diagnosis.preconditions import (
+    on_one_course,
+    require_trials,
+    untried_forms,
+    usable_effects,
+    weaknesses,
+)
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import Rudder, load_model
 from seatruth.study import Study
+from seatruth.testing.effects import EffectConformance
 from seatruth.trials.trial import Trial, Trials
 
 
@@ -136,3 +143,19 @@ def test_effects_on_one_of_many_thrusters_are_tried_where_a_study_names_them() -
     asked = ["thruster_lag_up_port", "thrusters_exchanged_up_starboard_up_port", "thruster_dead_band"]
     assert [effect.name for effect in usable_effects(study, asked)[0]] == asked
     assert len(usable_effects(study, ["thrusters_exchanged"])[0]) == 15
+
+
+def test_other_faults_of_one_of_many_thrusters_are_named_where_its_gain_is() -> None:
+    model = load_model("bluerov2_heavy")
+    trial, _ = EffectConformance().trial(model)
+    outputs = {channel.name: np.ones(len(trial)) for channel in model.outputs}
+    study = Study("rov", model, Trials([dataclasses.replace(trial, outputs=outputs, synthetic=True)]))
+    tried = {effect.name: effect for effect in usable_effects(study, None)[0]}
+    assert untried_forms(study, tried, ["current", "thruster_lag"]) == []
+    (finding,) = untried_forms(study, tried, ["thruster_gain_front_port"])
+    assert finding.code == "untried-forms"
+    names = finding.do.removeprefix("Compare them: --effects ").removesuffix(".").split(",")
+    assert {"thruster_gain_front_port", "thruster_lag_front_port", "thruster_dead_band_front_port"} <= set(names)
+    again, _ = usable_effects(study, names)
+    assert [effect.name for effect in again] == names, "what it says can be asked for"
+    assert untried_forms(study, {effect.name: effect for effect in again}, names[:1]) == []

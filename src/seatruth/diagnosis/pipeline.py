@@ -16,7 +16,13 @@ from seatruth.analysis import failed_runs
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.preconditions import require_trials, unseen, usable_effects, weaknesses
+from seatruth.diagnosis.preconditions import (
+    require_trials,
+    unseen,
+    untried_forms,
+    usable_effects,
+    weaknesses,
+)
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.search import search
@@ -162,6 +168,9 @@ def diagnose(
         if failed:
             findings.append(failed_runs(failed))
         try:
+            if effects is None:
+                named = [name for cluster in assembly.decision.clusters for name in cluster.effects]
+                findings += untried_forms(study, problem.effects, named)
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:
             raise SeatruthError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -88,6 +88,24 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
     text = f"The simulator has no port for {' nor for '.join(lacking)}. {tried}".strip()
     do = "Name the inputs that take them (docs/simulators.md): ports = { force = [...], current = [...] }."
     return [Finding("warning", "no-ports", text, f"model {study.model.name!r}", do)]
+
+
+def untried_forms(study: Study, tried: Mapping[str, Effect], named: Iterable[str]) -> list[Finding]:
+    """Faults of single actuators that look like a named one, and that a diagnosis does not try by itself."""
+    found = []
+    for name in named:
+        which = tried[name].which
+        forms = {form.name: form for effect in available().values() for form in effect.variants(study.model)}
+        others = [form for form in forms.values() if which and form.which == which and form.name not in tried]
+        usable = [form for form in others if form.dynamic and not form.missing(study.model)]
+        if usable:
+            one = " and ".join(which)
+            text = f"Other faults of {one} alone may look like {tried[name].title}, and were not tried: " + ", ".join(
+                form.title.split(":")[0] for form in usable
+            )
+            do = f"Compare them: --effects {','.join([name, *(form.name for form in usable)])}"
+            found.append(Finding("note", "untried-forms", f"{text}.", f"actuator {one}", f"{do}."))
+    return found
 
 
 def weaknesses(study: Study, problem: Problem) -> list[Finding]:
