@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import boat_case as boat
 import numpy as np
@@ -20,6 +21,7 @@ FEW = Settings(knots=4, initial_width=0.02)
 EFFECTS = ("rudder_offset", "gyro_bias")
 
 
+@cache
 def boat_problem() -> Problem:
     """A boat with sway and yaw, whose missing forces are correlated; three short trials."""
     inputs = [{"delta": boat.zigzag(14, 0.2, 5.0)}, {"delta": boat.zigzag(18, 0.1, 4.0)}, {"delta": np.full(12, 0.1)}]

@@ -14,14 +14,9 @@ from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.problem import Linearization, Problem
 
 
-@pytest.fixture(scope="module")
-def problem() -> Problem:
-    return boat_problem()
-
-
-@pytest.fixture(scope="module")
-def at(problem: Problem) -> Linearization:
-    return linearized(problem)
+def case() -> tuple[Problem, Linearization]:
+    problem = boat_problem()
+    return problem, linearized(problem)
 
 
 def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tuple[Array, float]:
@@ -35,7 +30,8 @@ def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tup
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_they_weigh_by_the_inverse_of_the_noise(problem: Problem, at: Linearization, every: int) -> None:
+def test_they_weigh_by_the_inverse_of_the_noise(every: int) -> None:
+    problem, at = case()
     keep = np.arange(problem.count) % every == 0
     grams = GramMatrices(problem, at.errors, at.shared, at.local, None if every == 1 else keep)
     total, base = grams.weighted(sizes_of(problem))
@@ -48,7 +44,8 @@ def test_they_weigh_by_the_inverse_of_the_noise(problem: Problem, at: Linearizat
         assert base[trial] == pytest.approx(log_density, rel=1e-9)
 
 
-def test_errors_that_do_not_count_have_no_part(problem: Problem, at: Linearization) -> None:
+def test_errors_that_do_not_count_have_no_part() -> None:
+    problem, at = case()
     keep = problem.channel_of != 0
     huge = np.where(keep, at.errors, 1e9)
     sizes = sizes_of(problem)
@@ -58,8 +55,9 @@ def test_errors_that_do_not_count_have_no_part(problem: Problem, at: Linearizati
     np.testing.assert_array_equal(base, same_base)
 
 
-def test_closed_ones_know_the_shapes_that_they_were_closed_with(problem: Problem, at: Linearization) -> None:
+def test_closed_ones_know_the_shapes_that_they_were_closed_with() -> None:
     """And what a likelihood no longer asks for takes no memory."""
+    problem, at = case()
     sizes = sizes_of(problem)
     grams = GramMatrices(problem, at.errors, at.shared, at.local, None)
     total, base = grams.weighted(sizes)

@@ -71,8 +71,8 @@ class FewRuns:
         self._outputs: list[tuple[Point, Array]] = []
         self._noise: float | None = None
         self._scales: tuple[Array, Array] | None = None
-        self._renewed = False
-        self._own = False
+        self._renewed, self._own = False, False
+        """Whether the next columns are to be their point's own, and whether the last ones were."""
         free = [effect for effect in problem.effects.values() if _only_outputs(effect)]
         self.without_run = {effect.named(q.name) for effect in free for q in effect.parameters}
         """Parameters of effects that change outputs alone: a run that is kept shows what they do."""

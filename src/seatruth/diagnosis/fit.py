@@ -184,7 +184,9 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
         if progress > 0.0:
             point, distance = moved, nearer
         if progress < _NO_NEARER * len(distance):
-            break
+            if not problem.lent:
+                break
+            problem.renew()
     left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
 

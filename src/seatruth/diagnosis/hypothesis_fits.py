@@ -56,26 +56,23 @@ def fit_null(found: Search) -> None:
     """
     problem = found.problem
     start, sizes = problem.start, first_sizes(problem, found.known)
-    plain = found.fits.get(((), False))
+    plain, loose = found.fits.get(((), False)), None
     if problem.few_runs is not None and plain is None:
         # What it reaches without the many columns of forces is a begin nearer to the record for those with them.
         plain = fit_once(found, (), False, start, sizes)
     if found.bare and plain is not None and plain.settled:
         return
     found.bare = False
-    if plain is not None:
-        start, sizes = plain.point, plain.sizes.with_discrepancy(_LARGE)
     if problem.discrepancy is not None:
-        loose = fit_once(found, (), True, start, sizes)
+        near = (start, sizes) if plain is None else (plain.point, plain.sizes.with_discrepancy(_LARGE))
+        loose = fit_once(found, (), True, *near)
         if loose is None or not loose.settled:
-            loose = fit_from_equation_error(found, sizes) or loose
-        if loose is not None:
-            start, sizes = loose.point, loose.sizes
+            loose = fit_from_equation_error(found, near[1]) or loose
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
-    if plain is None:
-        plain = fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
-    if start is not problem.start and (plain is None or not plain.settled):
-        fit_once(found, (), False, start, sizes, attempt="from its fit with discrepancy")
+    if problem.few_runs is None:
+        plain = fit_once(found, (), False, start, sizes)
+    if loose is not None and (plain is None or not plain.settled):
+        fit_once(found, (), False, loose.point, loose.sizes, attempt="from its fit with discrepancy")
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
     # Discrepancy contains the model without it: where its fit is far behind, its search went astray.
@@ -165,28 +162,11 @@ def fit_once(
 
 def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
-    problem = found.problem
-    start = _start(found, key, near)
-    best = found.rival
-    at = problem.linearize(start, key, discrepancy=near.discrepancy)
-    if not np.isfinite(at.errors).all():
-        start = near.point
-        at = problem.linearize(start, key, discrepancy=near.discrepancy)
-    likelihood = Likelihood(problem, at)
-    bare = near.sizes.without_discrepancy()
-    expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
-    plain = found.fits.get(((), False))
-    gap = best - plain.evidence if plain is not None else 0.0
+    problem, best, start = found.problem, found.rival, _start(found, key, near)
     # A black box's may be fitted already, without forces.
     got = found.fits.get((key, False)) if problem.few_runs is not None else None
-    # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
-    strays = plain is not None and plain.evidence < found.null.evidence - HOPE
-    if got is not None:
-        pass
-    elif plain is not None and strays and near.discrepancy and not near.effects:
-        got = fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
-    elif not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
-        got = fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    if got is None:
+        start, got = _fit_bare(found, key, near, start)
     if got is not None:
         got = _from_other_starts(found, key, near, got)
     if problem.discrepancy is None or found.bare:
@@ -203,6 +183,27 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
         # It may explain the trials without discrepancy, though one step did not show it.
         fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
+
+
+def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, Fit | None]:
+    """The point from which a set is best begun, and its fit without discrepancy; None where that has no hope."""
+    problem, best = found.problem, found.rival
+    at = problem.linearize(start, key, discrepancy=near.discrepancy)
+    if not np.isfinite(at.errors).all():
+        start = near.point
+        at = problem.linearize(start, key, discrepancy=near.discrepancy)
+    likelihood = Likelihood(problem, at)
+    bare = near.sizes.without_discrepancy()
+    expected = likelihood.evidence(bare, key) + log_prior(problem.settings, bare, found.known)
+    plain = found.fits.get(((), False))
+    gap = best - plain.evidence if plain is not None else 0.0
+    # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
+    strays = plain is not None and plain.evidence < found.null.evidence - HOPE
+    if plain is not None and strays and near.discrepancy and not near.effects:
+        return start, fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
+    if not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
+        return start, fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+    return start, None
 
 
 def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> Fit | None:

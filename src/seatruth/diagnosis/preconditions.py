@@ -93,10 +93,10 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
 def untried_forms(study: Study, tried: Mapping[str, Effect], named: Iterable[str]) -> list[Finding]:
     """Faults of single actuators that look like a named one, and that a diagnosis does not try by itself."""
     found = []
+    forms = [form for effect in available().values() for form in effect.variants(study.model)]
     for name in named:
         which = tried[name].which
-        forms = {form.name: form for effect in available().values() for form in effect.variants(study.model)}
-        others = [form for form in forms.values() if which and form.which == which and form.name not in tried]
+        others = [form for form in forms if which and form.which == which and form.name not in tried]
         usable = [form for form in others if form.dynamic and not form.missing(study.model)]
         if usable:
             one = " and ".join(which)

@@ -21,14 +21,12 @@ from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import HOPE, Search
 from seatruth.diagnosis.hypothesis_fits import fit_again, fit_from_equation_error, fit_once
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.size_search import OfSizes, maximise
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, price_of_sizes
+from seatruth.diagnosis.size_search import best_evidence
+from seatruth.diagnosis.sizes import NoisePrior, Sizes
 from seatruth.diagnosis.steps import likelihood_at
 
 _FINER = 10.0
 """nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S]"""
-_SWEEPS = 3
-"""Most sweeps over the sizes when a spacing is looked at. [S]"""
 _MOST = 45
 """Most knots, so that 23 and 45 are tried. [S] On a trial of 444 s a line between two of 45 lasts 10 s, two L / U of a
 3 m ship; 72 knots brought 100 nats more there, in twice the time."""
@@ -71,15 +69,8 @@ def _promised(finer: Search, start: Point, sizes: Sizes) -> float:
     At that fit little is left to bend: on a ship's trials it is within 4 % of what a fit of the finer forces gains.
     Where the algebra fails it says nothing, and is infinite.
     """
-    problem = finer.problem
-    likelihood = likelihood_at(problem, problem.linearize(start, ()), sizes, ())
-    channels = sorted({series.channel for series in problem.series})
-    best, value = maximise(
-        OfSizes(likelihood, (), finer.known), sizes, problem.settings, channels=channels, sweeps=_SWEEPS
-    )
-    if not math.isfinite(value):
-        return math.inf
-    return value - price_of_sizes(lambda one: likelihood.log_likelihood(one, ()), best, problem.settings)
+    likelihood = likelihood_at(finer.problem, finer.problem.linearize(start, ()), sizes, ())
+    return best_evidence(likelihood, (), finer.known, sizes)
 
 
 def _loose(finer: Search, start: Point, sizes: Sizes, coarse: float) -> Fit | None:

@@ -13,7 +13,15 @@ from seatruth.arrays import Array, Indices
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.size_slopes import slopes
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, least_white, log_prior, log_prior_slopes, noise_shapes
+from seatruth.diagnosis.sizes import (
+    NoisePrior,
+    Sizes,
+    least_white,
+    log_prior,
+    log_prior_slopes,
+    noise_shapes,
+    price_of_sizes,
+)
 
 _REACH = 2.0
 """Longest step in logarithms of sizes and in Fisher's z. [S] A factor of 7; average information is good for less."""
@@ -29,6 +37,8 @@ _SWEPT = 0.1
 """nats that a sweep must bring for another one. [S] A tenth of what could change an answer."""
 _DONE = 0.1 * _SWEPT
 """nats that a step of all sizes must bring for another one, and a channel's shape to be tried in the next sweep. [S]"""
+_JUDGED = 3
+"""Most sweeps when a set is judged by one linearization. [S]"""
 _ROUNDING = 1e-9
 """nats within which two values of the objective are the same."""
 
@@ -114,6 +124,21 @@ def maximise(
         if value < before + _SWEPT:
             break
     return best, value
+
+
+def best_evidence(likelihood: Likelihood, effects: Sequence[str], known: NoisePrior, sizes: Sizes) -> float:
+    """Evidence (nats) of a set at one linearization with its best sizes, found from these.
+
+    Infinite where the algebra fails: what cannot be judged so is not to be left out for it.
+    """
+    problem = likelihood.problem
+    channels = sorted({series.channel for series in problem.series})
+    best, value = maximise(
+        OfSizes(likelihood, effects, known), sizes, problem.settings, channels=channels, sweeps=_JUDGED
+    )
+    if not math.isfinite(value):
+        return math.inf
+    return value - price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), best, problem.settings)
 
 
 def _moving(sizes: Sizes, channels: Sequence[int], *, noise: bool) -> Indices:

@@ -103,7 +103,7 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
             made = function(*args, **kwargs)
         if isinstance(made, Figure):
             # A notebook asks an object for this method; matplotlib gives its figures none.
-            made._repr_png_ = functools.partial(_png, made)  # type: ignore[attr-defined]
+            made._repr_png_ = functools.partial(_png, made)  # type: ignore[attr-defined]  # Figure has no such
         return made
 
     return inside
