@@ -7,7 +7,7 @@ trials: steps of single thrusters and of all, ahead and astern, with noise and w
 model's. One effect on thrusters at a time acts in them, at a size that such trials show well. Each study is diagnosed
 with the whole library of effects, with some coefficients and all initial states free. On the boat the effects act on
 both thrusters alike and on the port one alone; on the vehicle with eight in those forms that a diagnosis tries there,
-and in two that only a study would name, to see what is said where the cause is not tried. `--few` takes four effects
+and in one that it tries only where another fault of the same thruster leads. `--few` takes four effects
 on the boat, `--quick` two of them, in short trials and among the effects on thrusters alone.
 
 What is said of each:
@@ -64,7 +64,7 @@ class Vehicle:
     """A vehicle: its trials' inputs, the outputs at their start, its free coefficients, and forms that are put in.
 
     `inputs(seconds)` gives time (s) and inputs by name of each trial. `single` names thrusters on which effects act
-    alone, `untried` forms that a diagnosis does not try by itself.
+    alone, `pairs` those whose orders are exchanged, `further` forms that are tried only after others.
     """
 
     model: str
@@ -72,7 +72,8 @@ class Vehicle:
     first: tuple[Mapping[str, float], ...]
     free: tuple[str, ...]
     single: tuple[str, ...]
-    untried: tuple[str, ...] = ()
+    pairs: tuple[str, ...] = ()
+    further: tuple[str, ...] = ()
 
 
 def steps(t: np.ndarray, levels: Sequence[float], every: float) -> np.ndarray:
@@ -118,6 +119,7 @@ BOAT = Vehicle(
     ({"psi": 0.3, "u": 0.8}, {"psi": 2.4, "u": 0.3}, {"psi": 4.0, "u": 1.5}),
     free=("X_u", "N_r", "N_rr", "C_d"),
     single=("port",),
+    pairs=("thrusters_exchanged_port_starboard",),
 )
 ROV = Vehicle(
     "bluerov2_heavy",
@@ -125,7 +127,8 @@ ROV = Vehicle(
     ({"psi": 0.3, "u": 0.2, "z": 3.0}, {"psi": 2.4, "u": 0.2, "z": 8.0}, {"psi": 4.0, "u": 0.2, "z": 15.0}),
     free=("X_uu", "Y_vv", "Z_ww", "N_rr"),
     single=("front_port", "up_rear_starboard"),
-    untried=("thruster_lag_front_port", "thrusters_exchanged_front_starboard_front_port"),
+    pairs=("thrusters_exchanged_front_starboard_front_port",),
+    further=("thruster_lag_front_port",),
 )
 
 
@@ -137,9 +140,10 @@ def forms(vehicle: Vehicle) -> list[Effect]:
         for effect in available().values()
         if effect.actuator == "thruster"
         for form in effect.candidates(model)
-        if not form.missing(model) and (len(form.which) != 1 or form.which[0] in vehicle.single)
+        if not form.missing(model)
+        and (not form.which or form.name in vehicle.pairs or form.which in {(name,) for name in vehicle.single})
     ]
-    return [*tried, *load_effects(vehicle.untried, model=model)]
+    return [*tried, *load_effects(vehicle.further, model=model)]
 
 
 def size(effect: Effect, model: Model) -> float:

@@ -1,7 +1,8 @@
 """Units of a user's file to the unit that a channel has inside seatruth.
 
 pint knows the units; this module adds the spellings that logs use (`m/s2`, `kts`, `RPM`, `rev/s`, `Nm`) and one rule:
-a propeller speed is counted in revolutions, so "1/s" or "Hz" for a channel in rev/s means revolutions a second.
+a propeller speed is counted in revolutions, so "1/s" or "Hz" for a channel in rev/s means revolutions a second, and
+"rpm" for a channel in 1/min means one a minute, not 2 pi radians.
 """
 
 from __future__ import annotations
@@ -105,6 +106,8 @@ def to_si(unit_from: str, channel_unit: str) -> Conversion:
         )
     if _counts_turns(target) and not _is_angular(source):
         source = source * registry.rev
+    elif _counts_turns(source) and not _is_angular(target):
+        target = target * registry.rev
     zero = float(registry.Quantity(0.0, source).to(target).magnitude)
     one = float(registry.Quantity(1.0, source).to(target).magnitude)
     return Conversion(one - zero, zero)

@@ -217,7 +217,7 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
 def test_an_interrupt_before_anything_is_known_ends_in_one_message(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def stopped(*given: Any) -> Any:
+    def stopped(*given: Any, **options: Any) -> Any:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(sys.modules["seatruth.diagnosis.pipeline"], "search", stopped)

@@ -11,7 +11,10 @@ import small_case as small
 
 from seatruth import Diagnosis
 from seatruth.diagnosis.pipeline import diagnose
+from seatruth.diagnosis.settings import Settings
 from seatruth.trials.trial import Trial
+
+TEMPERATURE = Settings().temperature
 
 
 @pytest.fixture(scope="module")
@@ -74,17 +77,20 @@ def test_coefficients_are_refitted_with_the_effect(found: Diagnosis) -> None:
 
 
 def test_noncentrality_is_the_square_of_size_over_its_standard_error(found: Diagnosis) -> None:
-    """Within what noise sizes and nonlinearity change: the standard error holds a prior, the noncentrality does not."""
+    """Within what noise sizes and nonlinearity change: the standard error holds a prior, the noncentrality does not.
+
+    Nor is it divided by the temperature.
+    """
     effect = found.effect("rudder_offset")
     (q,) = effect.parameters
-    assert effect.noncentrality == pytest.approx((q.value / q.stderr) ** 2, rel=0.2)
+    assert effect.noncentrality == pytest.approx(TEMPERATURE * (q.value / q.stderr) ** 2, rel=0.2)
     assert all(0.0 <= value <= effect.noncentrality * (1.0 + 1e-9) for value in effect.confusable.values())
 
 
 def test_what_is_detectable_is_a_multiple_of_the_standard_error(found: Diagnosis) -> None:
     effect = found.effect("rudder_offset")
     (q,) = effect.parameters
-    assert effect.detectable["angle"] == pytest.approx(2.8 * q.stderr, rel=0.1)
+    assert effect.detectable["angle"] == pytest.approx(2.8 * q.stderr / math.sqrt(TEMPERATURE), rel=0.1)
     assert all(limit > 0.0 for other in found.effects for limit in other.detectable.values())
 
 

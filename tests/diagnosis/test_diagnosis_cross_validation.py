@@ -79,8 +79,14 @@ def test_the_gap_explained_with_its_interval() -> None:
 def test_trials_that_hardly_show_the_gap_do_not_bound_what_is_explained() -> None:
     found = summary(folds([1.0, 1.0, 1.6], [1.0, 1.0, 1.1]))
     assert (found.lower, found.upper) == (-math.inf, math.inf)
-    assert ends_in_words(found) == "these trials do not bound it"
+    assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 3"
     assert not shrinks_surely(found)
+
+
+def test_an_interval_that_says_nothing_is_not_printed() -> None:
+    found = summary(folds([9.0, 2.0], [2.0, 2.1]))
+    assert found.upper - found.lower > 2.0
+    assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 2"
 
 
 def test_where_there_is_no_gap_none_is_explained() -> None:

@@ -58,6 +58,10 @@ def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> N
     )
     without = replace(FORCE, in_words="delay 0.2 +- 0.1 s")
     assert "0.2" not in cause_in_words(without)
+    both = replace(FORCE, effects=("trial_wind", "wave_drift", "wind"))
+    assert cause_in_words(both).endswith(": wind or wave drift, which these trials cannot tell apart")
+    alone = cause_in_words(replace(FORCE, effects=("trial_wind", "wind")))
+    assert alone == "a steady force fixed to the earth, towards 323 +- 8 deg, which may differ from trial to trial"
 
 
 def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
@@ -142,3 +146,17 @@ def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like(
     text = said("unknown", along=["wind", "a uniform current"])
     assert "It looks like wind and a uniform current, which trials on one course cannot tell from" in text
     assert "one course" not in said("unknown")
+
+
+def test_values_of_each_trial_are_given_as_their_range() -> None:
+    def of(name: str, value: float, unit: str = "m/s") -> EffectParameter:
+        return EffectParameter(name, unit, value, 0.1, 0.0, 0.0, 0.0, 0.1)
+
+    found = size_in_words([of("north_out", 0.3), of("east_out", -0.03), of("north_back", 0.4), of("east_back", 0.04)])
+    assert found == "0.3 to 0.4 m/s towards 354 to 6 deg"
+    both = replace(FORCE, effects=("trial_current", "current"), in_words=found)
+    assert "towards 354 to 6 deg, which may differ" in cause_in_words(both)
+    assert (
+        size_in_words([of("lever", 0.2, "m"), of("north_a", 0.0), of("east_a", 2.0)])
+        == "2 to 2 m/s towards 90 to 90 deg"
+    )

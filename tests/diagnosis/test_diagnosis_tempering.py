@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.tempering import tempered
+from seatruth.diagnosis.tempering import tempered, tempered_deviation
 
 COUNTS = np.array([0, 1, 1, 2, 2, 3])
 
@@ -62,3 +62,12 @@ def test_more_evidence_counts_for_more_among_sets_of_one_size(evidence: list[flo
     for number in (1, 2):
         a, b = np.flatnonzero(number == COUNTS)
         assert (found[a] - found[b]) * (evidence[a] - evidence[b]) >= 0.0
+
+
+def test_sizes_are_as_unsure_as_the_evidence_and_no_surer_than_data_and_prior() -> None:
+    """By hand: data of precision 3 about a prior of 1 have 4; divided by three they leave 2. What is fixed stays so."""
+    found = tempered_deviation(np.array([0.5, 1.0, 0.0]), np.ones(3), 3.0)
+    assert found == pytest.approx([2.0**-0.5, 1.0, 0.0])
+    strong = tempered_deviation(np.array([1e-4]), np.array([1.0]), 1.79)
+    assert strong == pytest.approx([1e-4 * math.sqrt(1.79)], rel=1e-6)
+    assert tempered_deviation(np.array([0.5]), np.ones(1), 1.0) == pytest.approx([0.5])

@@ -28,7 +28,7 @@ def test_every_effect_on_thrusters_is_put_in() -> None:
     model = load_model(experiment.ROV.model)
     tried = {form.name for effect in available().values() for form in effect.candidates(model)}
     names = [form.name for form in experiment.forms(experiment.ROV)]
-    assert [name for name in names if name not in tried] == list(experiment.ROV.untried)
+    assert [name for name in names if name not in tried] == list(experiment.ROV.further)
     assert len(names) == len(set(names))
 
 

@@ -20,7 +20,7 @@ from seatruth.diagnosis.cross_validation import (
 from seatruth.diagnosis.decision import Cluster, Decision, decide, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
-from seatruth.diagnosis.fit import without_discrepancy
+from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
@@ -30,6 +30,7 @@ from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Valid
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
@@ -223,11 +224,15 @@ class Assembly:
         words = {"kinematics", *(self.problem.discrepancy.equations.values() if self.problem.discrepancy else ())}
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
+    def _deviation_of(self, fit: Fit) -> Array:
+        """Posterior standard deviation of the shared unknowns (S,), what the trials say of them being tempered."""
+        return tempered_deviation(fit.stderr(self.problem), self.problem.sd, self.settings.temperature)
+
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
         fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
         if fit is None:
             return ()
-        effect, error, columns = problem.effects[name], fit.stderr(problem), problem.columns[name]
+        effect, error, columns = problem.effects[name], self._deviation_of(fit), problem.columns[name]
         return tuple(
             EffectParameter(
                 q.name, q.unit, float(fit.point.shared[k]), float(error[k]),
@@ -316,7 +321,7 @@ class Assembly:
 
     def _coefficients(self) -> tuple[Coefficient, ...]:
         shown = self.gap.shown
-        error = shown.stderr(self.problem)
+        error = self._deviation_of(shown)
         return tuple(
             Coefficient(
                 q.name, q.unit, q.value, float(self.problem.sd[k]), float(shown.point.shared[k]), float(error[k])

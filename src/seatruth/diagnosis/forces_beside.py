@@ -1,9 +1,11 @@
-"""Whether a black box lacks forces beside the effects that explain its trials without.
+"""Whether a model lacks forces beside the effects that explain its trials without.
 
-The forces of each trial have many unknowns, and a fit of the model alone with forces that stand for a whole cause takes
-twelve sets of their derivatives: a thousand runs and more. So a black box is searched without forces first. Where the
-leading set then leaves nothing to forces, the model alone with forces is no rival that needs a fit: what it can
-explain is seen from the leader's own derivatives. Where forces do bring something, the search is made with them.
+The forces of each trial have many unknowns. Of a black box, a fit of the model alone with forces that stand for a whole
+cause takes twelve sets of their derivatives: a thousand runs and more. Of a vehicle with six degrees of freedom, forces
+that follow time as finely as such a cause asks for take minutes a fit. So a black box, and equations whose
+trials an effect may explain, are searched without forces first. Where the leading set then leaves nothing to forces,
+the model alone with forces is no rival that needs a fit: what it can explain is seen from the leader's own derivatives.
+Where forces do bring something, the search is made with them.
 """
 
 from __future__ import annotations
@@ -12,20 +14,49 @@ import math
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Search
-from seatruth.diagnosis.hypothesis_fits import fit_once
+from seatruth.diagnosis.hypothesis_fits import fit_both, fit_once
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.size_search import best_evidence
 
 _SMALL, _LARGE = math.log(0.003), math.log(0.3)
 """Log size of forces, over the usual ones, from which those beside a leader, and those in its place, are sought. [S]"""
+_FIRST = 3
+"""Effects that are fitted to see whether one explains the trials without forces. [S] Each such fit is a short one."""
 _BRINGS = 1.0
 """nats by which forces must improve a set to be looked for beside others too. [S]"""
+
+
+def may_do_without(found: Search) -> bool:
+    """Whether one effect explains the trials better than forces, which explain much.
+
+    Tried are the first effects by their linearized evidence, the other faults of an actuator that the first of them
+    blames, and effects without a slope at their null, such as a rate limit, of which that evidence says little. The
+    model alone is fitted already, with forces and without.
+    """
+    plain, loose = found.fits.get(((), False)), found.fits.get(((), True))
+    if plain is None or loose is None or loose.evidence < plain.evidence + HOPE:
+        return False
+    effects, found.bare = found.problem.effects, True
+    ranked = screen(found, loose)
+    if any(found.screened.get(((name,), False), -math.inf) > loose.evidence for name in ranked):
+        return True
+    blamed = effects[ranked[0]].which if ranked else ()
+    for place, name in enumerate(ranked):
+        same = bool(blamed) and effects[name].which == blamed
+        if place < _FIRST or same or (effects[name].starts and name in found.starts):
+            fit_both(found, (name,), loose)
+            fitted = found.fits.get(((name,), False))
+            if fitted is not None and fitted.evidence > loose.evidence:
+                return True
+    found.bare = False
+    return False
 
 
 def forces_wanted(found: Search) -> bool:
     """Fits the leading sets of a bare search with forces; whether these, or forces alone, may explain more.
 
-    Where they may not, the model alone with forces is screened.
+    Where they may not, and the model alone is not fitted with forces, it is screened with them.
     """
     leader = found.leader
     if leader.evidence < found.null.evidence + HOPE:
@@ -33,11 +64,12 @@ def forces_wanted(found: Search) -> bool:
     loose = _with_forces(found, leader)
     if loose is None or loose.evidence > leader.evidence + _BRINGS:
         return True
-    likelihood = Likelihood(found.problem, loose.linearized(found.problem))
-    alone = best_evidence(likelihood, (), found.known, loose.sizes.with_discrepancy(_LARGE))
-    if alone > leader.evidence - HOPE:
-        return True
-    found.screened[(), True] = alone
+    if ((), True) not in found.fits:
+        likelihood = Likelihood(found.problem, loose.linearized(found.problem))
+        alone = best_evidence(likelihood, (), found.known, loose.sizes.with_discrepancy(_LARGE))
+        if alone > leader.evidence - HOPE:
+            return True
+        found.screened[(), True] = alone
     for fit in found.sets():
         if fit.effects and fit.evidence > leader.evidence - found.problem.settings.hopeless:
             _with_forces(found, fit)

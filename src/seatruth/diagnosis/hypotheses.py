@@ -64,9 +64,11 @@ class Search:
         return list(found.values())
 
     def evidence(self, key: Key) -> float:
-        """Evidence of a set: of its fit, else linearized; -inf where neither is known."""
-        found = self.best(key)
-        return self.expected(key) if found is None else found.evidence
+        """Evidence of a set: of its fits, and linearized where one is missing; -inf where nothing is known."""
+        return max(
+            self.fits[key, on].evidence if (key, on) in self.fits else self.screened.get((key, on), -math.inf)
+            for on in (False, True)
+        )
 
     def expected(self, key: Key) -> float:
         """Linearized evidence of a set."""

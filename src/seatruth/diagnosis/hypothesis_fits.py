@@ -143,7 +143,8 @@ def fit_once(
     that of the search.
     """
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
-    name = f"fit {'+'.join(key)} {beside}, attempt {attempt}"
+    library = len(found.problem.effects)
+    name = f"fit {'+'.join(key)} {beside} of {library} effects, attempt {attempt}"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
@@ -163,8 +164,8 @@ def fit_once(
 def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
     problem, best, start = found.problem, found.rival, _start(found, key, near)
-    # A black box's may be fitted already, without forces.
-    got = found.fits.get((key, False)) if problem.few_runs is not None else None
+    # It may be fitted already, in a search without forces.
+    got = found.fits.get((key, False))
     if got is None:
         start, got = _fit_bare(found, key, near, start)
     if got is not None:

@@ -142,7 +142,7 @@ class Validation:
     gap_explained: float
     """(refit - effects) / (refit - noise) of mean errors of the trials left out; NaN where there is no gap."""
     lower: float
-    """Lower end of its 95 % interval over trials, after Fieller; infinite where the trials do not bound it."""
+    """Lower end of its 95 % interval over trials; infinite where the trials do not bound it."""
     upper: float
     """Upper end of it."""
     control: float

@@ -114,7 +114,8 @@ def diagnose(
             resumed = len(store)
             try:
                 # The fits of a black box share derivatives, and its runs go on at once within each of them.
-                found = search(problem, say("Hypotheses"), store, workers if problem.few_runs is None else 1)
+                many = workers if problem.few_runs is None else 1
+                found = search(problem, say("Hypotheses"), store, many, widen=effects is None)
             except OutOfRuns:
                 raise BadInput(
                     f"{evaluations} evaluations are too few to fit the model alone",
@@ -170,7 +171,7 @@ def diagnose(
         try:
             if effects is None:
                 named = [name for cluster in assembly.decision.clusters for name in cluster.effects]
-                findings += untried_forms(study, problem.effects, named)
+                findings += untried_forms(study, found.problem.effects, named)
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:
             raise SeatruthError(

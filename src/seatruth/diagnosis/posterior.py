@@ -34,7 +34,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     rows += [
         (key, on, value - base, False)
         for (key, on), value in search.screened.items()
-        if ((len(key) == 1 and key not in fitted) or (not key and (key, on) not in search.fits))
+        if (key, on) not in search.fits
+        and (not key or (len(key) == 1 and (on or key not in fitted)))
         and math.isfinite(value)
     ]
     many = len(search.problem.effects)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from seatruth.costs.options import FormulaOptions
+from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, effects_by_name
 from seatruth.errors import BadInput
@@ -93,13 +94,10 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
 def untried_forms(study: Study, tried: Mapping[str, Effect], named: Iterable[str]) -> list[Finding]:
     """Faults of single actuators that look like a named one, and that a diagnosis does not try by itself."""
     found = []
-    forms = [form for effect in available().values() for form in effect.variants(study.model)]
     for name in named:
-        which = tried[name].which
-        others = [form for form in forms if which and form.which == which and form.name not in tried]
-        usable = [form for form in others if form.dynamic and not form.missing(study.model)]
+        usable = untried(study, tried, name)
         if usable:
-            one = " and ".join(which)
+            one = " and ".join(tried[name].which)
             text = f"Other faults of {one} alone may look like {tried[name].title}, and were not tried: " + ", ".join(
                 form.title.split(":")[0] for form in usable
             )

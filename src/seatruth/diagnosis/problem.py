@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -138,6 +138,10 @@ class Problem:
         """The same with each trial's own forces between so many knots. Not for a black box, whose runs are counted."""
         settings = replace(self.settings, knots=knots)
         return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
+
+    def with_effects(self, further: Iterable[Effect]) -> Problem:
+        """The same with more effects in its library. Not for a black box, whose runs are counted."""
+        return Problem(self.study, [*self.effects.values(), *further], self.settings, threads=self.threads)
 
     def active(self, effects: Sequence[str], *, discrepancy: bool) -> Indices:
         """Columns of the shared unknowns that a hypothesis frees: coefficients, terms, these effects' parameters."""

@@ -35,7 +35,8 @@ _MOST = 45
 def refine(found: Search, say: Callable[[int], None]) -> Search:
     """The search with the spacing of the trials' own forces halved as often as the evidence rises by it.
 
-    `say` gets the number of knots that is tried. The model alone is fitted already, with discrepancy and without.
+    `say` gets the number of knots that is tried. The model alone is fitted already, with discrepancy and without. Fits
+    of effects without discrepancy stay as they are.
     """
     first = found.problem
     coarse, plain = found.fits.get(((), True)), found.fits.get(((), False))
@@ -54,8 +55,8 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
         loose = _loose(finer, start, sizes, at.evidence)
         better = loose is not None and loose.evidence >= at.evidence + _FINER
         if loose is not None and better and (loose.settled or not at.settled):
-            if plain is not None:
-                finer.fits[(), False] = _same(plain, problem, found.known)
+            bare = [fit for fit in found.fits.values() if not fit.discrepancy]
+            finer.fits |= {(fit.effects, False): _same(fit, problem, found.known) for fit in bare}
             found, forces = finer, loose.point.forces
         elif loose is not None and loose.settled:
             break
@@ -86,10 +87,10 @@ def _loose(finer: Search, start: Point, sizes: Sizes, coarse: float) -> Fit | No
     return finer.fits.get(((), True))
 
 
-def _same(plain: Fit, problem: Problem, known: NoisePrior) -> Fit:
+def _same(bare: Fit, problem: Problem, known: NoisePrior) -> Fit:
     """A fit without forces as that of another problem."""
-    point = Point(plain.point.shared, plain.point.initial, problem.start.forces)
-    return fit_at(problem, (), point, plain.sizes, known, discrepancy=False, settled=plain.settled)
+    point = Point(bare.point.shared, bare.point.initial, problem.start.forces)
+    return fit_at(problem, bare.effects, point, bare.sizes, known, discrepancy=False, settled=bare.settled)
 
 
 def between(forces: Array) -> Array:

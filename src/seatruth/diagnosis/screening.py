@@ -25,7 +25,9 @@ def screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
     problem, settings = found.problem, found.problem.settings
     others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
-    name = f"screen {'with' if at.discrepancy else 'without'} discrepancy beside {'+'.join(at.effects)}"
+    how = "with" if at.discrepancy else "without"
+    library = f"{len(problem.effects)} effects beside {'+'.join(at.effects)}"
+    name = f"screen {how} discrepancy over {settings.knots} knots, {library}"
     stored = found.store.get(name)
     if stored is not None:
         for other, (plain, loose, start) in stored.items():

@@ -2,7 +2,8 @@
 
 The search begins with the model alone, with and without discrepancy. At the fit with discrepancy every run is near its
 record, so that effects can be compared there by one linearization. Each hypothesis is then fitted with discrepancy, and
-from there without.
+from there without. Where an effect may explain the trials without any, all are fitted without it first
+(`forces_beside.py`).
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import numpy as np
 
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.forces_beside import forces_wanted
+from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
+from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
 from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
@@ -44,8 +46,12 @@ _ROUNDS = 3
 Say = Callable[[str, int, int], None]
 
 
-def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1) -> Search:
+def search(
+    problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1, *, widen: bool = False
+) -> Search:
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
+
+    With `widen`, where a fault of a single actuator leads, its other faults join the library.
 
     Finished fits are kept in `store` and read from there. An interrupt, or the end of the runs that a black box may
     cost, after the model alone is fitted ends the search with what there is. Raises LinAlgError where the model alone
@@ -54,18 +60,24 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
     """
     settings = problem.settings
     found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
+    say = _rising(say)
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     found.bare = problem.few_runs is not None and problem.discrepancy is not None
     fit_null(found)
     try:
-        found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
-        problem = found.problem
-        _fit_sets(found, say, expected, workers)
-        if found.bare and forces_wanted(found):
-            found.bare = False
-            fit_null(found)
-            _fit_sets(found, say, expected, workers)
+        if problem.few_runs is None:
+            found = with_faults_of(found, _screened_first(found)) if widen else found
+            found.bare = may_do_without(found)
+        if found.bare:
+            found = _fit_library(found, say, expected, workers, widen=widen)
+            if forces_wanted(found):
+                found.bare = False
+                if problem.few_runs is not None:
+                    fit_null(found)
+        if not found.bare:
+            found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
+            found = _fit_library(found, say, expected, workers, widen=widen)
         tried: set[tuple[Key, bool, str, str]] = set()
         _fit_alike(found, tried, 1)
         _fit_each_trial(found)
@@ -83,6 +95,33 @@ def search(problem: Problem, say: Say, store: Checkpoint | None = None, workers:
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _rising(say: Say) -> Say:
+    """The same, with a number of sets that are done which never falls, though a search may begin again with forces."""
+    most = 0
+
+    def rising(message: str, done: int, total: int) -> None:
+        nonlocal most
+        most = max(most, done)
+        say(message, most, max(total, most))
+
+    return rising
+
+
+def _fit_library(found: Search, say: Say, expected: int, workers: int, *, widen: bool) -> Search:
+    """Fits sets of effects; with `widen`, then those of other faults of a single actuator that one of them blames."""
+    _fit_sets(found, say, expected, workers)
+    return with_other_faults(found, lambda name: say(f"effect {name}", expected, expected)) if widen else found
+
+
+def _screened_first(found: Search) -> Key:
+    """The effect that the model alone wants most, as linearized with forces, if it wants one."""
+    near = found.fits.get(((), True)) or found.null
+    ranked = screen(found, near)[:1]
+    return tuple(
+        name for name in ranked if found.expected((name,)) > near.evidence + found.problem.settings.worth_fitting
+    )
 
 
 def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
@@ -114,9 +153,9 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
 
 
 def _fitted(found: Search, key: Key) -> bool:
-    """Whether a set is fitted; of a black box that was searched without forces before, with them."""
-    again = found.problem.few_runs is not None and found.problem.discrepancy is not None and not found.bare
-    return (key, True) in found.fits if again else found.best(key) is not None
+    """Whether a set is fitted: with forces, unless the search is without."""
+    bare = found.bare or found.problem.discrepancy is None
+    return found.best(key) is not None if bare else (key, True) in found.fits
 
 
 def _singles(found: Search, near: Fit) -> list[str]:

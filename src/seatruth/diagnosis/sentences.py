@@ -29,6 +29,8 @@ from seatruth.text import listed
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
 then at most 0.7 of the noise's standard deviation."""
+_NO_BOUND = 2.0
+"""Width of the interval of the part that is explained from which it is not said. [S] From nothing to twice the gap."""
 _LACKS = "The model also lacks something that no effect of the library describes."
 _LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
@@ -97,17 +99,23 @@ def cause_in_words(cause: NamedCause) -> str:
             return cause.title
         number_first = cause.in_words[:1].isdigit()
         return f"{cause.title} of {cause.in_words}" if number_first else f"{cause.title} ({cause.in_words})"
-    members = [name.replace("_", " ") for name in cause.effects]
-    same = f"{', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
+    # Whether a wind was the same in all trials is no other cause.
+    members = list(dict.fromkeys(name.removeprefix("trial_").replace("_", " ") for name in cause.effects))
     _, towards, direction = cause.in_words.partition("towards ")
-    return f"{cause.title}{f', {towards}{direction}' if direction else ''}: {same}"
+    titled = f"{cause.title}{f', {towards}{direction}' if direction else ''}"
+    if len(members) == 1:
+        return f"{titled}, which may differ from trial to trial"
+    return f"{titled}: {', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
 
 
 def size_in_words(parameters: Sequence[EffectParameter]) -> str:
     """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
 
-    Components north and east are given as size and direction.
+    Components north and east are given as size and direction; of an effect with values for each trial, as their range.
     """
+    across = _across_trials(parameters)
+    if across:
+        return across
     direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
     if direction:
         return direction
@@ -119,6 +127,19 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
         text = f"{q.name.replace('_', ' ')} {q.value * factor:.3g} +- {q.stderr * factor:.2g}"
         parts.append(text if unit in ("", "1") else f"{text} {unit}")
     return ", ".join(parts)
+
+
+def _across_trials(parameters: Sequence[EffectParameter]) -> str:
+    """Components of each trial as a range: "0.35 to 0.44 m/s towards 47 to 68 deg"; empty where it has none."""
+    east = {q.name.removeprefix("east_"): q.value for q in parameters if q.name.startswith("east_")}
+    pairs = [(q.value, east[q.name.removeprefix("north_")]) for q in parameters if q.name.startswith("north_")]
+    if not pairs:
+        return ""
+    sizes, unit = [math.hypot(*pair) for pair in pairs], next(q.unit for q in parameters if q.name.startswith("north_"))
+    middle = math.degrees(math.atan2(sum(e for _, e in pairs), sum(n for n, _ in pairs)))
+    off = [(math.degrees(math.atan2(e, n)) - middle + 180.0) % 360.0 - 180.0 for n, e in pairs]
+    ends = [f"{(middle + one) % 360.0:.0f}" for one in (min(off), max(off))]
+    return f"{min(sizes):.2g} to {max(sizes):.2g} {unit} towards {ends[0]} to {ends[1]} deg"
 
 
 def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
@@ -149,9 +170,10 @@ def no_share_in_words(validation: Validation) -> str:
 
 
 def ends_in_words(validation: Validation) -> str:
-    """The interval of the part of the gap that is explained."""
-    if not math.isfinite(validation.lower):
-        return "these trials do not bound it"
+    """The interval of the part of the gap that is explained; where that says nothing, in how many trials it shrinks."""
+    if not validation.upper - validation.lower < _NO_BOUND:
+        smaller = sum(fold.error_effects < fold.error_refit for fold in validation.folds)
+        return f"these trials do not bound it; the error falls in {smaller} of {len(validation.folds)}"
     return f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
 
 

@@ -78,8 +78,8 @@ class Settings:
     prior_discrepancy: float = 0.158
     """Prior probability that the model's structure lacks something beside named effects. [C]"""
     temperature: float = 1.79
-    """Divides log-evidence: 1 would take the statistical model at its word. [C] Of an earlier set of 57 cases, as the
-    next number; the present one of 48 fits them no better on cases left out."""
+    """Divides log-evidence, and the information about sizes: 1 would take the statistical model at its word. [C] Of an
+    earlier set of 57 cases, as the next number; the present one of 48 fits them no better on cases left out."""
     model_form: float = 0.036
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
     exact, and one whose amplitude is 20 % off leaves 0.2^2 = 4 % of its signature to its rivals. [C]"""

@@ -177,7 +177,8 @@ class Effect:
         """Those of its `variants` that a diagnosis tries by itself; a study may name any other.
 
         Where a model has more than `MANY` actuators of the kind, these are the form that acts on all alike, and single
-        ones only of effects with `each_of_many`: what one thruster alone loses, whatever the cause, shows in its gain.
+        ones only of effects with `each_of_many`: what one thruster alone loses, whatever the cause, shows in its gain,
+        and a diagnosis then tries all forms of that one.
         """
         many = len([actuator for actuator in model.actuators if actuator.kind == self.actuator]) > MANY
         forms = self.variants(model)

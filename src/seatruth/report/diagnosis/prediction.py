@@ -47,7 +47,7 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
         blocks.append(
             Text(
                 "The gap explained is (refit − effects) / (refit − noise) of the mean errors of trials left out. "
-                "Its interval is that of a ratio of two means over trials (Fieller): with few trials it is wide."
+                "Its interval rests on how far the trials differ in it: with few trials it is wide."
             )
         )
     return Section("validation", "Trials left out", blocks)

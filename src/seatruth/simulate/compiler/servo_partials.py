@@ -99,7 +99,8 @@ class ServoPartials:
     def values(self, moves: Array, rates: Array, length: Array) -> Array:
         """The rows of values (rows, 4 M), from `moves`, the values of `rates` (nodes, 4 M) and the steps' lengths."""
         direct, first = self._through.T
-        through = rates[direct] * self._at_stages(moves, first)
+        with np.errstate(invalid="ignore", over="ignore"):  # a run that diverged has no derivatives
+            through = rates[direct] * self._at_stages(moves, first)
         own = np.zeros((len(self._own), rates.shape[1]))
         own[:, 3::4] = (moves[self._own] - self._stays[:, None]) / (STAGES[3][1] * length)
         return np.concatenate([through, own])
