@@ -119,7 +119,7 @@ def test_priors_starts_and_places_fit_the_model(one: Joint) -> None:
             assert np.isfinite(priors[q.name].sd)
             assert priors[q.name].sd > 0
             assert q.min <= typical[q.name] <= q.max
-            assert all(q.min <= begin[q.name] <= q.max for begin in effect.starts)
+            assert all(q.min <= begin[q.name] <= q.max for begin in (*effect.starts, *effect.likely))
         for place in effect.places(one.model):
             word, _, channel = place.partition(":")
             known = {"actuator": one.model.inputs, "sensor": one.model.outputs}.get(word, ())
@@ -208,7 +208,7 @@ def fitted(effect: Effect, near: tuple[dict[str, float], ...], on: str) -> tuple
 
     low, high = (np.array([getattr(q, side) for q in effect.parameters]) for side in ("min", "max"))
     best = None
-    for values in (*(effect.starting_points(model) or (dict(effect.null),)), *near):
+    for values in (*(effect.starting_points(model) or (dict(effect.null),)), *effect.likely, *near):
         x0 = np.clip([values[q.name] for q in effect.parameters], low + 1e-6 * scale, high - 1e-6 * scale)
         found = least_squares(residuals, x0, slopes, bounds=(low, high), x_scale=scale)
         best = found if best is None or found.cost < best.cost else best

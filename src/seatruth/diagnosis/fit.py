@@ -155,7 +155,7 @@ def fit(
                 break
         last_left = left
         sizes, value, gain, left = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
-        if value < rival - settings.hopeless:
+        if not value > rival - settings.hopeless:
             break
         # New sizes ask for a new point, as long as either still brings something and steps can reach it.
         brought, stuck = gain if round_ == 0 else value - reached, last_left >= _SAME_SIZES > fallen
@@ -221,7 +221,7 @@ def _final_sizes(
     # What is far behind needs no exact sizes; between near rivals a nat counts.
     if not before > rival - problem.settings.hopeless:
         sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
-        return sizes, value, value - before, 0.0
+        return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
     for _ in range(_PROPOSALS):
         optimum = likelihood.solve(sizes, effects)
         residuals = at.errors + at.shared @ optimum.shared

@@ -36,6 +36,8 @@ _NOT_AGAIN = 1.0
 """Rise of the evidence (nats) of the model alone below which it is not fitted again. [S] As `fit` has it."""
 _FALLEN = 1e-3
 """Distance from its null, over that of a start, below which an effect has fallen back to it. [S]"""
+_NEAR_LIKELY = 0.1
+"""Distance from a likely value, over that of the value from the null, below which a fit is at its optimum. [S]"""
 _AGAIN = 3
 """Times that the model alone is fitted again from its own end. [S]"""
 _NESTED = 8.0
@@ -169,7 +171,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if got is None:
         start, got = _fit_bare(found, key, near, start)
     if got is not None:
-        got = _from_other_starts(found, key, near, got)
+        got = _from_likely_values(found, key, near, _from_other_starts(found, key, near, got))
     if problem.discrepancy is None or found.bare:
         return
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
@@ -219,6 +221,23 @@ def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> F
                 break
             point = moved_to(problem, plain.point, name, values)
             got = fit_once(found, key, False, point, plain.sizes, attempt=f"from start {number} of {name}") or got
+    return got
+
+
+def _from_likely_values(found: Search, key: Key, near: Fit, got: Fit | None) -> Fit | None:
+    """The best fit without discrepancy, from the likely values of an effect where the best one is not near them."""
+    problem = found.problem
+    for name in (n for n in key if n not in near.effects):
+        columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
+        plain = found.fits.get((near.effects, False), near)
+        for number, likely in enumerate(problem.effects[name].likely):
+            values = np.array([likely[q.name] for q in problem.effects[name].parameters])
+            away = math.inf if got is None else float(np.abs(got.point.shared[columns] - values).max())
+            if away < _NEAR_LIKELY * float(np.abs(values - mean).max()):
+                continue
+            point, best = moved_to(problem, plain.point, name, values), -math.inf if got is None else got.evidence
+            attempt = f"from likely value {number} of {name}"
+            got = fit_once(found, key, False, point, plain.sizes, attempt=attempt, rival=best) or got
     return got
 
 

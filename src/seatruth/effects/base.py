@@ -124,6 +124,9 @@ class Effect:
     starts: tuple[Mapping[str, float], ...] = ()
     """Finite values of the magnitudes to start a fit from, where the null is no regular point; shape parameters are at
     their mean. `starting_points` gives them for a model."""
+    likely: tuple[Mapping[str, float], ...] = ()
+    """Values of the magnitudes that it most likely has if it acts: a fit starts there too, since other optima may lie
+    between the null and them."""
     direction: tuple[str, ...] = ()
     """The two magnitudes that are components along x and y of the earth, ("north", "east"), of an effect that has a
     direction: a fit starts in several of them, and a report gives it in degrees."""
@@ -150,6 +153,7 @@ class Effect:
         self.null = {**self.null, **{q.name: q.value for q in self.parameters if q.prior is not None}}
         means = {name: prior.mean for name, prior in self.shape_priors.items()}
         self.starts = tuple({**means, **start} for start in self.starts)
+        self.likely = tuple({**means, **values} for values in self.likely)
         _check(self)
 
     @property
@@ -331,9 +335,9 @@ def _check(effect: Effect) -> None:
         raise PluginError("its states have either rates or rates_from_outputs", where=where)
     if effect.dynamic and all(getattr(effect, hook) is None for hook in HOOKS[:6]):
         raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(HOOKS[:6])}.")
-    for start in effect.starts:
-        if sorted(start) != sorted(names):
-            raise PluginError("each of its starts must give a value for each of its magnitudes", where=where)
+    for attribute in ("starts", "likely"):
+        if any(sorted(values) != sorted(names) for values in getattr(effect, attribute)):
+            raise PluginError(f"each of `{attribute}` must give a value for each of its magnitudes", where=where)
     if effect.direction and (len(effect.direction) != 2 or not {*effect.direction} <= {*effect.magnitudes}):
         raise PluginError("its direction must name two of its magnitudes", where=where)
     if not is_cause(effect.cause):

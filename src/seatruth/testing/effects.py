@@ -72,9 +72,9 @@ class EffectConformance:
             assert parameter.source, f"{parameter.name}: say where the magnitude comes from"
             assert parameter.min <= bound.null[parameter.name] <= parameter.max
             assert parameter.min <= parameter.value <= parameter.max
-        for start in bound.starts:
+        for values in (*bound.starts, *bound.likely):
             for parameter in bound.parameters:
-                assert parameter.min <= start[parameter.name] <= parameter.max
+                assert parameter.min <= values[parameter.name] <= parameter.max
 
     def test_its_priors_are_usable_on_every_model(self, bound: Effect, models: list[Model]) -> None:
         for model in models:
