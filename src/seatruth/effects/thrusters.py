@@ -253,8 +253,8 @@ class ThrustersExchanged(OnThrusters):
     parameters = (Parameter("share", 1.0, "1", -0.5, 1.5, source="[S] wholly", description="1: exchanged"),)
     null: Mapping[str, float] = {"share": 0.0}
     likely = ({"share": 1.0},)
-    """Orders are exchanged wholly. On the way there from none, the paths of a vehicle that turns as it moves may come no
-    nearer to the record, and a fit ended at 0.64."""
+    """Orders are exchanged wholly. On the way there from none, the paths of a vehicle that turns as it moves may come
+    no nearer to the record, and a fit ended at 0.64."""
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
