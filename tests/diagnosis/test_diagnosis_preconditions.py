@@ -103,6 +103,16 @@ def course(*angles: float) -> list[Trial]:
     return [Trial(f"run {k}", t, {}, {"psi": np.full(5, angle)}) for k, angle in enumerate(angles)]
 
 
+def test_a_pitch_near_vertical_weakens(ship_folder: Path, plain_runs: list[Trial]) -> None:
+    """There a rate of pitch of the body turns roll and heading by any amount."""
+    for largest, weak in ((1.2, False), (1.5, True)):
+        pitch = largest * np.sin(plain_runs[1].t)
+        pitch[3] = math.nan
+        steep = dataclasses.replace(plain_runs[1], outputs={**plain_runs[1].outputs, "theta": pitch})
+        study = small.study(ship_folder, [plain_runs[0], steep])
+        assert ("near-vertical" in codes(study)) == weak
+
+
 def test_one_course() -> None:
     assert on_one_course(course(0.1, -0.1, 0.2))
     assert on_one_course(course(0.1, 2.0 * math.pi - 0.1))

@@ -24,6 +24,9 @@ _LARGEST = 1e100
 _ONE_COURSE = 0.5
 """rad: courses that differ less count as one. [S]"""
 
+_NEAR_VERTICAL = math.radians(80.0)
+"""Pitch beyond which rates of the Euler angles are more than six times those of the body, 1/cos(pitch). [S]"""
+
 
 def require_trials(study: Study) -> None:
     """Raises BadInput for a study that cannot be diagnosed."""
@@ -129,10 +132,24 @@ def weaknesses(study: Study, problem: Problem) -> list[Finding]:
             if _same(one, other):
                 text = f"Trials {one.name!r} and {other.name!r} hold the same data: they count twice."
                 found.append(Finding("error", "duplicate", text, where, "Leave one out.", one.name))
+    steep = [trial.name for trial in trials if _pitches_near_vertical(trial)]
+    if steep:
+        degrees = math.degrees(_NEAR_VERTICAL)
+        text = (
+            f"In {' and '.join(repr(name) for name in steep)} the vehicle pitches by more than {degrees:.0f} deg, where"
+            " roll and heading turn by any amount in a moment. A simulation may follow the record from there by chance,"
+            " and what is fitted to it may be wrong by more than its interval says."
+        )
+        found.append(Finding("warning", "near-vertical", text, where, "Cut the trial before it.", steep[0]))
     if on_one_course(trials):
         text = "All trials keep to one course: a current, a heading bias and a wind look alike there."
         found.append(Finding("warning", "one-course", text, where, "Add a reciprocal run or a full turn."))
     return found
+
+
+def _pitches_near_vertical(trial: Trial) -> bool:
+    pitch = np.abs(np.asarray(trial.outputs.get("theta", ())))
+    return bool((pitch[np.isfinite(pitch)] > _NEAR_VERTICAL).any())
 
 
 def on_one_course(trials: Sequence[Trial]) -> bool:
