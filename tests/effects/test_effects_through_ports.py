@@ -6,8 +6,10 @@ import math
 import pickle
 import sys
 from collections import namedtuple
+from collections.abc import Mapping
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,9 +23,10 @@ from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.kinematics import to_body_axes
 from seatruth.effects.through_ports import OutsideEffects, at_ports
 from seatruth.errors import BadInput
-from seatruth.models import FMU, Environment, Model, Observation, Ports, load_fmu
+from seatruth.models import FMU, BlackBox, Environment, Model, Observation, Ports, load_fmu
+from seatruth.models.measures import Motion
 from seatruth.models.observed import observed
-from seatruth.trials import Trial
+from seatruth.trials import Channel, Trial
 from seatruth.workers import by_value
 
 INSIDE = ["wind", "current", "cross_flow", "turning_loss", "munk", "wave_drift", "tether", "bank"]
@@ -98,8 +101,8 @@ def test_what_cannot_act_says_why(options: dict[str, Any], effect: str, message:
 def test_a_current_in_earth_axes() -> None:
     ports = Ports(current=("north", "east", "down"))
     body = Environment(u_c=0.3, v_c=-0.2, w_c=0.1)
-    angles = {"phi": 0.2, "theta": -0.3, "psi": 2.0}
-    found = at_ports(ports, body, angles)
+    attitude = Motion(phi=0.2, theta=-0.3, psi=2.0)
+    found = at_ports(ports, body, attitude)
     assert sum(value**2 for value in found.values()) == pytest.approx(0.3**2 + 0.2**2 + 0.1**2)
 
     class Angles:
@@ -114,7 +117,23 @@ def test_a_current_in_earth_axes() -> None:
         z + down * math.cos(theta) * math.cos(phi),
     )
     assert whole == pytest.approx((0.3, -0.2, 0.1))
-    assert at_ports(Ports(current=("u_c",)), body, angles) == {"u_c": 0.3}
+    assert at_ports(Ports(current=("u_c",)), body, attitude) == {"u_c": 0.3}
+    for given in (ports, Ports(current=("u_c", "v_c", "w_c"))):
+        assert tuple(given.water(at_ports(given, body, attitude), attitude)) == pytest.approx((0.3, -0.2, 0.1))
+
+
+def test_a_heading_of_another_name_and_sign_turns_the_current_as_well() -> None:
+    class Reversed(BlackBox):
+        standard: Mapping[str, tuple[str, int]] = MappingProxyType({"heading": ("psi", -1)})
+
+    (effect,) = load_effects(["current"])
+    q = namedtuple("Effect", ["north", "east"])(0.3, 0.0)
+    outputs = [Channel("u", "m/s"), Channel("v", "m/s"), Channel("heading", "rad", angle=True)]
+    ports = {"current": ["north", "east"]}
+    box = Reversed("reversed", print, inputs=[], outputs=outputs, parameters=[], ports=ports)
+    law = OutsideEffects(box, [(effect, None, q)], {}, np.arange(3.0), np.zeros((3, 0)), -1.0, None)
+    found = law(1.0, {"u": 1.0, "v": 0.0, "heading": 0.8})
+    assert (found["north"], found["east"]) == pytest.approx((0.3, 0.0))
 
 
 def test_what_acts_can_be_sent_and_described() -> None:
@@ -181,3 +200,22 @@ def test_ports_behind_what_instruments_measure() -> None:
     ours, theirs = (run(model, trial, values)[:, -1] for model in seen)
     assert np.abs(ours - theirs).max() < 0.001
     assert np.abs(ours - run(observed(equations, [Observation("sog")]), trial, {})[:, -1]).max() > 0.005
+
+
+def test_what_a_log_shows_in_a_current_that_a_simulator_takes() -> None:
+    """The current comes through the port, and the speed through the water is that over ground without it."""
+    log = [Observation("u_w"), Observation("v_w", at=(2.0, 0.0, 0.0))]
+    equations, box = (observed(model, log, keep=["u", "v"]) for model in (load_model("mmg"), ship()))
+    trial = zigzag(u_w=np.full(60, 0.8), v_w=np.zeros(60))
+    values = {"current_north": 0.1, "current_east": -0.2}
+    ours, theirs = (run(with_effects(model, load_effects(["current"])), trial, values) for model in (equations, box))
+    places = [[channel.name for channel in model.outputs].index for model in (equations, box)]
+    for name in ("u_w", "v_w"):
+        shown, wanted = theirs[:, places[1](name)], ours[:, places[0](name)]
+        assert np.abs(shown - wanted).max() < 0.02
+    over_ground = theirs[:, places[1]("u")] - theirs[:, places[1]("u_w")]
+    psi = theirs[:, places[1]("psi")]
+    assert over_ground == pytest.approx(0.1 * np.cos(psi) - 0.2 * np.sin(psi), abs=1e-9)
+    assert np.ptp(over_ground) > 0.05
+    still = run(box, trial, {})
+    assert still[:, places[1]("u_w")] == pytest.approx(still[:, places[1]("u")])

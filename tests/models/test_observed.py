@@ -167,9 +167,11 @@ def test_models_with_observations_reach_other_processes() -> None:
     assert shown(again, MOVING) == shown(model, MOVING)
 
 
-def box(run: Any) -> BlackBox:
-    outputs = [Channel(name, "m/s") for name in ("u", "v")] + [Channel("psi", "rad", angle=True)]
-    return BlackBox("box", run, inputs=[], outputs=outputs, states=outputs[:1], parameters=[Parameter("a", 1.0, "1")])
+def box(run: Any, *, heading: bool = True) -> BlackBox:
+    """Without its heading it takes a current in earth axes."""
+    outputs = [Channel(name, "m/s") for name in ("u", "v")] + [Channel("psi", "rad", angle=True)] * heading
+    parameters, ports = [Parameter("a", 1.0, "1")], None if heading else {"current": ["north", "east"]}
+    return BlackBox("box", run, inputs=[], outputs=outputs, states=outputs[:1], parameters=parameters, ports=ports)
 
 
 def straight(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, Any]:
@@ -216,7 +218,8 @@ class Drifting(Model):
     [
         (load_model("mmg"), "w_w", None, "the model has no 'w'"),
         (load_model("mmg"), "delta", "sog", "is an input of the model"),
-        (box(straight), "u_w", None, "a black box does not show how the water moves"),
+        (box(straight), "u_w", None, "without a port for a current does not show how the water moves"),
+        (box(straight, heading=False), "u_w", None, "does not return its heading"),
         (box(straight), "f_x", None, "a black box does not show its accelerations"),
         (box(straight), "u", "sog", "is a state of a black box"),
         (Drifting(), "u_w", None, "its rhs takes no environment e"),

@@ -22,6 +22,7 @@ from seatruth.effects.vehicle import DeclaredVehicle
 from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
+from seatruth.models.measures import Motion, to_earth
 from seatruth.models.ports import BODY, EARTH, Outside, Ports
 from seatruth.storage.checksum import checksum, of_source
 
@@ -49,6 +50,8 @@ class OutsideEffects:
         innermost = box.innermost
         self.ports: Ports = innermost.ports
         self._outputs = [channel.name for channel in innermost.outputs]
+        standard = [(*innermost.standard_of(name), name) for name in self._outputs]
+        self._attitude = [(angle, name, sign) for angle, sign, name in standard if angle in ("phi", "theta", "psi")]
         self._parameters = {q.name: float(parameters[q.name]) for q in innermost.parameters}
         self._t, self._inputs, self._number, self._then = t.tolist(), inputs.tolist(), number, then
         wanted = any(target is not None and target.thruster >= 0 for _, target, _ in acting)
@@ -86,7 +89,8 @@ class OutsideEffects:
                     here = d if one < 0 else d._replace(thruster=thrusters[one])
                     here = here if other < 0 else here._replace(other=thrusters[other])
                     e = effect.force(e, see(y), drive(i), p, q, here)
-        found = at_ports(self.ports, e, outputs)
+        attitude = Motion(**{angle: sign * outputs[name] for angle, name, sign in self._attitude})
+        found = at_ports(self.ports, e, attitude)
         if self._then is not None:
             more = self._then(t, outputs)
             found = {name: value + more[name] for name, value in found.items()}
@@ -173,33 +177,17 @@ def _sources(what: Any, parts: Sequence[Any]) -> str:
     return _SOURCES[what]
 
 
-def at_ports(ports: Ports, e: Environment, outputs: Mapping[str, float]) -> dict[str, float]:
-    """The forces and the current of an environment as the ports take them.
+def at_ports(ports: Ports, e: Environment, motion: Motion) -> dict[str, float]:
+    """The forces and the current of an environment as the ports take them; of the motion, the attitude counts.
 
     Example:
         >>> from seatruth.models import Environment, Ports
-        >>> found = at_ports(Ports(current=("north", "east")), Environment(u_c=0.5), {"psi": 3.141592653589793})
+        >>> from seatruth.models.measures import Motion
+        >>> found = at_ports(Ports(current=("north", "east")), Environment(u_c=0.5), Motion(psi=3.141592653589793))
         >>> round(found["north"], 6), round(found["east"], 6)
         (-0.5, 0.0)
     """
     found = {name: float(getattr(e, name)) for name in ports.force}
-    if not ports.current:
-        return found
-    body = tuple(float(getattr(e, name)) for name in BODY)
-    if ports.current[0] in BODY:
-        return found | {name: body[BODY.index(name)] for name in ports.current}
-    phi, theta, psi = (outputs.get(name, 0.0) for name in ("phi", "theta", "psi"))
-    earth = _to_earth(body, phi, theta, psi)
-    return found | {name: earth[EARTH.index(name)] for name in ports.current}
-
-
-def _to_earth(v: Sequence[float], phi: float, theta: float, psi: float) -> tuple[float, float, float]:
-    """A vector of body axes in earth axes."""
-    y = v[1] * math.cos(phi) - v[2] * math.sin(phi)
-    down = v[1] * math.sin(phi) + v[2] * math.cos(phi)
-    x = v[0] * math.cos(theta) + down * math.sin(theta)
-    return (
-        x * math.cos(psi) - y * math.sin(psi),
-        x * math.sin(psi) + y * math.cos(psi),
-        down * math.cos(theta) - v[0] * math.sin(theta),
-    )
+    body = (float(e.u_c), float(e.v_c), float(e.w_c))
+    axes, water = (BODY, body) if {*ports.current} & {*BODY} else (EARTH, to_earth(body, motion))
+    return found | {name: water[axes.index(name)] for name in ports.current}

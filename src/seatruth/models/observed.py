@@ -21,7 +21,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.initial_motion import initial_motion
 from seatruth.models.measures import MEASURES, Measure, Motion, Place, Water
-from seatruth.models.ports import Outside
+from seatruth.models.ports import EARTH, Outside
 from seatruth.models.servo_black_box import behind_servos
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.channel import Channel
@@ -155,8 +155,7 @@ def _missing(model: Model, sources: _Sources, observation: Observation) -> tuple
     if lacking:
         return f"the model has no {lacking[0]!r}", "Remove the channel, or set `extra = true` for the steps alone."
     if measure.in_water and isinstance(model, BlackBox):
-        do = f"Let it return {measure.name!r} as an output of its own, or declare no such channel."
-        return "a black box does not show how the water moves", do
+        return _missing_water(model, sources, measure)
     if measure.in_water and not model.takes_environment:
         return "no current can act on the model, as its rhs takes no environment e", (
             "Add e to its rhs (docs/models.md); or, where there was no current, name the channel "
@@ -167,6 +166,20 @@ def _missing(model: Model, sources: _Sources, observation: Observation) -> tuple
             return "a black box does not show its accelerations", "Let it return them as an output of its own."
         if sources.found[measure.needs[0]][0] == "inputs":
             return f"{measure.needs[0]!r} is an input of the model, whose rate is not known", "Remove the channel."
+    return None
+
+
+def _missing_water(box: BlackBox, sources: _Sources, measure: Measure) -> tuple[str, str] | None:
+    """Why the motion of the water about a black box is not known, and what to do; None where its port tells it."""
+    current = box.innermost.ports.current
+    if not current:
+        return "a black box without a port for a current does not show how the water moves", (
+            f"Let it return {measure.name!r} as an output of its own, or take a current (docs/simulators.md)."
+        )
+    if {*current} & {*EARTH} and "psi" not in sources.found:
+        return "its current is in earth axes, and it does not return its heading", (
+            "Let it return 'psi', or take the current in body axes: u_c, v_c."
+        )
     return None
 
 
@@ -293,17 +306,27 @@ class ObservedBlackBox(BlackBoxWrapper):
         y = self.base.run(trial, parameters, first_state, outside)
         inputs = [trial.inputs[channel.name].tolist() for channel in self.base.inputs]
         rows = [self._motion(row, i, ()) for row, i in zip(y.tolist(), zip(*inputs) if inputs else [()] * len(y))]
+        waters = self._waters(trial, y, rows, outside)
         made = {channel.name: y[:, k] for k, channel in enumerate(self.base.outputs)}
         for one in self.observations:
             function = one.measure.function
-            values = [_finite(function, m, one.at) for m in rows]
+            values = [_finite(function, m, water, one.at) for m, water in zip(rows, waters)]
             made[one.channel] = np.array(values, dtype=np.float64)
         return made
 
+    def _waters(self, trial: Trial, y: Array, rows: Sequence[Motion], outside: Outside | None) -> list[Water]:
+        """The motion of the water at each sample: what acts through the port for a current."""
+        if outside is None or not any(one.measure.in_water for one in self.observations):
+            return [Water()] * len(rows)
+        names, ports = [channel.name for channel in self.base.outputs], self.innermost.ports
+        return [
+            ports.water(outside(t, dict(zip(names, row))), m) for t, row, m in zip(trial.t.tolist(), y.tolist(), rows)
+        ]
 
-def _finite(function: Callable[[Motion, Water, Place], Any], m: Motion, at: Place) -> float:
+
+def _finite(function: Callable[[Motion, Water, Place], Any], m: Motion, water: Water, at: Place) -> float:
     """A measure of one sample; NaN where the run has diverged."""
-    return float(function(m, Water(), at)) if all(math.isfinite(x) for x in m) else math.nan
+    return float(function(m, water, at)) if all(math.isfinite(x) for x in m) else math.nan
 
 
 def _observations(observations: Sequence[Observation]) -> list[tuple[str, str, Place]]:

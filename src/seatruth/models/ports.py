@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from seatruth.errors import BadInput, nearest
+from seatruth.models.measures import Motion, Water, to_body
 
 Outside = Callable[[float, Mapping[str, float]], dict[str, float]]
 """(time s, outputs by name) to the value of each port by its component: {"X": 12.0, "Y": 0.0, "N": 3.0}."""
@@ -65,6 +66,12 @@ class Ports:
 
     def __bool__(self) -> bool:
         return bool(self.components)
+
+    def water(self, values: Mapping[str, float], motion: Motion) -> Water:
+        """The water's motion in body axes that the values of the current's components are at an attitude."""
+        in_body = bool({*self.current} & {*BODY})
+        a, b, c = (values.get(name, 0.0) for name in (BODY if in_body else EARTH))
+        return Water(a, b, c) if in_body else Water(*to_body(a, b, c, motion))
 
     def nothing(self, t: float, outputs: Mapping[str, float]) -> dict[str, float]:
         """What acts where nothing does: zero in each component."""
