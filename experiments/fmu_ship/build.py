@@ -40,7 +40,7 @@ class Variable(NamedTuple):
     name: str
     symbol: str
     """Its name in ship.c."""
-    causality: Literal["parameter", "input", "output"]
+    causality: Literal["parameter", "input", "output", "local"]
     start: float
     unit: str
     low: float = -math.inf
@@ -49,7 +49,8 @@ class Variable(NamedTuple):
 
 
 def variables(values: Mapping[str, float] | None = None, prefix: str = "") -> tuple[Variable, ...]:
-    """All variables: the parameters of the MMG model, its inputs, ports for outside forces and a current, its outputs.
+    """All variables: the parameters of the MMG model, its inputs, ports for outside forces and a current, its outputs,
+    and the thrust, which is no output.
 
     `values` replaces starts of parameters; `prefix` goes before the names of the parameters ("hull.").
     """
@@ -63,6 +64,7 @@ def variables(values: Mapping[str, float] | None = None, prefix: str = "") -> tu
     inputs = {"delta": "deg", "n": "rpm", "X": "kN", "Y": "kN", "N": "kN.m", "north": "m/s", "east": "m/s"}
     found += [Variable(name, f"i_{name}", "input", 0.0, unit) for name, unit in inputs.items()]
     found += [Variable(c.name, f"o_{c.name}", "output", 0.0, c.unit) for c in ship.outputs]
+    found += [Variable("thrust", "l_thrust", "local", 0.0, "kN")]
     return tuple(found)
 
 
@@ -85,6 +87,8 @@ def header(ship: Sequence[Variable], token: str) -> str:
 def _attributes(one: Variable) -> str:
     bounds = {"min": one.low, "max": one.high}
     found = {"unit": one.unit, "start": "1e300" if math.isinf(one.start) else repr(one.start)}
+    if one.causality == "local":
+        del found["start"]
     found |= {key: repr(value) for key, value in bounds.items() if math.isfinite(value)}
     if one.whole:
         found = {"start": str(int(one.start))}
@@ -93,7 +97,13 @@ def _attributes(one: Variable) -> str:
 
 _KINDS = {2: ("Real", "Integer"), 3: ("Float64", "Int32")}
 """Types of numbers, and of whole numbers, by version of the FMI."""
-_VARIABILITY = {"parameter": "tunable", "input": "continuous", "output": "continuous"}
+_VARIABILITY = {"parameter": "tunable", **dict.fromkeys(("input", "output", "local"), "continuous")}
+_INITIAL = {
+    "parameter": ' initial="exact"',
+    "input": "",
+    "output": ' initial="exact"',
+    "local": ' initial="calculated"',
+}
 _BASE = {
     **{"m": 'm="1"', "m/s": 'm="1" s="-1"', "rad": 'rad="1"', "rad/s": 'rad="1" s="-1"', "kg/m^3": 'kg="1" m="-3"'},
     **{"deg": 'rad="1" factor="0.017453292519943295"', "rpm": 'rad="1" s="-1" factor="0.10471975511965977"'},
@@ -125,10 +135,9 @@ def description(ship: Sequence[Variable], token: str, fmi: int) -> str:
     if fmi == 3:
         lines.append(f'<Float64 name="time" valueReference="{TIME}" causality="independent"/>')
     for reference, one in enumerate(ship):
-        initial = ' initial="exact"' if one.causality != "input" else ""
         said = (
             f'name={quoteattr(one.name)} valueReference="{reference}" causality="{one.causality}" '
-            f'variability="{_VARIABILITY[one.causality]}"{initial}'
+            f'variability="{_VARIABILITY[one.causality]}"{_INITIAL[one.causality]}'
         )
         kind = _KINDS[fmi][one.whole]
         if fmi == 2:

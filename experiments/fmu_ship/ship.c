@@ -33,6 +33,23 @@ typedef struct {
 
 static double signed_root(double x) { return x / sqrt(sqrt(x * x + 1e-16)); }
 
+/* Speed of the water into the propeller, and what the propeller pushes the ship with, N: without what it takes from the
+hull. From the velocity through the water. */
+static double propeller(const double *V, double u, double v, double r, double *u_P, double *over_area) {
+    const double U = sqrt(u * u + v * v + TINY), scale = fmax(U, fabs(r) * V[p_L] / LARGEST_YAW);
+    const double beta = atan2(-v, sqrt(u * u + TINY)), beta_P = beta - V[p_x_P] * r * V[p_L] / scale;
+    const double C_2 = beta_P > 0.0 ? V[p_C_2_plus] : V[p_C_2_minus];
+    *u_P = u * (1.0 - V[p_w_P0]) * (1.0 + (1.0 - exp(-V[p_C_1] * fabs(beta_P))) * (C_2 - 1.0));
+    const double nD = V[i_n] / 60.0 * V[p_D_P];
+    *over_area = V[p_k_0] * nD * fabs(nD) + V[p_k_1] * fabs(nD) * *u_P + V[p_k_2] * *u_P * fabs(*u_P);
+    return (1.0 - V[p_t_P]) * V[p_rho] * V[p_D_P] * V[p_D_P] * *over_area;
+}
+
+static void through_water(const double *V, const double *s, double *u, double *v) {
+    *u = s[3] - V[i_north] * cos(s[2]) - V[i_east] * sin(s[2]);
+    *v = s[4] - V[i_east] * cos(s[2]) + V[i_north] * sin(s[2]);
+}
+
 /* d/dt of x, y, psi, u, v, r. */
 static void rates(const double *V, const double *s, double *d) {
     const double psi = s[2], over_u = s[3], over_v = s[4], r = s[5], rho = V[p_rho], L = V[p_L];
@@ -50,9 +67,8 @@ static void rates(const double *V, const double *s, double *d) {
     const double beta = atan2(-v, sqrt(u * u + TINY));
 
     /* propeller */
-    const double beta_P = beta - V[p_x_P] * r1, C_2 = beta_P > 0.0 ? V[p_C_2_plus] : V[p_C_2_minus];
-    const double u_P = u * (1.0 - V[p_w_P0]) * (1.0 + (1.0 - exp(-V[p_C_1] * fabs(beta_P))) * (C_2 - 1.0));
-    const double nD = V[i_n] / 60.0 * V[p_D_P], thrust = V[p_k_0] * nD * fabs(nD) + V[p_k_1] * fabs(nD) * u_P + V[p_k_2] * u_P * fabs(u_P);
+    double u_P, thrust;
+    const double push = propeller(V, u, v, r, &u_P, &thrust);
 
     /* rudder */
     const double slipstream = signed_root(u_P * fabs(u_P) + 8.0 / PI * thrust);
@@ -61,7 +77,7 @@ static void rates(const double *V, const double *s, double *d) {
     const double beta_R = beta - V[p_l_R] * r1, v_R = U * (beta_R > 0.0 ? V[p_gamma_R_plus] : V[p_gamma_R_minus]) * beta_R;
     const double U_R = sqrt(u_R * u_R + v_R * v_R + TINY), delta = V[i_delta] * PI / 180.0;
     const double F_N = 0.5 * rho * V[p_A_R] * V[p_f_alpha] * U_R * (u_R * sin(delta) - v_R * cos(delta)), across = F_N * cos(delta);
-    X += (1.0 - V[p_t_P]) * rho * V[p_D_P] * V[p_D_P] * thrust - (1.0 - V[p_t_R]) * F_N * sin(delta);
+    X += push - (1.0 - V[p_t_R]) * F_N * sin(delta);
     Y -= (1.0 + V[p_a_H]) * across;
     N -= (V[p_x_R] + V[p_a_H] * V[p_x_H]) * L * across;
 
@@ -125,7 +141,11 @@ static void set_reals(Ship *ship, const unsigned vr[], size_t n, const double va
     for (size_t k = 0; k < n; k++) ship->value[vr[k]] = value[k];
 }
 static void get_reals(const Ship *ship, const unsigned vr[], size_t n, double value[]) {
-    for (size_t k = 0; k < n; k++) value[k] = ship->value[vr[k]];
+    const double *V = ship->value, *s = V + FIRST_OUTPUT;
+    double u, v, into, over_area;
+    through_water(V, s, &u, &v);
+    for (size_t k = 0; k < n; k++)
+        value[k] = vr[k] == l_thrust ? propeller(V, u, v, s[5], &into, &over_area) / 1000.0 : V[vr[k]];
 }
 static void set_whole(Ship *ship, const unsigned vr[], size_t n, const int value[]) {
     for (size_t k = 0; k < n; k++) ship->value[vr[k]] = value[k];

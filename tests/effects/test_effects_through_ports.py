@@ -7,6 +7,7 @@ import pickle
 import sys
 from collections import namedtuple
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import MappingProxyType
@@ -23,7 +24,7 @@ from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.kinematics import to_body_axes
 from seatruth.effects.through_ports import OutsideEffects, at_ports
 from seatruth.errors import BadInput
-from seatruth.models import FMU, BlackBox, Environment, Model, Observation, Ports, load_fmu
+from seatruth.models import FMU, BlackBox, Environment, Model, Observation, Ports, Thruster, load_fmu
 from seatruth.models.measures import Motion
 from seatruth.models.observed import observed
 from seatruth.trials import Channel, Trial
@@ -200,6 +201,47 @@ def test_ports_behind_what_instruments_measure() -> None:
     ours, theirs = (run(model, trial, values)[:, -1] for model in seen)
     assert np.abs(ours - theirs).max() < 0.001
     assert np.abs(ours - run(observed(equations, [Observation("sog")]), trial, {})[:, -1]).max() > 0.005
+
+
+def propeller(**more: Any) -> Thruster:
+    return Thruster("propeller", "n", at=(-1.0, 0.0, 0.2), towards=(1.0, 0.0, 0.0), full=20.0, **more)
+
+
+def test_a_loss_of_thrust_acts_on_the_force_that_an_fmu_shows() -> None:
+    """As on the thrust of the same equations; the FMU gives it in kN."""
+    shown = {"names": {"T": "thrust"}, "actuators": [propeller(force="T")]}
+    box, trial = ship(**shown), zigzag()
+    ours = run(with_effects(box, load_effects(["thruster_gain"], model=box)), trial, {"thruster_gain_k": -0.2})
+    same = with_effects(load_model("mmg"), load_effects(["thrust_gain"]))
+    (lost,) = (q.name for q in same.parameters if q.name.startswith("thrust_gain"))
+    theirs, plain = run(same, trial, {lost: -0.2}), run(same, trial, {})
+    columns = [[c.name for c in box.outputs].index(c.name) for c in same.outputs]
+    moved = np.abs(theirs - plain).max(axis=0)
+    held = np.abs(run(box, trial, {})[:, columns] - plain).max(axis=0)
+    assert moved[3] > 0.01
+    assert (np.abs(ours[:, columns] - theirs).max(axis=0) < 0.03 * moved + 2.0 * held + 1e-9).all()
+    acting = with_effects(box, load_effects(["thruster_gain"], model=box))._acting({"thruster_gain_k": -0.2})
+    laws = [
+        OutsideEffects(one, acting, one.nominal(), trial.t, np.zeros((60, 2)), -1.0, None).describe()
+        for one in (box, ship(**shown), ship(names={"F": "thrust"}, actuators=[propeller(force="F")]))
+    ]
+    assert laws[0] == laws[1] != laws[2]
+
+
+@pytest.mark.parametrize(
+    ("actuators", "message"),
+    [
+        ([propeller(force="nowhere")], "'nowhere', which is no output"),
+        ([propeller(force="u")], "in 'm/s', not in N"),
+        (
+            [propeller(force="T"), replace(propeller(), name="other")],
+            "'propeller' shows its force and 'other' does not",
+        ),
+    ],
+)
+def test_a_force_that_no_output_is_says_so(actuators: list[Thruster], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        ship(names={"T": "thrust"}, actuators=actuators)
 
 
 def test_what_a_log_shows_in_a_current_that_a_simulator_takes() -> None:

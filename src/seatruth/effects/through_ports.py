@@ -19,6 +19,7 @@ from seatruth.effects.base import Effect
 from seatruth.effects.channel_aliases import View
 from seatruth.effects.targets import Target, aliases_of
 from seatruth.effects.vehicle import DeclaredVehicle
+from seatruth.models.actuators import ShownThrusts
 from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
@@ -163,6 +164,8 @@ def _source(kind: type[Any]) -> str:
 
 def _source_of_function(function: Any) -> str:
     """The same of a function that a model declares, by its own file."""
+    if isinstance(function, ShownThrusts):
+        return f"{_source(ShownThrusts)} {function.outputs}"
     return _sources(function, (function,))
 
 

@@ -1,13 +1,18 @@
 """What drives and steers a vehicle: the actuators that a model names, and where they act.
 
 A model lists them in `actuators`; effects on actuators then act on it, whatever its inputs are called. Where it has
-thrusters, its function `thrusts(s, i, p, e)` gives the force of each, N, in the order of that list.
+thrusters, its function `thrusts(s, i, p, e)` gives the force of each, N, in the order of that list. A simulator that
+cannot be opened may show these forces as outputs instead.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
+
+from seatruth.errors import BadInput
+from seatruth.units import Conversion, to_si
 
 Entry = float | str
 """A number, or the name of a parameter of the model, with a minus in front for its negative: "-y_T"."""
@@ -50,6 +55,8 @@ class Thruster:
         towards: the direction of its force where the thrust is positive, a unit vector in the same axes.
         full: size of the input at full power, in the input's unit.
         diameter: m, of the propeller or the jet; only effects of the inflow ask for it.
+        force: the output of a simulator that shows its force (N), positive along `towards`. A model of equations has
+            `thrusts` instead.
 
     Example:
         >>> from seatruth.models import Thruster
@@ -63,11 +70,22 @@ class Thruster:
     towards: Triple
     full: float
     diameter: float | None = None
+    force: str | None = None
 
     @property
     def kind(self) -> str:
         """The kind of actuator that an effect asks for."""
         return "thruster"
+
+
+@dataclass(frozen=True)
+class ShownThrusts:
+    """The function `thrusts(s, i, p, e)` of a simulator that shows the force of each thruster among its outputs."""
+
+    outputs: tuple[str, ...]
+
+    def __call__(self, s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return tuple(getattr(s, name) for name in self.outputs)
 
 
 class Thrust(NamedTuple):
@@ -94,10 +112,35 @@ def entry(value: Entry, p: Any) -> Any:
     return -getattr(p, value[1:]) if value.startswith("-") else getattr(p, value)
 
 
+def shown_thrusts(actuators: Sequence[Rudder | Thruster]) -> ShownThrusts | None:
+    """The function that takes the forces of all thrusters from a simulator's outputs; None where one names no output.
+
+    Example:
+        >>> from collections import namedtuple
+        >>> from seatruth.models.actuators import Thruster, shown_thrusts
+        >>> jet = Thruster("jet", "n", at=(-2.0, 0.0, 0.0), towards=(1.0, 0.0, 0.0), full=30.0, force="T_jet")
+        >>> shown_thrusts([jet])(namedtuple("Outputs", "u T_jet")(1.0, 250.0), None, None, None)
+        (250.0,)
+    """
+    names = [one.force for one in actuators if isinstance(one, Thruster)]
+    known = tuple(name for name in names if name is not None)
+    return ShownThrusts(known) if known and len(known) == len(names) else None
+
+
 def problem_with(
-    actuators: tuple[Rudder | Thruster, ...], inputs: set[str], parameters: set[str], has_thrusts: bool
+    actuators: tuple[Rudder | Thruster, ...],
+    inputs: set[str],
+    parameters: set[str],
+    has_thrusts: bool,
+    outputs: Mapping[str, str] | None = None,
 ) -> str:
-    """What is wrong with a model's declaration of actuators; empty where nothing is."""
+    """What is wrong with a model's declaration of actuators; empty where nothing is.
+
+    `outputs` are the names and units of what a simulator shows; None for a model of equations.
+    """
+    wrong = _problem_with_forces([one for one in actuators if isinstance(one, Thruster)], outputs)
+    if wrong:
+        return wrong
     names = [actuator.name for actuator in actuators]
     for actuator in actuators:
         if not actuator.name.isidentifier():
@@ -118,4 +161,27 @@ def problem_with(
                 return f"thruster {actuator.name!r} needs a positive input at full power, and a positive diameter"
     if has_thrusts and not any(isinstance(actuator, Thruster) for actuator in actuators):
         return "it has thrusts(s, i, p, e) but names no Thruster among its actuators"
+    return ""
+
+
+def _is_force(unit: str) -> bool:
+    """Whether a unit is the newton; what reads an FMU's units may call it kg*m/s**2."""
+    try:
+        return to_si(unit, "N") == Conversion(1.0, 0.0)
+    except BadInput:
+        return False
+
+
+def _problem_with_forces(thrusters: Sequence[Thruster], outputs: Mapping[str, str] | None) -> str:
+    stated = [one for one in thrusters if one.force is not None]
+    for one in stated:
+        if outputs is None:
+            return f"thruster {one.name!r} names an output as its force; a model of equations has thrusts(s, i, p, e)"
+        if one.force not in outputs:
+            return f"thruster {one.name!r} has the force {one.force!r}, which is no output"
+        if not _is_force(outputs[str(one.force)]):
+            return f"the force {one.force!r} of thruster {one.name!r} is in {outputs[str(one.force)]!r}, not in N"
+    if stated and len(stated) < len(thrusters):
+        silent = next(one.name for one in thrusters if one.force is None)
+        return f"thruster {stated[0].name!r} shows its force and {silent!r} does not"
     return ""

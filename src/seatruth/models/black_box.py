@@ -9,7 +9,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
-from seatruth.models.actuators import Rudder, Thruster, problem_with
+from seatruth.models.actuators import Rudder, Thruster, problem_with, shown_thrusts
 from seatruth.models.base import Model
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
@@ -40,7 +40,8 @@ class BlackBox(Model):
             of its steps, with the time (s) and its outputs by name, and adds what it gets: {"X": N, ..., "east": m/s}.
         dimensions: the vehicle's size, which effects of wind, waves and hull need.
         actuators: what drives and steers it, as models of equations name it: effects on rudders and thrusters find its
-            inputs by them. A subclass may declare `thrusts` too, the force of each thruster, from its outputs.
+            inputs by them. Where each thruster names the output that is its `force`, effects on that force act as
+            well; a subclass may declare `thrusts` instead, which computes them from its outputs.
 
     Derivatives are finite differences.
 
@@ -82,6 +83,9 @@ class BlackBox(Model):
             self.dimensions = _Constant(dimensions)
         if actuators:  # else what a subclass declares
             self.actuators = tuple(actuators)
+        shown = shown_thrusts(self.actuators)
+        if shown is not None:
+            self.thrusts = shown
         self._check()
 
     takes_environment = False
@@ -161,7 +165,8 @@ class BlackBox(Model):
             if bad:
                 raise BadInput(f"{bad[0]!r} cannot name one of its {label}", where=where, do="Use an identifier.")
         inputs, parameters = ({field.name for field in fields} for fields in (self.inputs, self.parameters))
-        wrong = problem_with(self.actuators, inputs, parameters, self.thrusts is not None)
+        units = {output.name: output.unit for output in self.outputs}
+        wrong = problem_with(self.actuators, inputs, parameters, self.thrusts is not None, units)
         if wrong:
             raise BadInput(wrong, where=where)
         known = [output.name for output in self.outputs]

@@ -80,7 +80,7 @@ def load_fmu(
         kind: "ship", "auv", "glider" or "planing": which effects can act on it.
         dimensions: the vehicle's size, which effects of wind, waves and hull need.
         actuators: what drives and steers it, by the names of its inputs here: effects on rudders and thrusters find
-            these by them.
+            these by them. An output or a local variable that is the `force` of a thruster lets effects act on that.
         time_limit: s that one run of one trial may take.
 
     Returns:

@@ -91,6 +91,11 @@ class ModelActuatorTable(Table):
     diameter: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
         default=None, description="Of a thruster: diameter of the propeller or the jet, m."
     )
+    force: str | None = Field(
+        default=None,
+        description="Of a thruster: the output of the FMU that is its force, N, positive along `towards`, by its name "
+        "in `names` or in the FMU. Either all thrusters have it or none.",
+    )
 
 
 class ModelTable(Table):

@@ -80,7 +80,7 @@ def _with_areas(model: Model, table: ModelTable, problems: Problems) -> Model:
 def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudder | Thruster | None:
     """An actuator as the file states it; notes keys that do not belong together."""
     path = ("model", "actuators", name)
-    stated = [key for key in (*_OF_A_THRUSTER, "diameter") if getattr(table, key) is not None]
+    stated = [key for key in (*_OF_A_THRUSTER, "diameter", "force") if getattr(table, key) is not None]
     if not stated:
         return Rudder(name, table.input, table.turns or "yaw")
     if table.turns is not None:
@@ -91,4 +91,4 @@ def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudde
         problems.add(path, f"a thruster needs {lacking!r}", f"State {', '.join(_OF_A_THRUSTER)}.")
         return None
     (x, y, z), (a, b, c) = table.at, table.towards
-    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter)
+    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter, table.force)
