@@ -211,7 +211,9 @@ def test_a_loss_of_thrust_acts_on_the_force_that_an_fmu_shows() -> None:
     """As on the thrust of the same equations; the FMU gives it in kN."""
     shown = {"names": {"T": "thrust"}, "actuators": [propeller(force="T")]}
     box, trial = ship(**shown), zigzag()
-    ours = run(with_effects(box, load_effects(["thruster_gain"], model=box)), trial, {"thruster_gain_k": -0.2})
+    extended = with_effects(box, load_effects(["thruster_gain"], model=box))
+    assert isinstance(extended, ExtendedBlackBox)
+    ours = run(extended, trial, {"thruster_gain_k": -0.2})
     same = with_effects(load_model("mmg"), load_effects(["thrust_gain"]))
     (lost,) = (q.name for q in same.parameters if q.name.startswith("thrust_gain"))
     theirs, plain = run(same, trial, {lost: -0.2}), run(same, trial, {})
@@ -220,7 +222,7 @@ def test_a_loss_of_thrust_acts_on_the_force_that_an_fmu_shows() -> None:
     held = np.abs(run(box, trial, {})[:, columns] - plain).max(axis=0)
     assert moved[3] > 0.01
     assert (np.abs(ours[:, columns] - theirs).max(axis=0) < 0.03 * moved + 2.0 * held + 1e-9).all()
-    acting = with_effects(box, load_effects(["thruster_gain"], model=box))._acting({"thruster_gain_k": -0.2})
+    acting = extended._acting({"thruster_gain_k": -0.2})
     laws = [
         OutsideEffects(one, acting, one.nominal(), trial.t, np.zeros((60, 2)), -1.0, None).describe()
         for one in (box, ship(**shown), ship(names={"F": "thrust"}, actuators=[propeller(force="F")]))
