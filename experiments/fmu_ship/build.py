@@ -86,9 +86,9 @@ def header(ship: Sequence[Variable], token: str) -> str:
 
 def _attributes(one: Variable) -> str:
     bounds = {"min": one.low, "max": one.high}
-    found = {"unit": one.unit, "start": "1e300" if math.isinf(one.start) else repr(one.start)}
-    if one.causality == "local":
-        del found["start"]
+    found = {"unit": one.unit}
+    if one.causality != "local":  # it is calculated
+        found["start"] = "1e300" if math.isinf(one.start) else repr(one.start)
     found |= {key: repr(value) for key, value in bounds.items() if math.isfinite(value)}
     if one.whole:
         found = {"start": str(int(one.start))}

@@ -53,8 +53,9 @@ static void through_water(const double *V, const double *s, double *u, double *v
 /* d/dt of x, y, psi, u, v, r. */
 static void rates(const double *V, const double *s, double *d) {
     const double psi = s[2], over_u = s[3], over_v = s[4], r = s[5], rho = V[p_rho], L = V[p_L];
-    const double u_c = V[i_north] * cos(psi) + V[i_east] * sin(psi), v_c = V[i_east] * cos(psi) - V[i_north] * sin(psi);
-    const double u = over_u - u_c, v = over_v - v_c;
+    double u, v;
+    through_water(V, s, &u, &v);
+    const double u_c = over_u - u, v_c = over_v - v;
 
     /* hull */
     const double U2 = u * u + v * v + TINY, U = sqrt(U2);

@@ -155,7 +155,7 @@ def fit(
                 break
         last_left = left
         sizes, value, gain, left = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
-        if not value > rival - settings.hopeless:
+        if not value > rival - settings.hopeless:  # nor where the algebra fails: the likelihood is -inf then
             break
         # New sizes ask for a new point, as long as either still brings something and steps can reach it.
         brought, stuck = gain if round_ == 0 else value - reached, last_left >= _SAME_SIZES > fallen

@@ -24,7 +24,7 @@ from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.measures import Motion, to_earth
-from seatruth.models.ports import BODY, EARTH, Outside, Ports
+from seatruth.models.ports import EARTH, Outside, Ports
 from seatruth.storage.checksum import checksum, of_source
 
 Acting = tuple[Effect, Target | None, Any]
@@ -192,5 +192,5 @@ def at_ports(ports: Ports, e: Environment, motion: Motion) -> dict[str, float]:
     """
     found = {name: float(getattr(e, name)) for name in ports.force}
     body = (float(e.u_c), float(e.v_c), float(e.w_c))
-    axes, water = (BODY, body) if {*ports.current} & {*BODY} else (EARTH, to_earth(body, motion))
-    return found | {name: water[axes.index(name)] for name in ports.current}
+    water = dict(zip(ports.current_axes, to_earth(body, motion) if ports.current_axes == EARTH else body))
+    return found | {name: water[name] for name in ports.current}

@@ -173,15 +173,15 @@ def _is_force(unit: str) -> bool:
 
 
 def _problem_with_forces(thrusters: Sequence[Thruster], outputs: Mapping[str, str] | None) -> str:
-    stated = [one for one in thrusters if one.force is not None]
-    for one in stated:
+    stated = {one.name: one.force for one in thrusters if one.force is not None}
+    for name, force in stated.items():
         if outputs is None:
-            return f"thruster {one.name!r} names an output as its force; a model of equations has thrusts(s, i, p, e)"
-        if one.force not in outputs:
-            return f"thruster {one.name!r} has the force {one.force!r}, which is no output"
-        if not _is_force(outputs[str(one.force)]):
-            return f"the force {one.force!r} of thruster {one.name!r} is in {outputs[str(one.force)]!r}, not in N"
-    if stated and len(stated) < len(thrusters):
-        silent = next(one.name for one in thrusters if one.force is None)
-        return f"thruster {stated[0].name!r} shows its force and {silent!r} does not"
+            return f"thruster {name!r} names an output as its force; a model of equations has thrusts(s, i, p, e)"
+        if force not in outputs:
+            return f"thruster {name!r} has the force {force!r}, which is no output"
+        if not _is_force(outputs[force]):
+            return f"the force {force!r} of thruster {name!r} is in {outputs[force]!r}, not in N"
+    silent = [one.name for one in thrusters if one.force is None]
+    if stated and silent:
+        return f"thruster {next(iter(stated))!r} shows its force and {silent[0]!r} does not"
     return ""

@@ -171,12 +171,12 @@ def _missing(model: Model, sources: _Sources, observation: Observation) -> tuple
 
 def _missing_water(box: BlackBox, sources: _Sources, measure: Measure) -> tuple[str, str] | None:
     """Why the motion of the water about a black box is not known, and what to do; None where its port tells it."""
-    current = box.innermost.ports.current
-    if not current:
+    axes = box.innermost.ports.current_axes
+    if not axes:
         return "a black box without a port for a current does not show how the water moves", (
             f"Let it return {measure.name!r} as an output of its own, or take a current (docs/simulators.md)."
         )
-    if {*current} & {*EARTH} and "psi" not in sources.found:
+    if axes == EARTH and "psi" not in sources.found:
         return "its current is in earth axes, and it does not return its heading", (
             "Let it return 'psi', or take the current in body axes: u_c, v_c."
         )

@@ -67,11 +67,16 @@ class Ports:
     def __bool__(self) -> bool:
         return bool(self.components)
 
+    @property
+    def current_axes(self) -> tuple[str, ...]:
+        """The components of the axes in which it takes the current, `EARTH` or `BODY`; none without a current."""
+        return next((axes for axes in (EARTH, BODY) if {*self.current} & {*axes}), ())
+
     def water(self, values: Mapping[str, float], motion: Motion) -> Water:
         """The water's motion in body axes that the values of the current's components are at an attitude."""
-        in_body = bool({*self.current} & {*BODY})
-        a, b, c = (values.get(name, 0.0) for name in (BODY if in_body else EARTH))
-        return Water(a, b, c) if in_body else Water(*to_body(a, b, c, motion))
+        axes = self.current_axes
+        vector = Water(*(values.get(name, 0.0) for name in axes))
+        return Water(*to_body(*vector, m=motion)) if axes == EARTH else vector
 
     def nothing(self, t: float, outputs: Mapping[str, float]) -> dict[str, float]:
         """What acts where nothing does: zero in each component."""
