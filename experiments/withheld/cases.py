@@ -264,7 +264,7 @@ def _judged(case: Case, usable: Sequence[Mechanism], attempt: int, seen: Sequenc
         # With more than one thing acting the baseline has to be refitted to all at once.
         alone = seen[0].fit if count == 1 else refit(replace(seen[0].rig, free=()), seen[0].aim)
         oracle = oracle_closure(
-            found, alone, family, case.records, case.noise, range(count), _offset(case), known=range(causes)
+            found, alone, case.records, case.noise, range(count), _offset(case), known=range(causes)
         )
     case.truth = {
         "lambda": dict(zip(keys[:causes], each, strict=False)),

@@ -21,7 +21,7 @@ Pair = tuple[Truth, Verdict]
 SURE = 0.9
 CLOSES = 0.2
 """Least closure of the oracle for which a ratio to it means something,"""
-GAP = 0.05
+GAP = 0.005
 """and the least gap, in multiples of the noise, that a refit leaves: of a smaller one closure is a ratio of noise."""
 ONE = ("single", "form+single")
 """Kinds with one effect that the library names; in the second the vehicle also has another form than its model."""
@@ -182,7 +182,7 @@ def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bo
     A verdict without a closure closes nothing, and its interval holds nothing; [] where no verdict states any.
     """
     own = [pair for pair in pairs if pair[0]["kind"] in (*ONE, "double") and pair[0].get("oracle")]
-    own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES and pair[0]["oracle"]["refit"] >= 1.0 + GAP]
+    own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES and _gap(pair[0]["oracle"]) >= GAP]
     if not any(pair[1]["closure"] for pair in pairs):
         return []
     found = []
@@ -192,6 +192,10 @@ def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bo
         value = value if math.isfinite(value) else 0.0
         found.append((value, low, high, float(truth["oracle"]["closure"]), top((truth, verdict), 1)))
     return found
+
+
+def _gap(oracle: Mapping[str, float]) -> float:
+    return oracle["refit"] - oracle["floor"]
 
 
 def share(

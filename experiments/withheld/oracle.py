@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from withheld.reality.families import Family
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Record
@@ -17,7 +16,6 @@ from withheld.refit import Refit
 def oracle_closure(
     found: Signatures,
     fit: Refit,
-    family: Family,
     records: Sequence[Record],
     noise: Mapping[str, Noise],
     acting: Sequence[int],
@@ -27,67 +25,75 @@ def oracle_closure(
 ) -> dict[str, float]:
     """Closure that one who knows the cause reaches on trials left out, one after the other.
 
-    E is the root mean square error of a left-out trial over all channels, in multiples of the noise, its first state
-    fitted to its first fifth. Refit: the coefficients alone are fitted to the other trials, about the refit `fit` to
-    all of them without noise, so that their curvature is in it. With effect: the causes' signatures too, the size of
-    each free, about the truth. Floor: 1. The noise is that which was recorded. `offset` is the truth less the prior's
-    mean in units of the prior's standard deviation. `fit` is of the baseline alone, with no mechanism free in it.
-    `acting` numbers what acts among the labels, `known` what of that the oracle knows: the causes, not another form.
+    Refit: the coefficients alone are fitted to the other trials, about the refit `fit` to all of them without noise, so
+    that their curvature is in it. With effect: the causes' signatures too, the size of each free, about the truth.
+    Floor: the noise that was recorded. Errors of a trial are root mean square over all channels, in multiples of the
+    noise, its first state fitted to it, and of what the other trials determine of it: what they leave open about
+    coefficients and sizes counts as noise of the prediction, for all three alike. `offset` is the truth less the
+    prior's mean in units of the prior's standard deviation. `fit` is of the baseline alone, with no mechanism free in
+    it. `acting` numbers what acts among the labels, `known` what of that the oracle knows: the causes, no other form.
     """
     size = found.coefficients
     truth = np.zeros(found.grams.shape[1])
     truth[[size + k for k in acting]] = 1.0
-    held = {
-        "refit": _left_out(fit.here, range(size), _last(fit.here), offset + fit.point.moved, family, records, noise),
-        "effect": _left_out(found, [*range(size), *(size + k for k in known)], truth, offset, family, records, noise),
-    }
-    refit, effect = (float(np.mean(held[use])) for use in ("refit", "effect"))
-    closure = (refit - effect) / (refit - 1.0) if refit > 1.0 else 0.0
-    return {"floor": 1.0, "refit": refit, "with_effect": effect, "closure": closure}
-
-
-def _last(here: Signatures) -> Array:
-    """The combination of columns that is what a refit left."""
-    only = np.zeros(here.grams.shape[1])
-    only[-1] = 1.0
-    return only
-
-
-def _left_out(
-    found: Signatures,
-    own: Sequence[int],
-    truth: Array,
-    offset: Array,
-    family: Family,
-    records: Sequence[Record],
-    noise: Mapping[str, Noise],
-) -> list[float]:
-    """Error on each trial when `own` columns are fitted to the others; the data are a combination `truth` and noise."""
-    size, own = found.coefficients, list(own)
-    total = found.grams.sum(axis=0)
-    pull = [w.T @ z for w, z in zip(found.whitened, found.noise, strict=True)]
+    last = np.zeros(fit.here.grams.shape[1])
+    last[-1] = 1.0
+    own = [*range(size), *(size + k for k in known)]
     errors = []
     for k, record in enumerate(records):
-        gram, right = total - found.grams[k], sum(p for j, p in enumerate(pull) if j != k)
-        a = gram[np.ix_(own, own)].copy()
-        a[range(size), range(size)] += 1.0
-        # The prior's mean lies `offset` behind the point about which all is taken.
-        b = gram[own] @ truth + np.asarray(right)[own]
-        b[:size] -= offset
-        step = np.zeros(len(truth))
-        step[own] = np.linalg.lstsq(a, b, rcond=1e-12)[0]
-        error = found.raw[k] @ (truth - step) + _noise_of(record, noise)
-        errors.append(float(np.sqrt(np.mean(_without_start(error, found.starts[k], record, family) ** 2))))
-    return errors
+        measure = _Measure(found, own, k)
+        noise_k = _noise_of(record, noise)
+        refit = _left_out(fit.here, range(size), last, offset + fit.point.moved, k) + noise_k
+        effect = _left_out(found, own, truth, offset, k) + noise_k
+        errors.append([measure(refit), measure(effect), measure(noise_k)])
+    mean_refit, mean_effect, floor = (float(x) for x in np.mean(errors, axis=0))
+    closure = (mean_refit - mean_effect) / (mean_refit - floor) if mean_refit > floor else 0.0
+    return {"floor": floor, "refit": mean_refit, "with_effect": mean_effect, "closure": closure}
+
+
+class _Measure:
+    """Error of a trial that others predict, relative to noise and what they leave open about `own` columns."""
+
+    def __init__(self, found: Signatures, own: Sequence[int], trial: int) -> None:
+        self._starts = found.starts[trial]
+        precision = _precision(found, own, trial)
+        values, vectors = np.linalg.eigh(precision)
+        root = vectors / np.sqrt(np.maximum(values, values[-1] * 1e-12))
+        self._open = self._fitted(found.raw[trial][:, list(own)] @ root)
+        self._inner = np.eye(len(values)) + self._open.T @ self._open
+
+    def __call__(self, error: Array) -> float:
+        fitted = self._fitted(error)
+        along = self._open.T @ fitted
+        return float(np.sqrt(max(fitted @ fitted - along @ np.linalg.solve(self._inner, along), 0.0) / len(fitted)))
+
+    def _fitted(self, error: Array) -> Array:
+        """An error (rows, ...) less what the first state explains of it."""
+        return np.asarray(error - self._starts @ np.linalg.lstsq(self._starts, error, rcond=None)[0])
+
+
+def _precision(found: Signatures, own: Sequence[int], left: int) -> Array:
+    """What the other trials, and the priors of the coefficients, know of `own` columns."""
+    gram = np.delete(found.grams, left, axis=0).sum(axis=0)[np.ix_(list(own), list(own))]
+    coefficients = np.arange(found.coefficients)
+    gram[coefficients, coefficients] += 1.0
+    return np.asarray(gram)
+
+
+def _left_out(found: Signatures, own: Sequence[int], truth: Array, offset: Array, left: int) -> Array:
+    """Error on a trial, without its noise, when `own` columns are fitted to the others; the data are a combination
+    `truth` and noise."""
+    own, size = list(own), found.coefficients
+    others = [j for j in range(len(found.raw)) if j != left]
+    pull = sum(found.whitened[j].T @ found.noise[j] for j in others)
+    right = found.grams[others].sum(axis=0)[own] @ truth + np.asarray(pull)[own]
+    # The prior's mean lies `offset` behind the point about which all is taken.
+    right[:size] -= offset
+    step = np.zeros(len(truth))
+    step[own] = np.linalg.lstsq(_precision(found, own, left), right, rcond=1e-12)[0]
+    return np.asarray(found.raw[left] @ (truth - step))
 
 
 def _noise_of(record: Record, noise: Mapping[str, Noise]) -> Array:
     """The noise of a record over its true deviation, channel after channel."""
     return np.concatenate([(record.outputs[name] - record.clean[name]) / noise[name].sd for name in record.outputs])
-
-
-def _without_start(error: Array, starts: Array, record: Record, family: Family) -> Array:
-    """An error (rows,) less what the first state explains of its first fifth."""
-    n = len(record.t)
-    early = np.tile(np.arange(n) < max(12, n // 5), len(family.outputs))
-    return np.asarray(error - starts @ np.linalg.lstsq(starts[early], error[early], rcond=None)[0])

@@ -238,8 +238,8 @@ def _closure(pairs: Sequence[Pair], first: str) -> Section:
     rows = closures(pairs)
     blocks: list[Block] = [
         Text("Share of the gap on trials left out that closes, starting from the refitted model. The oracle knows the "
-             "cause, and fits its size and the coefficients to the other trials. Cases in which the oracle closes less "
-             "than a fifth are left out.")
+             "cause, and fits its size and the coefficients to the other trials. What those leave open about a trial "
+             "counts as noise of its prediction. Cases in which the oracle closes less than a fifth are left out.")
     ]  # fmt: skip
     if rows:
         caption = f"{WORDS[first]}, with its 95 % intervals; on the line it closes what the oracle closes."

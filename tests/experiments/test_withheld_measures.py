@@ -23,7 +23,8 @@ from withheld.verdicts import verdict
 def _truth(case: str, kind: str, effects: list[str], strength: float, **more: Any) -> dict[str, Any]:
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": dict.fromkeys(effects, strength), "places": ["surge"],
-        "set": effects, "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        "set": effects, "oracle": {"closure": 0.8, "refit": 2.0, "floor": 1.0}, "pairs": {},
+        "stratum": "100-400", "family": "ship",
         "form": None, "stated": True,
         **more,
     }  # fmt: skip
@@ -89,8 +90,14 @@ def test_a_closure_that_is_missing_is_nothing_closed_and_intervals_are_judged_wh
         (truth, verdict("a", [(["wind"], 0.9)], closure={"value": 0.4, "lower": 0.3, "upper": 0.5})),
         (truth, verdict("a", [(["bank"], 0.9)], closure={"value": math.nan, "lower": math.nan, "upper": math.nan})),
         (truth, verdict("a", [(["bank"], 0.9)])),
-        ({**truth, "oracle": {"closure": 0.8, "refit": 1.02}}, verdict("a", [(["wind"], 0.9)], closure=right)),
-        ({**truth, "oracle": {"closure": 0.1, "refit": 2.0}}, verdict("a", [(["wind"], 0.9)], closure=right)),
+        (
+            {**truth, "oracle": {"closure": 0.8, "refit": 1.002, "floor": 1.0}},
+            verdict("a", [(["wind"], 0.9)], closure=right),
+        ),
+        (
+            {**truth, "oracle": {"closure": 0.1, "refit": 2.0, "floor": 1.0}},
+            verdict("a", [(["wind"], 0.9)], closure=right),
+        ),
     ]
     found = _found(pairs)
     assert found["gap closed over the oracle's, median"].n == 4
@@ -165,7 +172,9 @@ def test_a_named_cause_that_is_wrong_at_nine_tenths_counts_though_the_first_cand
 def test_another_form_alone_is_no_cause_and_unknown_or_nothing_is_right() -> None:
     form = {"form": {"key": "full_bow", "values": {"k": 1.0}, "lambda": 200.0}, "oracle": None}
     alone = _truth("a", "form", ["unknown"], 0, **form)
-    on_top = _truth("b", "form+single", ["wind"], 200, **{**form, "oracle": {"closure": 0.8, "refit": 2.0}})
+    on_top = _truth(
+        "b", "form+single", ["wind"], 200, **{**form, "oracle": {"closure": 0.8, "refit": 2.0, "floor": 1.0}}
+    )
     unknown, nothing = verdict("a", [(["unknown"], 0.95)]), verdict("a", [([], 0.95)])
     wind = _naming("a", (WIND, ["wind"], 0.95))
     pairs = [(alone, unknown), (alone, nothing), (alone, wind), (on_top, {**wind, "case": "b"})]

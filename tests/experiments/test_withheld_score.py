@@ -22,7 +22,7 @@ def _truth(case: str, kind: str, effects: list[str], strength: float, **more: An
     lambdas = dict.fromkeys(effects, strength)
     return {
         "case": case, "kind": kind, "effects": effects, "lambda": lambdas, "places": ["surge"], "set": effects,
-        "oracle": {"closure": 0.8, "refit": 2.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
+        "oracle": {"closure": 0.8, "refit": 2.0, "floor": 1.0}, "pairs": {}, "stratum": "100-400", "family": "ship",
         "form": None, "stated": True,
         **more,
     }  # fmt: skip

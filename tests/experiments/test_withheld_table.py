@@ -32,8 +32,8 @@ def _line(step: str, commit: str, program: str = "") -> dict[str, Any]:
 def _pairs() -> dict[str, list[Pair]]:
     truth = {
         "case": "c001", "family": "auv", "kind": "single", "effects": ["trim"], "lambda": {"trim": 150.0}, "pairs": {},
-        "stratum": "100-400", "set": ["trim"], "places": ["pitch"], "oracle": {"closure": 0.9, "refit": 2.0},
-        "form": None, "stated": True, "aside": False,
+        "stratum": "100-400", "set": ["trim"], "places": ["pitch"],
+        "oracle": {"closure": 0.9, "refit": 2.0, "floor": 1.0}, "form": None, "stated": True, "aside": False,
     }  # fmt: skip
     closure = {"value": 0.8, "lower": 0.7, "upper": 0.95}
     said = {

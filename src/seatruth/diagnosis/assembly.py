@@ -11,12 +11,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
-from seatruth.diagnosis.cross_validation import (
-    lower_bound,
-    noise_deviation,
-    predictive_gains,
-    validate,
-)
+from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
 from seatruth.diagnosis.decision import Cluster, Decision, decide, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
@@ -27,6 +22,7 @@ from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
+from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.sizes import noise_shapes

@@ -5,7 +5,7 @@ of a trial, given others, is the difference of two sums: log p(these and it) - l
 and how many others are given, from one to all: what all of them hardly leave open, one or two of them may. With none
 given as well, the averages would sum to the marginal likelihood (Fong and Holmes 2020, Biometrika 107, 489); without,
 no prior alone predicts anything. Where there is one trial, quarters of it are left out. How far the gap shrinks is
-measured on open-loop simulations of each trial with coefficients and effects from all others.
+measured on the open-loop errors of each trial with coefficients and effects from all others (`prediction_errors.py`).
 """
 
 from __future__ import annotations
@@ -13,19 +13,18 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from seatruth.arrays import Array, Flags
-from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import counted, log_prior
-from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
+from seatruth.diagnosis.problem import Problem
 from seatruth.statistics.ratios import ratio_interval
 
 _BLOCKS = 4
@@ -34,15 +33,14 @@ _EXACT = 8
 """Trials up to which all sets of them are taken."""
 _ORDERS = 32
 """Random orders of more trials, in each of which every trial is predicted from those before it. [S]"""
-_REFITS = 3
-"""Gauss-Newton steps for the initial state of a predicted trial; it enters almost linearly."""
 _ENUMERATED = 6
 """Trials up to which the bootstrap is enumerated; 2000 draws above."""
 _DRAWS = 2000
 _CLEARLY = 3.0
 """nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
-_NO_GAP = 0.025
-"""Root mean square error over the noise, minus 1, below which there is no gap to explain. [S]"""
+_NO_GAP = 0.005
+"""Mean error of the refitted model on trials left out, less the noise, in deviations of the noise, below which there is
+no gap to explain. [S]"""
 
 
 def predictive_gains(search: Search, name: str, key: Key) -> Array:
@@ -143,9 +141,9 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     count = len(problem.trials)
     if count < 2:
         return None
-    refit = _plain(search, ())
-    named = _plain(search, shown) if shown else refit
-    control = search.fits.get(((), True), refit)
+    refit = Simulated.of(problem, _plain(search, ()))
+    named = Simulated.of(problem, _plain(search, shown)) if shown else refit
+    control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
     deviation = noise_deviation(problem, search.leader.sizes)
     gains = np.zeros(count)
@@ -156,32 +154,35 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     for left in range(count):
         say(f"trial {problem.trials[left].name} left out", left, count)
         others = [k for k in range(count) if k != left]
-        folds.append(
-            Fold(
-                problem.trials[left].name,
-                _selected(search, others),
-                _predicted(problem, refit, left, others, deviation, terms=False),
-                _predicted(problem, named, left, others, deviation, terms=False),
-                _predicted(problem, control, left, others, deviation, terms=True),
-                float(gains[left]),
-            )
-        )
+        name, models = problem.trials[left].name, (refit, named, control)
+        try:
+            errors = PredictionErrors(problem, deviation, left, named)
+            sizes = (*map(errors.of, models), errors.noise(search.leader), errors.left_open)
+        except np.linalg.LinAlgError:
+            sizes = (math.inf,) * 5
+        folds.append(Fold(name, _selected(search, others), *sizes, float(gains[left])))
     return summary(folds)
 
 
 def summary(folds: Sequence[Fold]) -> Validation:
     """The part of the gap that the effects explain on trials left out, with its interval over trials."""
-    refit, named, control = (
-        np.array([getattr(fold, f"error_{which}") for fold in folds]) for which in ("refit", "effects", "discrepancy")
+    refit, named, control, noise = (
+        np.array([_known(getattr(fold, f"error_{which}")) for fold in folds])
+        for which in ("refit", "effects", "discrepancy", "noise")
     )
-    value = _explained(refit, named)
-    low, high = ratio_interval(refit - named, refit - 1.0) if math.isfinite(value) else (math.nan, math.nan)
-    return Validation(tuple(folds), value, low, high, _explained(refit, control))
+    gap = refit - noise
+    value = _explained(refit - named, gap)
+    low, high = ratio_interval(refit - named, gap) if math.isfinite(value) else (math.nan, math.nan)
+    return Validation(tuple(folds), value, low, high, _explained(refit - control, gap))
 
 
-def _explained(refit: Array, named: Array) -> float:
-    gap = float(refit.mean()) - 1.0
-    return (float(refit.mean()) - float(named.mean())) / gap if gap > _NO_GAP and np.isfinite(named).all() else math.nan
+def _known(error: float) -> float:
+    return error if math.isfinite(error) else math.nan
+
+
+def _explained(explained: Array, gap: Array) -> float:
+    total, whole = float(explained.sum()), float(gap.sum())
+    return total / whole if whole > _NO_GAP * len(gap) else math.nan
 
 
 def _plain(search: Search, key: Key) -> Fit:
@@ -200,59 +201,3 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     weight = counted(search, gains, [len(key) for key, _ in keys], float(max(alone)))
     weight += [log_prior(key, on, many, settings) for key, on in keys]
     return max(zip(weight.tolist(), (key for key, _ in keys)))[1]
-
-
-def _predicted(problem: Problem, at: Fit, left: int, others: Sequence[int], deviation: Array, *, terms: bool) -> float:
-    """Root mean square error of a trial in noise deviations, with what the others give; inf where it diverges."""
-    try:
-        step = at.likelihood.solve(at.sizes, at.effects, others)
-    except np.linalg.LinAlgError:
-        return math.inf
-    point = problem.moved(at.point, step.shared, np.zeros_like(step.local))
-    bare = without_discrepancy(problem, point)
-    point = replace(point, forces=bare.forces) if terms else bare
-    here = problem.trial_of == left
-    best = math.inf
-    for _ in range(_REFITS):
-        now = problem.linearize(point, at.effects, discrepancy=False)
-        if not np.isfinite(now.errors[here]).all():
-            break
-        best = min(best, _size(problem, now.errors, here, deviation))
-        point = _initial_step(problem, now, here, left, deviation)
-    errors = problem.errors(point)
-    return min(best, _size(problem, errors, here, deviation)) if np.isfinite(errors[here]).all() else best
-
-
-def _size(problem: Problem, errors: Array, here: Flags, deviation: Array) -> float:
-    return float(np.sqrt(np.mean((errors[here] / deviation[problem.channel_of[here]]) ** 2)))
-
-
-def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
-    """The point with the initial state of each trial refitted, everything else held; the point where it diverges."""
-    for _ in range(_REFITS):
-        now = problem.linearize(point, (), discrepancy=False)
-        if not np.isfinite(now.errors).all():
-            return point
-        for trial in range(len(problem.trials)):
-            stepped = _initial_step(problem, replace(now, point=point), problem.trial_of == trial, trial, deviation)
-            point = stepped
-    return point
-
-
-def _initial_step(problem: Problem, now: Linearization, here: Flags, left: int, deviation: Array) -> Point:
-    """One Gauss-Newton step of one trial's initial state."""
-    count = len(problem.initial_names)
-    weight = 1.0 / deviation[problem.channel_of[here]]
-    slopes = now.local[here, :count] * weight[:, None]
-    offset = problem.initial_mean[left] - now.point.initial[left]
-    precision = 1.0 / problem.initial_sd**2
-    right = -(slopes.T @ (now.errors[here] * weight)) + precision * offset
-    initial = now.point.initial.copy()
-    initial[left] += np.linalg.solve(slopes.T @ slopes + np.diag(precision), right)
-    return replace(now.point, initial=initial)
-
-
-def noise_deviation(problem: Problem, sizes: Sizes) -> Array:
-    """Standard deviation of each channel's noise, white and slow together (C,)."""
-    shapes = noise_shapes(problem.settings)
-    return np.array([math.exp(w) * math.sqrt(shapes[k].correlation(0.0)) for w, k in zip(sizes.white, sizes.shape)])

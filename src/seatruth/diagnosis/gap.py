@@ -3,23 +3,44 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.cross_validation import refit_initial_states
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.problem import Point, Problem
+
+_REFITS = 3
+"""Gauss-Newton steps for initial states; they enter almost linearly."""
 
 
 def misfit(problem: Problem, deviation: Array, point: Point) -> float:
     """Sum of squared errors over the noise variance; inf where a run diverges. `deviation` (C,) of each channel."""
     errors = problem.errors(point) / deviation[problem.channel_of]
     return float(errors @ errors) if np.isfinite(errors).all() else math.inf
+
+
+def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
+    """The point with the initial state of each trial refitted, everything else held; the point where it diverges."""
+    count, precision = len(problem.initial_names), 1.0 / problem.initial_sd**2
+    for _ in range(_REFITS):
+        now = problem.linearize(point, (), discrepancy=False)
+        if not np.isfinite(now.errors).all():
+            return point
+        initial = point.initial.copy()
+        for trial in range(len(problem.trials)):
+            here = problem.trial_of == trial
+            weight = 1.0 / deviation[problem.channel_of[here]]
+            slopes = now.local[here, :count] * weight[:, None]
+            right = precision * (problem.initial_mean[trial] - initial[trial]) - slopes.T @ (now.errors[here] * weight)
+            initial[trial] += np.linalg.solve(slopes.T @ slopes + np.diag(precision), right)
+        point = replace(point, initial=initial)
+    return point
 
 
 class Gap:

@@ -117,7 +117,10 @@ class Discrepancy:
 
 @dataclass(frozen=True)
 class Fold:
-    """One trial predicted from the others. Errors are root mean square, in standard deviations of the noise."""
+    """One trial predicted from the others.
+
+    Errors are root mean square, in standard deviations of the noise, of what the others determine of the trial.
+    """
 
     trial: str
     """The trial left out."""
@@ -129,6 +132,10 @@ class Fold:
     """The effects of the verdict as well, refitted to the other trials."""
     error_discrepancy: float
     """Control: discrepancy terms refitted to the other trials instead of effects."""
+    error_noise: float
+    """What the best fit to all trials leaves of this one: noise."""
+    left_open: float
+    """What the others leave open about the trial, as a root mean square in standard deviations of the noise."""
     predictive_gain: float
     """Log predictive density, given others, with the effects less without (nats)."""
 
@@ -140,7 +147,7 @@ class Validation:
     folds: tuple[Fold, ...]
     """One per trial."""
     gap_explained: float
-    """(refit - effects) / (refit - noise) of mean errors of the trials left out; NaN where there is no gap."""
+    """(refit - effects) / (refit - noise) of the mean errors of trials left out; NaN where there is no gap."""
     lower: float
     """Lower end of its 95 % interval over trials; infinite where the trials do not bound it."""
     upper: float

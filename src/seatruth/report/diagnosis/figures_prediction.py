@@ -13,7 +13,6 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.diagnosis.figures_where import LABELS
 from seatruth.report.figures.style import (
     BLUE,
-    FAINT,
     GREEN,
     GREY,
     INK,
@@ -48,7 +47,7 @@ _MOTION = ("u", "r", "psi", "z", "theta")
 
 @styled
 def folds(diagnosis: Diagnosis) -> Figure:
-    """Errors of each trial when it was left out, in multiples of the noise."""
+    """Errors of each trial when it was left out, in multiples of the noise, and what noise alone leaves."""
     found = diagnosis.validation.folds if diagnosis.validation is not None else ()
     if not found:
         return nothing("No trial was left out.")
@@ -64,9 +63,9 @@ def folds(diagnosis: Diagnosis) -> Figure:
     low = min(min(finite) / 1.3, 0.8)
     high = min(max(max(finite) * 1.3, 2.0), 1e4 * low)
     log_axis(axes, "x", low, high)
-    axes.axvspan(low, 1.0, color=FAINT, linewidth=0, zorder=0)
-    axes.axvline(1.0, color=INK, linewidth=1.0, zorder=1)
-    for y, row in enumerate(values):
+    for y, (row, fold) in enumerate(zip(values, found, strict=True)):
+        if math.isfinite(fold.error_noise):
+            axes.plot([fold.error_noise], [y], "|", color=INK, markersize=11, zorder=2, clip_on=False)
         for value, (key, _, colour, marker) in zip(row, _FOLD):
             if math.isnan(value):
                 continue
@@ -83,8 +82,9 @@ def folds(diagnosis: Diagnosis) -> Figure:
                 clip_on=False,
             )
     axes.set_xlabel("error of the prediction / noise")
-    marks = [Line2D([], [], color=c, marker=m, linestyle="", label=label) for _, label, c, m in _FOLD]
-    figure.legend(handles=marks, loc="upper left", ncols=3, borderaxespad=0.2, columnspacing=1.2, handletextpad=0.2)
+    shown_as = [*((label, c, m) for _, label, c, m in _FOLD), ("noise", INK, "|")]
+    marks = [Line2D([], [], color=c, marker=m, linestyle="", label=label) for label, c, m in shown_as]
+    figure.legend(handles=marks, loc="upper left", ncols=4, borderaxespad=0.2, columnspacing=1.2, handletextpad=0.2)
     return figure
 
 

@@ -24,12 +24,16 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
     picture = album.picture(
         figures.folds(diagnosis),
         "Error of the prediction of each trial left out, in multiples of the noise.",
-        "Each trial is left out in turn: the others fit everything, and the trial is predicted. The control fits free "
-        "terms in the equations instead of effects: it shows what freedom alone would bring.",
+        "Each trial is left out in turn: the others fit everything, and the trial is predicted. Errors are of what the "
+        "others determine of it. Black: noise, which the best fit to all trials leaves. The control fits free terms in "
+        "the equations instead of effects: it shows what freedom alone would bring.",
     )
     rows = []
     for fold in found.folds:
-        sizes = [number(x, 3) for x in (fold.error_refit, fold.error_discrepancy, fold.error_effects)]
+        sizes = [
+            number(x, 3)
+            for x in (fold.error_refit, fold.error_discrepancy, fold.error_effects, fold.error_noise, fold.left_open)
+        ]
         chosen = text.in_titles(diagnosis, fold.effects)
         rows.append([fold.trial, *sizes, number(fold.predictive_gain, 3), chosen])
     columns = [
@@ -37,6 +41,8 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
         Column(LABELS["refit"], "number", "root mean square error over noise"),
         Column("free terms (control)", "number"),
         Column(LABELS["effects"], "number", "those of the verdict, refitted to the other trials"),
+        Column("noise", "number", "what the best fit to all trials leaves of this one"),
+        Column("left open", "number", "what the other trials leave open about this one, over noise; not in the errors"),
         Column(
             "predictive gain", "number", "log predictive density, given others, with the effects less without (nats)"
         ),
@@ -46,8 +52,9 @@ def validation(diagnosis: Diagnosis, album: Album) -> Section | None:
     if math.isfinite(found.gap_explained):
         blocks.append(
             Text(
-                "The gap explained is (refit − effects) / (refit − noise) of the mean errors of trials left out. "
-                "Its interval rests on how far the trials differ in it: with few trials it is wide."
+                "The gap explained is (refit − effects) / (refit − noise) of the mean errors of trials left out. What "
+                "the other trials leave open about a trial counts as noise of its prediction, with the effects as "
+                "without. The interval rests on how far the trials differ: with few trials it is wide."
             )
         )
     return Section("validation", "Trials left out", blocks)

@@ -1,0 +1,122 @@
+"""Errors of trials left out: what the others predict of a trial, against what is there.
+
+A fit to the other trials differs from the fit to all by one step, to first order (`marginal_likelihood.py`), and so do
+its open-loop errors; nothing is fitted or simulated again, and no motion diverges on the way. A trial that goes beyond
+the others, as the one hard turn among gentle zigzags, is off by what those leave open about the coefficients, with the
+right effect as without it. That says nothing about the effect, and it would drown all that does: so what the others
+leave open counts as noise of the prediction. Shapes: n samples of a trial, over all channels, k unknowns, I initial
+states.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.diagnosis.unknowns import Solution
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A fit to all trials as it is simulated, without each trial's own forces; N samples of all trials."""
+
+    fit: Fit
+    errors: Array
+    """Measured minus simulated (N,)."""
+    slopes: Array
+    """Their derivatives by the unknowns that the fit shares (N, k)."""
+    starts: Array
+    """Their derivatives by the initial states of the trials (N, I)."""
+
+    @classmethod
+    def of(cls, problem: Problem, fit: Fit, *, terms: bool = False) -> Simulated:
+        """Simulates a fit without what is missing; with `terms` the free terms in its equations stay."""
+        bare = without_discrepancy(problem, fit.point)
+        point = Point(fit.point.shared, bare.initial, bare.forces) if terms else bare
+        now = problem.linearize(point, fit.effects, discrepancy=terms)
+        count = len(problem.initial_names)
+        return cls(fit, now.errors, now.shared[:, fit.likelihood.columns], now.local[:, :count].copy())
+
+
+class PredictionErrors:
+    """Errors of one trial in standard deviations of the noise, predicted from the others, by any model.
+
+    One measure serves all models. With errors e in deviations of the noise, and b (n, k) a root of the covariance of
+    what the others leave open, it is the root of e' (1 + b b')^-1 e / n: about 1 where only that and noise act. The
+    initial state is fitted to the trial itself.
+    """
+
+    def __init__(self, problem: Problem, deviation: Array, left: int, reference: Simulated) -> None:
+        """`deviation` (C,) of each channel's noise; `left` the trial; what is left open is taken of `reference`.
+
+        Raises LinAlgError where the algebra fails.
+        """
+        self.problem = problem
+        self._here = problem.trial_of == left
+        self._others = [k for k in range(len(problem.trials)) if k != left]
+        self._weight = 1.0 / deviation[problem.channel_of[self._here]]
+        self._starts = self._rows(reference.starts)
+        self._curvature = self._starts.T @ self._starts + np.diag(1.0 / problem.initial_sd**2)
+        step = self._step(reference)
+        values, vectors = np.linalg.eigh(step.covariance)
+        root = np.zeros((len(reference.fit.likelihood.columns), len(values)))
+        root[np.isin(reference.fit.likelihood.columns, step.free)] = vectors * np.sqrt(np.maximum(values, 0.0))
+        self._open = self._fitted(self._rows(reference.slopes) @ root)
+        self._inner = np.eye(len(values)) + self._open.T @ self._open
+
+    @property
+    def left_open(self) -> float:
+        """Root mean square of what the others leave open about the trial, in standard deviations of the noise."""
+        return math.sqrt(float(np.sum(self._open**2)) / len(self._weight))
+
+    def of(self, model: Simulated) -> float:
+        """Error of what a model predicts; inf where the motion diverges, or the algebra fails."""
+        try:
+            step = self._step(model)
+        except np.linalg.LinAlgError:
+            return math.inf
+        point = model.fit.point
+        moved = self.problem.moved(point, step.shared, np.zeros_like(step.local)).shared - point.shared
+        return self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
+
+    def noise(self, best: Fit) -> float:
+        """What the best fit to all trials leaves of this one, freed of what fitting took from it.
+
+        A fit to all takes the part 1 - (1 + b b')^-1 of a trial's noise into the coefficients; the expected square of
+        the rest of white noise, measured as above, is the trace of (1 + b b')^-3 over n.
+        """
+        left = self._size(self._rows(self.problem.errors(best.point)))
+        lost = float(np.sum(1.0 - np.maximum(np.linalg.eigvalsh(self._inner), 1.0) ** -3)) / len(self._weight)
+        return left / math.sqrt(1.0 - lost) if lost < 1.0 else math.inf
+
+    def _step(self, model: Simulated) -> Solution:
+        """From the fit to all trials to that to the others."""
+        return model.fit.likelihood.solve(model.fit.sizes, model.fit.effects, self._others)
+
+    def _rows(self, values: Array) -> Array:
+        """What belongs to the trial, over the noise."""
+        return np.asarray((values[self._here].T * self._weight).T)
+
+    def _fitted(self, errors: Array) -> Array:
+        """Errors (n, ...) less what another initial state explains of them."""
+        return np.asarray(errors - self._starts @ np.linalg.solve(self._curvature, self._starts.T @ errors))
+
+    def _size(self, errors: Array) -> float:
+        if not np.isfinite(errors).all():
+            return math.inf
+        fitted = self._fitted(errors)
+        along = self._open.T @ fitted
+        square = float(fitted @ fitted - along @ np.linalg.solve(self._inner, along))
+        return math.sqrt(max(square, 0.0) / len(fitted))
+
+
+def noise_deviation(problem: Problem, sizes: Sizes) -> Array:
+    """Standard deviation of each channel's noise, white and slow together (C,)."""
+    shapes = noise_shapes(problem.settings)
+    return np.array([math.exp(w) * math.sqrt(shapes[k].correlation(0.0)) for w, k in zip(sizes.white, sizes.shape)])

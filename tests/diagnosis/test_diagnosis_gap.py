@@ -1,0 +1,27 @@
+"""The gap of three models, with initial states refitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.gap import misfit, refit_initial_states
+from seatruth.diagnosis.prediction_errors import noise_deviation
+from seatruth.diagnosis.search import search
+from seatruth.trials.trial import Trial
+
+
+def test_refitted_initial_states_take_no_other_gap(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    problem = small.problem(ship_folder, offset_runs)
+    deviation = noise_deviation(problem, search(problem, small.silent).null.sizes)
+    shifted = replace(problem.start, initial=problem.start.initial + 0.01)
+    back = refit_initial_states(problem, shifted, deviation)
+    before, start, after = (misfit(problem, deviation, p) for p in (shifted, problem.start, back))
+    assert after <= min(before, start) + 1e-6
+    np.testing.assert_array_equal(back.shared, problem.start.shared)
+    np.testing.assert_array_equal(back.forces, problem.start.forces)
+    assert after == pytest.approx(misfit(problem, deviation, refit_initial_states(problem, back, deviation)))

@@ -1,0 +1,116 @@
+"""Errors of trials left out, relative to noise and what the others leave open."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
+from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.search import search
+from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.trials.trial import Trial
+
+OFFSET = ("rudder_offset",)
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
+    return search(small.problem(ship_folder, offset_runs), small.silent)
+
+
+@pytest.fixture(scope="module")
+def named(found: Search) -> Simulated:
+    return Simulated.of(found.problem, found.fits[OFFSET, False])
+
+
+def measure(found: Search, left: int, named: Simulated) -> PredictionErrors:
+    return PredictionErrors(found.problem, noise_deviation(found.problem, found.leader.sizes), left, named)
+
+
+def at_the_others(found: Search, fit: Fit, left: int) -> Point:
+    """Where the other trials alone put the fit."""
+    others = [k for k in range(len(found.problem.trials)) if k != left]
+    step = fit.likelihood.solve(fit.sizes, fit.effects, others)
+    return found.problem.moved(fit.point, step.shared, np.zeros_like(step.local))
+
+
+@pytest.mark.parametrize("left", range(4))
+def test_the_error_is_that_of_dense_algebra_on_a_simulation(found: Search, named: Simulated, left: int) -> None:
+    problem, fit = found.problem, named.fit
+    deviation = noise_deviation(problem, found.leader.sizes)
+    here = problem.trial_of == left
+    weight = 1.0 / deviation[problem.channel_of[here]]
+    others = [k for k in range(len(problem.trials)) if k != left]
+    known = fit.likelihood.solve(fit.sizes, fit.effects, others)
+    about = problem.linearize(fit.point, fit.effects, discrepancy=False)
+    starts = about.local[here] * weight[:, None]
+    spread = about.shared[here][:, known.free] * weight[:, None]
+    errors = problem.errors(at_the_others(found, fit, left))[here] * weight
+    # The first state is free: a wide prior of it in the covariance says the same as another first state.
+    wide = starts @ np.diag(problem.initial_sd**2) @ starts.T
+    covariance = np.eye(len(errors)) + wide + spread @ known.covariance @ spread.T
+    expected = math.sqrt(errors @ np.linalg.solve(covariance, errors) / len(errors))
+    assert measure(found, left, named).of(named) == pytest.approx(expected, rel=0.01)
+
+
+def test_with_the_effect_that_acts_only_noise_is_left(found: Search, named: Simulated) -> None:
+    plain = Simulated.of(found.problem, found.fits[(), False])
+    noise = []
+    for left in range(4):
+        errors = measure(found, left, named)
+        noise.append(errors.noise(found.leader))
+        assert errors.of(named) == pytest.approx(noise[-1], rel=0.03)
+        assert errors.of(plain) > errors.of(named)
+    assert np.mean(noise) == pytest.approx(1.0, abs=0.1)  # 960 samples scatter by 0.023
+
+
+def test_what_the_others_leave_open_is_no_error(found: Search, named: Simulated) -> None:
+    """Coefficients as far off as the others allow bring hardly anything; farther, what they cannot explain shows."""
+    problem, left = found.problem, 0
+    errors = measure(found, left, named)
+    known = named.fit.likelihood.solve(named.fit.sizes, named.fit.effects, [1, 2, 3])
+    worst = np.linalg.eigh(known.covariance)[1][:, -1] * math.sqrt(float(np.linalg.eigvalsh(known.covariance)[-1]))
+    columns = named.fit.likelihood.columns
+
+    def moved(times: float) -> float:
+        change = np.zeros(len(columns))
+        change[np.isin(columns, known.free)] = times * worst
+        return errors.of(replace(named, errors=named.errors + named.slopes @ change))
+
+    count = int((problem.trial_of == left).sum())
+    for times in (1.0, 10.0):
+        grown = (moved(times) ** 2 - moved(0.0) ** 2) * count
+        assert grown < (times + 4.0) ** 2  # chi-square of one direction, with its cross term
+    assert moved(1000.0) > 2.0 * moved(0.0)
+
+
+def test_a_trial_beyond_the_others_is_left_open_by_them(found: Search, named: Simulated) -> None:
+    problem = found.problem
+    swing = [np.ptp(trial.outputs["psi"]) for trial in problem.trials]
+    left_open = [measure(found, left, named).left_open for left in range(4)]
+    assert int(np.argmax(swing)) == int(np.argmax(left_open))
+    assert min(left_open) > 0.0
+
+
+def test_a_motion_that_diverges_has_no_error(found: Search, named: Simulated) -> None:
+    errors = named.errors.copy()
+    errors[found.problem.trial_of == 2] = math.inf
+    broken = replace(named, errors=errors)
+    assert measure(found, 2, named).of(broken) == math.inf
+    assert math.isfinite(measure(found, 1, named).of(broken))
+
+
+def test_noise_deviation_holds_both_parts(found: Search) -> None:
+    shapes = noise_shapes(found.problem.settings)
+    ratio_one = next(k for k, shape in enumerate(shapes) if shape.ratio == 1.0)
+    sizes = replace(found.null.sizes, shape=(0, ratio_one))
+    expected = np.exp(sizes.white) * np.array([1.0, math.sqrt(2.0)])
+    np.testing.assert_allclose(noise_deviation(found.problem, sizes), expected)
