@@ -65,7 +65,8 @@ class _Measure:
     def __call__(self, error: Array) -> float:
         fitted = self._fitted(error)
         along = self._open.T @ fitted
-        return float(np.sqrt(max(fitted @ fitted - along @ np.linalg.solve(self._inner, along), 0.0) / len(fitted)))
+        square = float(fitted @ fitted - along @ np.linalg.solve(self._inner, along))
+        return float(np.sqrt(max(square, 0.0) / len(fitted)))
 
     def _fitted(self, error: Array) -> Array:
         """An error (rows, ...) less what the first state explains of it."""

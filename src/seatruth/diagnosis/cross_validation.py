@@ -154,13 +154,18 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     for left in range(count):
         say(f"trial {problem.trials[left].name} left out", left, count)
         others = [k for k in range(count) if k != left]
-        name, models = problem.trials[left].name, (refit, named, control)
         try:
             errors = PredictionErrors(problem, deviation, left, named)
-            sizes = (*map(errors.of, models), errors.noise(search.leader), errors.left_open)
+            of = [errors.of(refit), errors.of(named), errors.of(control), errors.noise(search.leader), errors.left_open]
         except np.linalg.LinAlgError:
-            sizes = (math.inf,) * 5
-        folds.append(Fold(name, _selected(search, others), *sizes, float(gains[left])))
+            of = [math.inf] * 5
+        folds.append(
+            Fold(
+                problem.trials[left].name, _selected(search, others),
+                error_refit=of[0], error_effects=of[1], error_discrepancy=of[2], error_noise=of[3], left_open=of[4],
+                predictive_gain=float(gains[left]),
+            )
+        )  # fmt: skip
     return summary(folds)
 
 
