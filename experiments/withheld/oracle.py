@@ -12,6 +12,9 @@ from withheld.reality.simulate import Record
 from withheld.referee import Signatures
 from withheld.refit import Refit
 
+AT_MOST = 3.0
+"""Standard deviations up to which coefficients and sizes may lie elsewhere than the other trials say."""
+
 
 def oracle_closure(
     found: Signatures,
@@ -29,7 +32,7 @@ def oracle_closure(
     that their curvature is in it. With effect: the causes' signatures too, the size of each free, about the truth.
     Floor: the noise that was recorded. Errors of a trial are root mean square over all channels, in multiples of the
     noise, its first state fitted to it, and of what the other trials determine of it: what they leave open about
-    coefficients and sizes counts as noise of the prediction, for all three alike. `offset` is the truth less the
+    coefficients and sizes counts as noise, up to three deviations, for all three alike. `offset` is the truth less the
     prior's mean in units of the prior's standard deviation. `fit` is of the baseline alone, with no mechanism free in
     it. `acting` numbers what acts among the labels, `known` what of that the oracle knows: the causes, no other form.
     """
@@ -59,14 +62,16 @@ class _Measure:
         precision = _precision(found, own, trial)
         values, vectors = np.linalg.eigh(precision)
         root = vectors / np.sqrt(np.maximum(values, values[-1] * 1e-12))
-        self._open = self._fitted(found.raw[trial][:, list(own)] @ root)
-        self._inner = np.eye(len(values)) + self._open.T @ self._open
+        self._along, self._open, _ = np.linalg.svd(
+            self._fitted(found.raw[trial][:, list(own)] @ root), full_matrices=False
+        )
 
     def __call__(self, error: Array) -> float:
         fitted = self._fitted(error)
-        along = self._open.T @ fitted
-        square = float(fitted @ fitted - along @ np.linalg.solve(self._inner, along))
-        return float(np.sqrt(max(square, 0.0) / len(fitted)))
+        along = self._along.T @ fitted
+        taken = np.clip(along * self._open / (1.0 + self._open**2), -AT_MOST, AT_MOST)
+        left = fitted - self._along @ (self._open * taken)
+        return float(np.sqrt((left @ left + taken @ taken) / len(fitted)))
 
     def _fitted(self, error: Array) -> Array:
         """An error (rows, ...) less what the first state explains of it."""

@@ -73,23 +73,24 @@ def test_with_the_effect_that_acts_only_noise_is_left(found: Search, named: Simu
 
 
 def test_what_the_others_leave_open_is_no_error(found: Search, named: Simulated) -> None:
-    """Coefficients as far off as the others allow bring hardly anything; farther, what they cannot explain shows."""
+    """Unknowns as far off as the others allow bring hardly anything; of what lies far beyond, nearly all shows."""
     problem, left = found.problem, 0
     errors = measure(found, left, named)
     known = named.fit.likelihood.solve(named.fit.sizes, named.fit.effects, [1, 2, 3])
-    worst = np.linalg.eigh(known.covariance)[1][:, -1] * math.sqrt(float(np.linalg.eigvalsh(known.covariance)[-1]))
-    columns = named.fit.likelihood.columns
+    values, vectors = np.linalg.eigh(known.covariance)
+    one = np.zeros(len(named.fit.likelihood.columns))
+    one[np.isin(named.fit.likelihood.columns, known.free)] = vectors[:, -1] * math.sqrt(float(values[-1]))
 
-    def moved(times: float) -> float:
-        change = np.zeros(len(columns))
-        change[np.isin(columns, known.free)] = times * worst
-        return errors.of(replace(named, errors=named.errors + named.slopes @ change))
+    def moved(times: float, errors_before: float = 1.0) -> float:
+        return errors.of(replace(named, errors=errors_before * named.errors + times * (named.slopes @ one)))
 
     count = int((problem.trial_of == left).sum())
-    for times in (1.0, 10.0):
-        grown = (moved(times) ** 2 - moved(0.0) ** 2) * count
-        assert grown < (times + 4.0) ** 2  # chi-square of one direction, with its cross term
-    assert moved(1000.0) > 2.0 * moved(0.0)
+    grown = (moved(1.0) ** 2 - moved(0.0) ** 2) * count
+    assert grown < 5.0**2  # chi-square of one direction, with its cross term
+    # Steps in proportion: past three deviations each further one adds as much as the one before.
+    far, farther = moved(100.0, 0.0), moved(200.0, 0.0)
+    assert far > 5.0 * moved(3.0, 0.0)
+    assert farther == pytest.approx(2.0 * far, rel=0.1)
 
 
 def test_a_trial_beyond_the_others_is_left_open_by_them(found: Search, named: Simulated) -> None:

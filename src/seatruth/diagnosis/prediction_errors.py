@@ -4,8 +4,8 @@ A fit to the other trials differs from the fit to all by one step, to first orde
 its open-loop errors; nothing is fitted or simulated again, and no motion diverges on the way. A trial that goes beyond
 the others, as the one hard turn among gentle zigzags, is off by what those leave open about the coefficients, with the
 right effect as without it. That says nothing about the effect, and it would drown all that does: so what the others
-leave open counts as noise of the prediction. Shapes: n samples of a trial, over all channels, k unknowns, I initial
-states.
+leave open counts as noise of the prediction, up to three of its standard deviations. What lies beyond is no chance: the
+model is wrong. Shapes: n samples of a trial, over all channels, k unknowns, I initial states.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.diagnosis.unknowns import Solution
+
+_AT_MOST = 3.0
+"""Standard deviations up to which unknowns may lie elsewhere than the other trials say. [S] 1 of 370 lies beyond."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +50,10 @@ class Simulated:
 class PredictionErrors:
     """Errors of one trial in standard deviations of the noise, predicted from the others, by any model.
 
-    One measure serves all models. With errors e in deviations of the noise, and b (n, k) a root of the covariance of
-    what the others leave open, it is the root of e' (1 + b b')^-1 e / n: about 1 where only that and noise act. The
-    initial state is fitted to the trial itself.
+    One measure serves all models. With errors e in deviations of the noise, and b (n, k) a root, of orthogonal columns,
+    of the covariance of what the others leave open, its square is the least (|e - b d|^2 + |d|^2) / n over d (k,)
+    within 3 to either side: e' (1 + b b')^-1 e / n for all that is no farther, about 1 where only noise and that act.
+    The initial state is fitted to the trial itself.
     """
 
     def __init__(self, problem: Problem, deviation: Array, left: int, reference: Simulated) -> None:
@@ -67,8 +71,9 @@ class PredictionErrors:
         values, vectors = np.linalg.eigh(step.covariance)
         root = np.zeros((len(reference.fit.likelihood.columns), len(values)))
         root[np.isin(reference.fit.likelihood.columns, step.free)] = vectors * np.sqrt(np.maximum(values, 0.0))
-        self._open = self._fitted(self._rows(reference.slopes) @ root)
-        self._inner = np.eye(len(values)) + self._open.T @ self._open
+        self._along, self._open, _ = np.linalg.svd(
+            self._fitted(self._rows(reference.slopes) @ root), full_matrices=False
+        )
 
     @property
     def left_open(self) -> float:
@@ -92,7 +97,7 @@ class PredictionErrors:
         the rest of white noise, measured as above, is the trace of (1 + b b')^-3 over n.
         """
         left = self._size(self._rows(self.problem.errors(best.point)))
-        lost = float(np.sum(1.0 - np.maximum(np.linalg.eigvalsh(self._inner), 1.0) ** -3)) / len(self._weight)
+        lost = float(np.sum(1.0 - (1.0 + self._open**2) ** -3)) / len(self._weight)
         return left / math.sqrt(1.0 - lost) if lost < 1.0 else math.inf
 
     def _step(self, model: Simulated) -> Solution:
@@ -111,9 +116,10 @@ class PredictionErrors:
         if not np.isfinite(errors).all():
             return math.inf
         fitted = self._fitted(errors)
-        along = self._open.T @ fitted
-        square = float(fitted @ fitted - along @ np.linalg.solve(self._inner, along))
-        return math.sqrt(max(square, 0.0) / len(fitted))
+        along = self._along.T @ fitted
+        taken = np.clip(along * self._open / (1.0 + self._open**2), -_AT_MOST, _AT_MOST)
+        left = fitted - self._along @ (self._open * taken)
+        return math.sqrt(float(left @ left + taken @ taken) / len(fitted))
 
 
 def noise_deviation(problem: Problem, sizes: Sizes) -> Array:
