@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.localization import BLOCKS, by_channel, in_region, in_time, shares, whitened
+from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
