@@ -333,3 +333,18 @@ def test_the_evidence_pays_for_a_current_of_each_trial(same: bool) -> None:
         assert ahead < -3.0
     else:
         assert ahead > 20.0
+
+
+def test_currents_that_differ_a_little_are_told_from_one_current() -> None:
+    """What trials have in common is paid for once: differences of a fifth are worth values of their own."""
+    model, truth = boat.Boat(), {}
+    own = available()["trial_current"].of_trials([f"run_{k}" for k in range(4)])
+    for k, (north, east) in enumerate([(0.20, 0.10), (0.24, 0.08), (0.17, 0.12), (0.21, 0.06)]):
+        truth |= {f"trial_current_north_run_{k}": north, f"trial_current_east_run_{k}": east}
+    angles = [{"delta": boat.zigzag(40, 0.3, 8.0)} for _ in range(4)]
+    runs = boat.trials(model, angles, headings=(0.0, 2.0, 4.0, 5.0), effects=truth, specs=(own,))
+    problem = Problem(boat.study(model, runs), [available()["current"], own], Settings(), threads=1)
+    found = {key: fitted(problem, key).evidence for key in (("current",), ("trial_current",))}
+    problem.prior_correlation = {}
+    alone = fitted(problem, ("trial_current",)).evidence
+    assert found["trial_current",] > max(found["current",], alone) + 2.0

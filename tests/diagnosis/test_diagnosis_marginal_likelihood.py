@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
@@ -17,6 +18,8 @@ from scipy.stats import multivariate_normal
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.sizes import Sizes
+from seatruth.effects import available
+from seatruth.effects.each_trial import EachTrial
 from seatruth.trials.trial import Trial
 
 
@@ -206,6 +209,33 @@ def test_evidence_averages_over_the_order_of_magnitude(
         values.append(dense.log_density())
     expected = float(logsumexp(values)) - math.log(len(values))
     assert Likelihood(problem, at).evidence(sizes, effects) == pytest.approx(expected, rel=1e-7, abs=1e-3)
+
+
+def test_evidence_of_values_for_each_trial_that_are_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Correlated between trials in the prior, at each order of magnitude; where no bound cuts it."""
+    own = available()["trial_current"].of_trials(["run_0", "run_1", "run_2"])
+    inputs = [{"delta": boat.zigzag(14, 0.2, 5.0)}, {"delta": boat.zigzag(18, 0.1, 4.0)}, {"delta": np.full(12, 0.1)}]
+    runs = boat.trials(boat.Boat(), inputs, headings=(0.0, 1.0, 2.0))
+    problem = Problem(boat.study(boat.Boat(), runs), [own], FEW, threads=1)
+    monkeypatch.setattr(problem, "low", np.full_like(problem.low, -math.inf))
+    monkeypatch.setattr(problem, "high", np.full_like(problem.high, math.inf))
+    key, columns, sizes = (own.name,), problem.columns[own.name], sizes_of(problem)
+    problem.sd[columns] = 0.01  # the dense matrices would be left with few correct digits
+    shared = problem.start.shared.copy()
+    shared[columns] = np.linspace(-0.01, 0.02, len(columns))
+    at = problem.linearize(replace(problem.start, shared=shared), key)
+    likelihood, values = Likelihood(problem, at), []
+    for scale in (1.0, *problem.settings.scales):
+        dense = Dense(problem, at, sizes, key)
+        dense.P[np.ix_(columns, columns)] = scale**2 * np.outer(problem.sd[columns], problem.sd[columns])
+        # North and east of one trial stand side by side: each leans on its own kind alone.
+        alike = np.where(np.arange(6)[:, None] % 2 == np.arange(6) % 2, EachTrial.alike, 0.0)
+        dense.P[np.ix_(columns, columns)] *= np.where(np.eye(6) > 0.0, 1.0, alike)
+        values.append(dense.log_density())
+    first, *scaled = values
+    assert likelihood.log_likelihood(sizes, key) == pytest.approx(first, rel=1e-7, abs=1e-3)
+    expected = float(logsumexp(scaled)) - math.log(len(scaled))
+    assert likelihood.evidence(sizes, key) == pytest.approx(expected, rel=1e-7, abs=1e-3)
 
 
 def test_no_effect_has_no_order_of_magnitude(problem: Problem, at: Linearization) -> None:

@@ -51,6 +51,16 @@ def test_each_trial_has_its_own_current() -> None:
         np.testing.assert_allclose(compiled, plain, atol=1e-9)
 
 
+def test_what_is_believed_of_a_magnitude_is_alike_between_trials() -> None:
+    own = available()["trial_wind"].of_trials(["a", "b", "c"])
+    values = dict(zip((q.name for q in own.parameters), own.correlation))
+    row = dict(zip(values, values["north_b"]))
+    alike = {name: value for name, value in row.items() if value}
+    assert alike == {"north_a": EachTrial.alike, "north_b": 1.0, "north_c": EachTrial.alike}
+    (form, *_) = own.shape_priors
+    assert values[form].sum() == 1.0
+
+
 def test_equation_error_knows_the_trial_of_a_row() -> None:
     model = with_effects(load_model("mmg"), [available()["trial_current"].of_trials(["out", "back"])])
     values = {**model.nominal(), "trial_current_north_back": 0.3}

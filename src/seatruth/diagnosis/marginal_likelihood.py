@@ -195,7 +195,26 @@ class Likelihood:
         own = np.concatenate([self.problem.columns[name] for name in effects])
         low, high = (end[own] - self.problem.mean[own] for end in (self.problem.low, self.problem.high))
         held = np.isin(own, self.held)
+        root = self._between_trials(effects, held)
+        if root is not None:
+            # Independent under the prior again; where an environment ends, no bound cuts it.
+            information, pull = root.T @ information @ root, root.T @ pull
+            mixed = (root != 0.0).sum(axis=1) > 1
+            low, high = np.where(mixed, -math.inf, low), np.where(mixed, math.inf, high)
         return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales, low, high, held)
+
+    def _between_trials(self, effects: Sequence[str], held: Flags) -> Array | None:
+        """Root (n, n) of the prior correlation of these effects' parameters; None where they are independent."""
+        if not any(name in self.problem.prior_correlation for name in effects):
+            return None
+        found, first = np.eye(len(held)), 0
+        for name in effects:
+            count = len(self.problem.columns[name])
+            if name in self.problem.prior_correlation:
+                kept = np.flatnonzero(~held[first : first + count])
+                found[np.ix_(first + kept, first + kept)] = self.priors.between_trials(name, kept.tolist())
+            first += count
+        return found
 
     def information(
         self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None

@@ -69,9 +69,19 @@ class PriorRoots:
         own = [int(k) for name in effects for k in problem.columns[name] if int(k) not in still]
         free = np.array([*first, *middle, *own], dtype=np.intp)
         root = np.diag(problem.sd[free])
+        for name in effects:
+            if name in problem.prior_correlation:
+                kept = [k for k, column in enumerate(problem.columns[name]) if int(column) not in still]
+                rows = np.flatnonzero(np.isin(free, problem.columns[name][kept]))
+                root[np.ix_(rows, rows)] = root[np.ix_(rows, rows)] @ self.between_trials(name, kept)
         for (equations, _), rows in zip(problem.term_groups, self.term_rows(sizes, held)):
             root[rows[:, :, None], rows[:, None, :]] = self.equations(sizes.terms, sizes.coupling, equations)
         return free, root
+
+    def between_trials(self, name: str, kept: Sequence[int]) -> Array:
+        """Root of the prior correlation (n, n) of these parameters of an effect with values for each trial."""
+        correlation = self._problem.prior_correlation[name][np.ix_(kept, kept)]
+        return np.asarray(np.linalg.cholesky(correlation + _RIDGE * np.eye(len(kept))))
 
     def term_rows(self, sizes: Sizes, held: Sequence[int]) -> list[Indices]:
         """Where each group of terms, (members, equations), is among those unknowns; none without terms."""

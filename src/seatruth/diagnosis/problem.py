@@ -25,6 +25,7 @@ from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
 from seatruth.effects import Effect, with_effects
+from seatruth.effects.each_trial import EachTrial
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
@@ -114,6 +115,8 @@ class Problem:
         for name, effect in self.effects.items():
             magnitudes = [k for k, q in zip(self.columns[name], effect.parameters) if q.name not in effect.shape_priors]
             self.sd[magnitudes] *= settings.prior_width
+        own = self.effects.items()
+        self.prior_correlation = {name: effect.correlation for name, effect in own if isinstance(effect, EachTrial)}
         low_high = [(q.min, q.max) for q in self.unknowns]
         self.low, self.high = np.array([a for a, _ in low_high]), np.array([b for _, b in low_high])
         options = study.cost if isinstance(study.cost, TrajectoryOptions) else TrajectoryOptions()

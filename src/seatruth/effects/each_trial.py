@@ -2,7 +2,9 @@
 
 An effect of this kind repeats an effect that is the same in all trials (`like`). Each magnitude of that effect becomes
 one parameter for each trial of a study, with the same prior, so that the evidence pays for the freedom of each trial.
-Parameters that describe the form stay common. In a trial that the study does not name, the effect stands at its null.
+What is believed of them is correlated between trials: the wind of an afternoon turns and freshens, and is still the
+same wind. Parameters that describe the form stay common. In a trial that the study does not name, the effect stands at
+its null.
 """
 
 from __future__ import annotations
@@ -11,6 +13,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+
+from seatruth.arrays import Array
 from seatruth.effects.base import Effect, Hook
 from seatruth.effects.environment import Current, CurrentAlong
 from seatruth.effects.weather import Wind
@@ -48,6 +53,9 @@ class EachTrial(Effect):
 
     like: ClassVar[type[Effect]] = Effect
     each_trial = True
+    alike: ClassVar[float] = 0.8
+    """Correlation between two trials of what is believed of a magnitude. [S] Trials differ by half of what they have in
+    common: sqrt((1 - 0.8) / 0.8) = 0.5, as the mean wind or a tidal stream does within some hours."""
 
     def __init__(self, trials: Sequence[str] = ("first", "second")) -> None:
         like = self.like()
@@ -80,6 +88,16 @@ class EachTrial(Effect):
 
     def of_trials(self, trials: Sequence[str]) -> Effect:
         return type(self)(trials)
+
+    @property
+    def correlation(self) -> Array:
+        """Prior correlation (n, n) of its parameters: `alike` between the values of a magnitude in two trials."""
+        count, sizes, total = len(self.trials), len(self.magnitudes), len(self.parameters)
+        found = np.eye(total)
+        # The magnitudes of one trial after those of another.
+        between = np.kron(np.full((count, count), self.alike), np.eye(sizes // count))
+        found[:sizes, :sizes] = np.where(np.eye(sizes) > 0.0, 1.0, between)
+        return found
 
     def priors(self, model: Model) -> dict[str, Prior]:
         form = {name: prior for name, prior in self.like().priors(model).items() if name in self.shape_priors}
