@@ -302,6 +302,8 @@ def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None
     said = decided((("current",), 0.6), (("trial_current",), 0.35), ((), 0.05))
     assert [cause.effects for cause in said.clusters] == [("current",)]
     assert said.clusters[0].probability == pytest.approx(0.95)
+    hardly = decided((("current",), 0.9), (("trial_current",), 0.06), ((), 0.04))
+    assert hardly.clusters[0].probability == pytest.approx(0.96)
     other = decided((("trial_current",), 0.6), (("current",), 0.35), ((), 0.05))
     assert other.clusters[0].effects == ("trial_current", "current")
 

@@ -118,6 +118,8 @@ def test_effects_that_were_only_screened_keep_their_share() -> None:
     found = {(one.effects, one.discrepancy): one for one in posterior.hypotheses(searched(FITS, screened), SETTINGS)}
     assert found[("rudder_offset",), False].probability == pytest.approx(found[("current",), False].probability)
     assert not found[("rudder_offset",), False].settled
+    assert not found[("rudder_offset",), False].fitted
+    assert all(found[key].fitted for key in FITS)
     assert ("wind", "heading_bias") not in {key for key, _ in found}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, decide, without_small
+from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import Fit, without_discrepancy
@@ -248,7 +248,7 @@ class Assembly:
             own = self.information.noncentrality(name, key)
             near = {}
             if name in leading and own > _VISIBLE:
-                others = [other for other in leading if other != name]
+                others = [other for other in leading if other != name and not self._same(name, other)]
                 near = {other: self.information.noncentrality_between(name, other, key) for other in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
@@ -276,6 +276,11 @@ class Assembly:
                 )
             )
         return tuple(rows)
+
+    def _same(self, name: str, other: str) -> bool:
+        """Whether one of two effects is the other with a value for each trial: no other cause."""
+        effects = self.problem.effects
+        return repeats(effects[name], other) or repeats(effects[other], name)
 
     def _prior_deviations(self, parameters: tuple[EffectParameter, ...]) -> float:
         return max((abs(q.value - q.null) / q.prior_sd for q in parameters if q.prior_sd > 0.0), default=0.0)

@@ -336,8 +336,9 @@ def _cluster(
         (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
     )
     rivals = [n for n in rivals if not (beside and _is_factor(n, effects))]
-    # The same with a value for each trial is no other cause: where the common one leads, they need not differ.
-    repeated = [n for n in rivals if _repeats(effects[n], name)]
+    # The same with a value for each trial is no other cause, however improbable: where the common one leads, they need
+    # not differ.
+    repeated = [n for n in weight if repeats(effects[n], name)]
     rivals = [n for n in rivals if n not in repeated]
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
@@ -351,7 +352,7 @@ def _cluster(
     return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered, counted)
 
 
-def _repeats(effect: Effect, name: str) -> bool:
+def repeats(effect: Effect, name: str) -> bool:
     """Whether an effect is the one of this name, with a value for each trial."""
     return isinstance(effect, EachTrial) and effect.like.name == name
 

@@ -27,26 +27,26 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     the model alone with forces where it was not fitted.
     """
     base = search.null.evidence
-    rows: list[tuple[Key, bool, float, bool]] = [
-        (key, on, found.evidence - base, found.settled) for (key, on), found in search.fits.items()
+    rows: list[tuple[Key, bool, float, bool, bool]] = [
+        (key, on, found.evidence - base, found.settled, True) for (key, on), found in search.fits.items()
     ]
     fitted = {key for key, _ in search.fits}
     rows += [
-        (key, on, value - base, False)
+        (key, on, value - base, False, False)
         for (key, on), value in search.screened.items()
         if (key, on) not in search.fits
         and (not key or (len(key) == 1 and (on or key not in fitted)))
         and math.isfinite(value)
     ]
     many = len(search.problem.effects)
-    priors = [log_prior(key, on, many, settings) for key, on, _, _ in rows]
-    gains = np.array([gain for _, _, gain, _ in rows])
-    weight = counted(search, gains, [len(key) for key, _, _, _ in rows], explained_from(search) - base) + priors
+    priors = [log_prior(key, on, many, settings) for key, on, *_ in rows]
+    gains = np.array([gain for _, _, gain, *_ in rows])
+    weight = counted(search, gains, [len(key) for key, *_ in rows], explained_from(search) - base) + priors
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [
-        Hypothesis(key, on, gain, prior, float(p), settled)
-        for (key, on, gain, settled), prior, p in zip(rows, priors, weight)
+        Hypothesis(key, on, gain, prior, float(p), settled, fitted)
+        for (key, on, gain, settled, fitted), prior, p in zip(rows, priors, weight)
     ]
     return sorted(found, key=lambda one: (-one.probability, one.effects, one.discrepancy))
 

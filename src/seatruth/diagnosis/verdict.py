@@ -97,6 +97,8 @@ class Hypothesis:
     """Posterior probability; all hypotheses sum to 1."""
     settled: bool
     """Whether its fit converged."""
+    fitted: bool = True
+    """Whether it was fitted: if not, its log evidence is that of a linearization."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
             number(h.log_evidence, 4),
             number(h.log_prior, 3),
             chance(h.probability),
-            "" if h.settled else "not converged",
+            "" if h.settled else "not converged" if h.fitted else "linearized",
         ]
         for h in found
     ]
@@ -67,7 +67,7 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
         Column("log evidence", "number", "over that of the model without effects and discrepancy (nats)"),
         Column("log prior", "number"),
         Column("probability", "number", "from evidence and prior; all hypotheses sum to 1"),
-        Column("fit", "verdict"),
+        Column("fit", "verdict", "linearized: too far behind to be fitted in full"),
     ]
     return table(f"Hypotheses ({len(rows)} of {len(diagnosis.hypotheses)})", columns, rows)
 
