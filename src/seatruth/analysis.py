@@ -34,6 +34,8 @@ from seatruth.uncertainty.identifiability import (
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
     far_initial_states,
+    rounded_finding,
+    rounded_share,
     short_of_minimum,
     step_to_minimum,
     stray_finding,
@@ -213,6 +215,8 @@ class Analysis:
 
     def _compare(self) -> None:
         self.fit, self.traces, self._fitted = compare_with_records(self.cost, self.x, list(self.study.holdout))
+        rounded = rounded_finding(rounded_share(self.cost, self._fitted))
+        self.findings += [rounded] if rounded is not None else []
 
     def _strays(self) -> None:
         """Finds simulated runs, and initial states, that are far from the record."""
