@@ -39,7 +39,7 @@ def test_a_combination_that_is_not_seen_is_named() -> None:
     assert set(weak["combination"]) == {"a", "b"}
     assert weak["combination"]["a"] * weak["combination"]["b"] == pytest.approx(-1.0, rel=1e-3)
     assert "a and b trade off" in weak["sentence"] or "b and a trade off" in weak["sentence"]
-    assert "not at all" in weak["sentence"]
+    assert "do not determine" in weak["sentence"]
     assert found["condition"] > 1e8
 
 
@@ -52,7 +52,7 @@ def test_what_cancels_is_named_however_little_of_its_range_it_takes() -> None:
     (weak,) = identifiability(np.column_stack([30.0 * u, -u, v]), three())["weak"]
     assert set(weak["combination"]) == {"a", "b"}
     assert abs(weak["combination"]["a"]) == pytest.approx(1.0 / 30.0)
-    assert "not at all" in weak["sentence"]
+    assert "do not determine" in weak["sentence"]
 
 
 def test_a_parameter_that_is_hardly_seen_is_named_alone() -> None:
@@ -168,3 +168,14 @@ def test_a_preview_names_the_scale_that_cancels(initial: Literal["fixed", "free"
     frame = prior_identifiability(Study("f", model, Trials([trial]), parameters=free, noise={"u": 0.01}, cost=cost))
     assert "not identifiable" in set(frame["verdict"])
     assert any("C_x0" in reason and "k_1" in reason for reason in frame.attrs["reasons"])
+
+
+def test_what_is_weak_is_said_in_a_sentence() -> None:
+    """Of two columns one hardly moves the outputs: known to 100 % or 20 times of its range, or not at all."""
+    parameters = [Parameter(name, 0.5, min=0.0, max=1.0, vary=True) for name in "ab"]
+    said = [identifiability(np.diag([1e6, slope]), parameters)["weak"][0]["sentence"] for slope in (2.0, 0.05, 1e-12)]
+    assert said[0].startswith("These trials determine b only to ")
+    assert said[0].endswith(" % of its plausible range.")
+    assert said[1].startswith("These trials determine b only to ")
+    assert said[1].endswith(" times its plausible range.")
+    assert said[2] == "These trials do not determine b."

@@ -125,14 +125,15 @@ def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float, l
     order = [int(k) for k in np.argsort(-np.abs(vector)) if share[k] >= least]
     names = [parameters[k].name for k in order]
     combination = {parameters[k].name: float(vector[k]) for k in order}
-    precision = (
-        "not at all" if ratio > _UNDETERMINED else f"only to {_percent(ratio)} of the range that was thought possible"
-    )
-    if len(names) == 1:
-        sentence = f"{names[0]} is hardly seen by these trials: they fix it {precision}."
+    what = names[0] if len(names) == 1 else "their common direction"
+    if ratio > _UNDETERMINED:
+        sentence = f"these trials do not determine {what}."
     else:
-        listing = f"{', '.join(names[:-1])} and {names[-1]}"
-        sentence = f"{listing} trade off: these trials fix their common direction {precision}."
+        sentence = f"these trials determine {what} only to {_times(ratio)} its plausible range."
+    if len(names) == 1:
+        sentence = sentence[0].upper() + sentence[1:]
+    else:
+        sentence = f"{', '.join(names[:-1])} and {names[-1]} trade off: {sentence}"
     return {"combination": combination, "ratio": ratio, "sentence": sentence}
 
 
@@ -155,7 +156,7 @@ def correlated_pairs(uncertainty: Covariance, parameters: Sequence[Parameter]) -
                 "combination": {first: 1.0, second: -math.copysign(1.0, rho)},
                 "ratio": abs(rho),
                 "sentence": f"{first} and {second} trade off: their estimates are correlated by {rho:+.3f}, so a "
-                "change of one is made up by the other.",
+                "change of one makes up for a change of the other.",
             }
         )
     return listed
@@ -204,5 +205,5 @@ def strongly_correlated(uncertainty: Covariance) -> NDArray[np.bool_]:
     return np.asarray((correlation > _STRONG_CORRELATION).any(axis=1))
 
 
-def _percent(ratio: float) -> str:
-    return f"{100.0 * ratio:.0f} %" if ratio < 10 else f"{ratio:.0f} times"
+def _times(ratio: float) -> str:
+    return f"{100.0 * ratio:.0f} % of" if ratio < 10 else f"{ratio:.0f} times"
