@@ -78,3 +78,14 @@ def test_init_writes_an_unwrap_for_a_heading_that_wraps(folder: Path) -> None:
     data = tomllib.loads((folder / "turn.toml").read_text())
     assert data["prepare"] == [{"step": "unwrap", "channels": ["psi"]}]
     assert data["trials"][0]["without"] == ["r"]
+
+
+@pytest.mark.parametrize("name", ["", ".", "/"])
+def test_init_refuses_a_path_without_a_name(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    empty = folder / "empty"
+    empty.mkdir()
+    monkeypatch.chdir(empty)
+    assert call("init", name) == 2
+    assert "Name a file." in capsys.readouterr().err

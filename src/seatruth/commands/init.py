@@ -37,7 +37,10 @@ def init(
     json_file: JsonFile = None,
 ) -> Result:
     """List what a log holds, guess its channels and write a commented study file."""
-    target = output or log.with_suffix(".toml")
+    named = log if log.name else log.resolve()  # "" and "." are this folder, which has a name
+    if not named.name:
+        raise BadInput("it is no log", where=str(log), do="Name a file.")
+    target = output or named.with_suffix(".toml")
     if target.exists() and not force:
         raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")
     if target.exists() and log.exists() and target.samefile(log):
