@@ -8,6 +8,9 @@ from typing import ClassVar
 
 from markupsafe import Markup
 
+_PHONE = 36
+"""Characters of a row that fit on a phone of 390 pixels, with two for the gap of each column (measured)."""
+
 
 @dataclass(frozen=True)
 class Text:
@@ -57,9 +60,14 @@ class Table:
 
     @property
     def cards(self) -> bool:
-        """Whether each row becomes a card on a phone, so that no text or verdict leaves the screen; tables of numbers
-        alone are scrolled."""
-        return any(column.kind in ("long", "verdict") for column in self.columns)
+        """Whether each row becomes a card on a phone, so that nothing leaves the screen."""
+        return self.compact or any(column.kind in ("long", "verdict") for column in self.columns)
+
+    @property
+    def compact(self) -> bool:
+        """Whether the numbers of a card stand beside each other: of a table of numbers alone, too wide for a phone."""
+        plain = not any(column.kind in ("long", "verdict") for column in self.columns)
+        return plain and sum(_width(self, k) for k in range(len(self.columns))) > _PHONE
 
 
 @dataclass(frozen=True)
@@ -108,6 +116,12 @@ class Answers:
 
     kind: ClassVar[str] = "answers"
     items: Sequence[Answer]
+
+
+def _width(table: Table, k: int) -> int:
+    """Characters that a column takes with its gap; heads may wrap between words."""
+    head = max((len(word) for word in table.columns[k].title.split()), default=0)
+    return 2 + max([head, *(len(row[k]) for row in table.rows)])
 
 
 Block = Text | Heading | Notes | Table | Pictures | Statement | Answers
