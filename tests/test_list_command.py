@@ -96,3 +96,12 @@ def test_an_optimizer_added_as_one_file_is_listed(tmp_path: Path) -> None:
     assert "random_search" in done.stdout
     assert "Uniform random search" in done.stdout
     assert "candidates a call" in done.stdout
+
+
+def test_a_kind_that_is_missing_or_unknown_is_answered_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("list") == 2
+    lacking = capsys.readouterr().err.strip()
+    assert "Missing argument 'KIND'. Choose from: models, effects, optimizers, costs, readers." in lacking
+    assert "\n" not in lacking
+    assert call("list", "boats") == 2
+    assert "Invalid value for 'KIND': 'boats' is not one of 'models'" in capsys.readouterr().err

@@ -220,7 +220,8 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
         return 130, _message("Interrupted", "interrupted", "Run the same command again to go on.")
     usage = getattr(problem, "format_message", None)
     if callable(usage):
-        return 2, _message("Usage", str(usage()), _help_hint(problem))
+        said = " ".join(str(usage()).split()).replace("Value error, ", "")  # one line, without what a library adds
+        return 2, _message("Usage", said, _help_hint(problem))
     if isinstance(problem, OSError):
         return _os_problem(problem)
     if isinstance(problem, MemoryError):

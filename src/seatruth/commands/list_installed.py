@@ -30,7 +30,7 @@ class Kind(StrEnum):
 
 
 def list_installed(
-    what: Annotated[Kind, typer.Argument(help="Kind of things to list.", show_choices=True)],
+    what: Annotated[Kind, typer.Argument(metavar="KIND", help="Kind of things to list.", show_choices=True)],
     long: Annotated[bool, typer.Option("--long", "-l", help="Also show parameters, options and sources.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
