@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import pandas as pd
 import pytest
 from small_comparison import TRUTH, glide, line, small
 
-from seatruth.comparison import Noise, Problem, compare, optimisation, ranks
+from seatruth.comparison import Noise, Problem, compare, optimisation, ranks, text
 from seatruth.comparison.noise import realise
 from seatruth.optimizers import make
 from seatruth.trials import Trial
@@ -181,3 +182,18 @@ def test_many_conditions_are_blocks_of_their_own() -> None:
     made = ranks.rank_solvers(pd.concat(parts, ignore_index=True), "fit", {}, ["s0", "s1", "s2"])
     assert made is not None
     assert (made.blocks, made.block_kind) == (12, "condition")
+
+
+def test_solvers_that_tie_share_the_best_rank() -> None:
+    """All but the last always reach the same fit: none of them alone is the best."""
+    order = [*"abc", "d"]
+    table = pd.DataFrame({"solver": order, "mean_rank": [2.4, 2.4, 2.4, 2.8]})
+    pairs = pd.DataFrame([{"first": a, "second": b, "p_holm": 0.5} for a, b in itertools.combinations(order, 2)])
+    pairs = pairs.assign(wins=0, losses=0, ratio=1.0, effect=0.0, p_better=0.0, p_alike=1.0, p_worse=0.0)
+    results: Any = None
+    tied = ranks.Ranking("fit", 45, "realisation", 0.004, table, pairs, ())
+    (said,) = text._ranking_sentences(results, tied, "formula")
+    assert "a, b and c share the best mean rank (2.4 of 4), but the data distinguish them from no single" in said
+    table.loc[1:2, "mean_rank"] = 2.5
+    (said,) = text._ranking_sentences(results, tied, "formula")
+    assert "a has the best mean rank (2.4 of 4), but the data distinguish it from" in said

@@ -9,15 +9,19 @@ import sys
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 from fake_estimate import CHANNELS, empty, estimate
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from seatruth.comparison.ranks import Ranking
 from seatruth.report import figures
+from seatruth.report.figures.comparison import ranks
 from seatruth.report.figures.runs import acf
-from seatruth.report.figures.style import spaced, thinned
+from seatruth.report.figures.style import distinct, spaced, thinned
 from seatruth.report.figures.svg import svg
 
 
@@ -188,3 +192,28 @@ def test_the_band_lies_around_what_is_fitted_and_around_zero_among_the_residuals
     np.testing.assert_allclose(np.abs(lower.collections[0].get_paths()[0].vertices[:, 1]), 0.01)
     made.traces = made.traces.drop(columns=["band_lower", "band_upper"])
     assert not figures.traces(made, "zigzag_10_10", ["u"]).axes[0].collections
+
+
+def test_solvers_of_a_sweep_are_told_apart() -> None:
+    """Their names begin alike and differ at the end, beyond what there is room for."""
+    names = [f"differential_swarm, particles = {n}, omega = {w}" for n in (20, 50) for w in (0.7, 1.0)]
+    shown = distinct([*names, "cma_es"])
+    assert list(shown) == [*names, "cma_es"]
+    assert len(set(shown.values())) == 5
+    assert all(len(short) <= 28 for short in shown.values())
+    assert shown["cma_es"] == "cma_es"
+    assert shown[names[0]].endswith("20, omega = 0.7")
+    inside = [f"{'a' * 30}{k}{'b' * 30}" for k in range(2)]
+    assert distinct(inside) == dict(zip(inside, inside)), "no cut tells them apart"
+
+
+def test_ranks_leave_room_for_long_names() -> None:
+    names = [f"differential_swarm, particles = {n}" for n in (20, 50, 80)]
+    table = pd.DataFrame({"solver": names, "mean_rank": [1.0, 2.0, 3.0]})
+    figure = ranks(Ranking("fit", 20, "realisation", 1e-3, table, pd.DataFrame(), ()))
+    drawn = FigureCanvasAgg(figure)
+    drawn.draw()
+    boxes = [text.get_window_extent(drawn.get_renderer()) for axes in figure.axes for text in axes.texts]
+    assert len(boxes) == 6
+    assert min(box.x0 for box in boxes) >= 0.0
+    assert max(box.x1 for box in boxes) <= figure.bbox.x1

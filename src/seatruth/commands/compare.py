@@ -10,6 +10,7 @@ import typer
 from seatruth.commands.common import JsonFile, Result, console, note, result_folder, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
+from seatruth.report.numbers import count
 
 if TYPE_CHECKING:
     from seatruth.comparison import Comparison, Results
@@ -172,8 +173,12 @@ def show(results: Results) -> None:
 
 
 def _size(made: Comparison) -> str:
-    parts = [f"{len(made.problems)} problems", f"{len(made.solver)} solvers", f"{len(made.noise)} noises"]
-    return ", ".join([*parts, f"{made.seeds} seeds"])
+    parts = [count(len(made.problems), "problem"), count(len(made.solver), "solver")]
+    parts += [
+        count(len(made.noise), "level of noise", "levels of noise"),
+        f"{count(made.seeds, 'realisation')} of each",
+    ]
+    return ", ".join(parts)
 
 
 def _cluster(scheduler: str | None) -> Any:

@@ -26,6 +26,8 @@ _FAILED_RATIO = 1e30
 """A larger ratio of scores means that one of the two solvers failed or never reached the target."""
 _EQUAL_WITHIN = 0.01
 """Relative difference of two medians below which they are called the same; scores are rounded to as much."""
+_SAME_RANK = 1e-9
+"""Difference of two mean ranks that rounding alone may make."""
 _COVERAGE_ERRORS = 3.0
 """Standard errors by which a coverage must fall short of 95 % to be marked. Chosen here [S]: one false alarm in 700."""
 
@@ -97,8 +99,11 @@ def _ranking_sentences(results: Results, ranking: Ranking | None, cost: str) -> 
     beaten = [name for name in order[1:] if name not in equal]
     rank = float(ranking.table["mean_rank"].iloc[0])
     if not beaten:
+        means = ranking.table["mean_rank"].to_numpy(dtype=float)
+        first = [name for name, mean in zip(order, means) if mean - rank < _SAME_RANK]
+        lead, them = (f"{best} has", "it") if len(first) == 1 else (f"{listed(first)} share", "them")
         yield (
-            f"{head}, {best} has the best mean rank ({rank:.2g} of {len(order)}), but the data distinguish it from no "
+            f"{head}, {lead} the best mean rank ({rank:.2g} of {len(order)}), but the data distinguish {them} from no "
             "single solver: they show only that the solvers are not all alike."
         )
         return

@@ -18,7 +18,7 @@ from seatruth.report.figures.style import (
     DASHES,
     GREY,
     INK,
-    NAME,
+    distinct,
     few_ticks,
     log_axis,
     nothing,
@@ -143,8 +143,11 @@ def ranks(made: Ranking) -> Figure:
     size = len(names)
     half = (size + 1) // 2
     height = 0.62 + 0.13 * len(made.groups) + 0.19 * half
-    figure = Figure(figsize=(6.4, height))
-    axes = placed(figure, 1.9, 0.05, 2.6, height - 0.1)
+    shown = distinct(names)
+    labels = [f"{shown[name]} ({mean[k]:.2f})" for k, name in enumerate(names)]
+    side = 0.2 + 0.068 * max(len(label) for label in labels)
+    figure = Figure(figsize=(2.6 + 2.0 * side, height))
+    axes = placed(figure, side, 0.05, 2.6, height - 0.1)
     axes.set_xlim(1, size)
     axes.set_ylim(0, height - 0.1)
     axes.axis("off")
@@ -158,12 +161,11 @@ def ranks(made: Ranking) -> Figure:
         y = top - 0.11 - 0.13 * place
         axes.plot([min(found) - 0.06, max(found) + 0.06], [y, y], color=INK, linewidth=3.2, solid_capstyle="butt")
     low = top - 0.14 - 0.13 * len(made.groups)
-    for k, name in enumerate(names):
+    for k, label in enumerate(labels):
         left = k < half
         y = low - 0.19 * (k if left else size - 1 - k)
         edge = 1.0 if left else float(size)
         axes.plot([mean[k], mean[k], edge], [top, y, y], color=GREY, linewidth=0.8, clip_on=False)
-        label = f"{text(name)} ({mean[k]:.2f})"
         axes.annotate(
             label,
             (edge, y),
@@ -317,16 +319,16 @@ def panels_of(
             color=colours(results)[label][0],
             marker=colours(results)[label][1],
             markersize=3.6,
-            label=text(label),
+            label=short,
         )
-        for label in results.solvers
+        for label, short in distinct(results.solvers).items()
     ]
     if len(costs) > 1:
         every = list(dict.fromkeys(results.runs["cost"]))
         marks += [Line2D([], [], color=GREY, linestyle=DASHES[every.index(c) % len(DASHES)], label=c) for c in costs]
     if bound:
         marks.append(Line2D([], [], color=INK, linestyle=":", linewidth=1.4, label="Cramer-Rao bound"))
-    longest = 0.5 + 0.068 * max(min(len(str(mark.get_label())), NAME) for mark in marks)
+    longest = 0.5 + 0.068 * max(len(str(mark.get_label())) for mark in marks)
     per_row = max(1, int(across / longest))
     legend = 0.19 * math.ceil(len(marks) / per_row) + 0.1
     tall = lines * (height + 0.72) + legend

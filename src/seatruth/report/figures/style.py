@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
@@ -121,6 +122,22 @@ def text(name: Any, most: int = NAME) -> str:
     clean = " ".join(str(name).split())
     short = clean if len(clean) <= most else f"{clean[: most - 1]}…"
     return short.replace("$", r"\$")
+
+
+def distinct(names: Iterable[Any], most: int = NAME) -> dict[str, str]:
+    """Each name as figures may show it (`text`), no two alike.
+
+    Where two names begin alike and would be cut to the same, the middle is left out and not the end: solvers of a sweep
+    differ in the values of their options, which come last. Where that is not enough, the names stay whole.
+    """
+    shown = {str(name): text(name, most) for name in names}
+    for head in (most // 4, 1, None):
+        twice = {short for short, times in Counter(shown.values()).items() if times > 1}
+        for name, short in shown.items():
+            if short in twice:
+                clean = text(name, len(name))
+                shown[name] = clean if head is None else f"{clean[:head]}…{clean[len(clean) - most + head + 1 :]}"
+    return shown
 
 
 def nothing(message: str) -> Figure:
