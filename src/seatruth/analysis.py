@@ -34,13 +34,12 @@ from seatruth.uncertainty.identifiability import (
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
     far_initial_states,
-    rounded_finding,
-    rounded_share,
     short_of_minimum,
     step_to_minimum,
     stray_finding,
     stray_runs,
 )
+from seatruth.uncertainty.rounding import rounded_finding, rounded_share
 from seatruth.uncertainty.sensitivity import sensitivity
 from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 

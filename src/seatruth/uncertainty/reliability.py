@@ -2,7 +2,7 @@
 
 A standard error holds at the minimum that the search ended at. It says nothing where that is the wrong minimum: there
 the simulated runs leave the recorded ones altogether, or a free initial state ends far from what was first measured.
-And it says nothing of a search that ended short of any minimum, or of records that the model follows to the last digit.
+And it says nothing of a search that ended short of any minimum.
 """
 
 from __future__ import annotations
@@ -34,9 +34,6 @@ _FAR_NOISE, _FAR_MOTION = 10.0, 0.25
 """Noise, and part of the motion, between an initial state without prior and its first samples that are far."""
 _SHORT = 0.1
 """What the cost could still fall by from which a search ended short: 0.45 standard errors along one direction."""
-_ROUNDED = 1e-4
-"""Share of the standard errors that rounding makes from which they are not worth their digits: certified ones are asked
-for to four (McCullough 1998)."""
 _MOST_NAMED = 3
 
 
@@ -165,49 +162,6 @@ def short_of_minimum(fall: float, code: str) -> Finding | None:
         f"{fall:.2g} more, and standard errors hold at a minimum.",
         "search",
         'Give it more evaluations, or add a local solver: use = ["...", "least_squares"].',
-    )
-
-
-def rounded_share(cost: StudyCost, predicted: Sequence[Array]) -> dict[str, float]:
-    """By how much rounding can change the standard errors that rest on a channel, as a part of them, at most 1.
-
-    Half a unit in the last place of each sample, u, changes the sum of squares SS of the residuals r by 2 r u each,
-    and a standard error by half of the relative change of SS: by |r u| / SS. A channel that never changes is left out.
-
-    Args:
-        cost: The cost with its trials.
-        predicted: Outputs (n, D) of each trial at the answer.
-    """
-    found = {}
-    for column, channel in enumerate(cost.problem.model.outputs):
-        errors, lasts = [], []
-        for trial, y in zip(cost.trials, predicted):
-            measured = trial.outputs.get(channel.name)
-            valid = np.zeros(0) if measured is None else measured[np.isfinite(measured)]
-            if valid.size and np.ptp(valid) > 0:
-                errors.append(_errors(trial, channel, y[:, column]))
-                lasts.append(0.5 * np.spacing(np.abs(valid)))
-        if errors and np.isfinite(r := np.concatenate(errors)).all():
-            squares, change = float(r @ r), float(np.linalg.norm(r * np.concatenate(lasts)))
-            found[channel.name] = min(1.0, change / squares) if squares > 0 else 1.0
-    return found
-
-
-def rounded_finding(shares: dict[str, float]) -> Finding | None:
-    """The finding that standard errors are those of rounding; None where they are not. `shares`: `rounded_share`."""
-    rounded = {name: share for name, share in shares.items() if share > _ROUNDED}
-    if not rounded:
-        return None
-    digits = int(-math.log10(max(rounded.values())))
-    right = f"at most {digits} right {'digit' if digits == 1 else 'digits'}" if digits else "no right digit"
-    return Finding(
-        "warning",
-        "residuals-of-rounding",
-        f"The model follows the record of {listed(list(rounded))} to the last digits that a number here can hold: what "
-        f"is left is rounding. The standard errors have {right} and do not describe a sensor's noise.",
-        "data",
-        "If these are measurements, see whether this model computed the channel; if they are synthetic, add noise.",
-        channel=next(iter(rounded)) if len(rounded) == 1 else "",
     )
 
 
