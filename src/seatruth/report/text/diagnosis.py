@@ -212,7 +212,7 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     if not diagnosis.named:
         return "The verdict names no effect, so there is nothing to test on trials left out."
     if validation is None:
-        return "Not asked: no trial was left out."
+        return "This run left no trial out, so this is not known."
     if not math.isfinite(validation.gap_explained):
         return no_share_in_words(validation)
     ends = ends_in_words(validation)
@@ -232,7 +232,7 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
     """The next trial and what it would bring; `detailed` says also what the crew does."""
     suggested = diagnosis.next_trial
     if suggested is None:
-        return "Not asked."
+        return "This run did not look for one."
     if len(suggested.survivors) < 2:
         return "No two causes are left that a further trial would have to separate."
     causes = listed([survivor(diagnosis, name) for name in suggested.survivors], 4)
