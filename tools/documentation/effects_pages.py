@@ -59,7 +59,8 @@ def write(folder: Path) -> None:
 
 def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
     """The page of an effect in Markdown; its picture goes into the folder."""
-    text = f"# {effect.name}\n\n{literal(effect.title)}. Cause: {effect.cause}.\n\n"
+    title = literal(effect.title)
+    text = f"# {effect.name}\n\n{title[:1].upper()}{title[1:]}. Cause: {effect.cause}.\n\n"
     if effect.equation:
         text += f"```text\n{effect.equation}\n```\n\n"
     for setting in shown_on(effect):
@@ -68,6 +69,7 @@ def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:
             file = f"{effect.name}_{setting[0].name}.svg"
             figure.savefig(folder / file)
             text += f"![What {effect.name} changes]({file})\n\n"
+            text += "What an effect of its typical size (table below) changes in each output, positions in red. "
             text += f"Synthetic run of `{setting[0].name}`: {setting[3]}.\n\n"
     if effect.name in _NOISE:
         noise_signature(effect).savefig(folder / f"{effect.name}.svg")
