@@ -12,7 +12,7 @@ import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
 
 from seatruth import sample
-from seatruth.commands.identify import show
+from seatruth.commands.identify import _interval, show
 from seatruth.costs.options import RegressionOptions
 from seatruth.errors import BadInput
 from seatruth.identification import identify
@@ -228,3 +228,10 @@ def test_the_sample_study() -> None:
     fitted = found.fit[~found.fit["held_out"]]
     assert fitted["ratio"].between(0.85, 1.15).all()
     assert found.fit.loc[found.fit["held_out"], "ratio"].max() < 3.0
+
+
+def test_the_ends_of_a_printed_interval_can_be_told_apart() -> None:
+    assert _interval({"lower": 0.9999999, "upper": 1.0000001}) == "0.9999999 to 1.0000001"
+    assert _interval({"lower": 0.02431428, "upper": 0.02435712}) == "0.0243143 to 0.0243571"
+    assert _interval({"lower": -1.2, "upper": 3.4}) == "-1.2 to 3.4"
+    assert _interval({"lower": float("nan"), "upper": float("nan")}) == ""

@@ -274,7 +274,10 @@ def _cross_validation(frame: pd.DataFrame) -> Any:
 
 
 def _interval(row: Mapping[Any, Any]) -> str:
-    return f"{_number(row['lower'])} to {_number(row['upper'])}" if math.isfinite(row["lower"]) else ""
+    """Its ends, to as many digits as tell them apart."""
+    lower, upper = row["lower"], row["upper"]
+    error = 0.25 * (upper - lower)  # of two standard errors to each side
+    return f"{_value(lower, error)} to {_value(upper, error)}" if math.isfinite(lower) else ""
 
 
 def _value(value: float, error: float) -> str:
