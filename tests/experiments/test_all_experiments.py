@@ -123,6 +123,26 @@ def test_the_command_line_lists_all_there_are() -> None:
     assert "experiments, about" in done.stdout
 
 
+HELP = """
+import runpy, sys
+for script in sys.argv[1:]:
+    sys.argv = [script, "--help"]
+    try:
+        runpy.run_path(script, run_name="__main__")
+    except SystemExit as ended:
+        assert not ended.code, script
+"""
+
+
+@pytest.mark.slow
+def test_each_experiment_shows_its_help() -> None:
+    """All in one process, which loads the libraries once."""
+    scripts = [str(one.script) for one in driver.find()]
+    done = subprocess.run([sys.executable, "-c", HELP, *scripts], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("usage: ") == len(scripts)
+
+
 def test_the_readme_shows_figures_that_exist() -> None:
     shown = re.findall(r"\]\((figures/[^)]+)\)", (EXPERIMENTS / "README.md").read_text())
     assert len(shown) >= 4
