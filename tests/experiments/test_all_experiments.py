@@ -72,12 +72,60 @@ def test_a_failure_does_not_stop_the_others(folder: Path, capfd: pytest.CaptureF
     assert "[3/3]" in shown
 
 
+def test_side_by_side_each_one_s_words_stay_together(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Each waits until the other has begun: one after the other they would never end."""
+    meet = (
+        "import pathlib, sys, time\n"
+        'if __name__ == "__main__":\n'
+        "    own, other = (pathlib.Path(__file__).with_name(f'{{name}}.begun') for name in {names})\n"
+        "    own.touch()\n"
+        "    while not other.exists():\n"
+        "        time.sleep(0.01)\n"
+        "    print('first of', own.stem, flush=True)\n"
+        "    print('to standard error', file=sys.stderr, flush=True)\n"
+        "    sys.exit({code})\n"
+    )
+    (folder / "ended.py").write_text(meet.format(names=("ended", "broken"), code=0))
+    (folder / "broken.py").write_text(meet.format(names=("broken", "ended"), code=3))
+    both = [one for one in driver.find(folder) if one.name != "ships"]
+    assert driver.run(both, [], True, folder / "results", jobs=2) == ["broken: exit code 3"]
+    shown = capfd.readouterr().out
+    for name in ("ended", "broken"):
+        assert f"-- {name} says:\nfirst of {name}\nto standard error\n-- {name}: " in shown
+
+
+def test_side_by_side_the_longest_begins_first(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    seconds = {"ended": 5.0, "broken": 2.0, "ships": 9.0}
+    monkeypatch.setattr(driver, "expected", lambda name, *_: (seconds[name], "here"))
+    driver.run(driver.find(folder), [], True, folder / "results", jobs=2)
+    begun = re.findall(r"== \[\d/3\] (\w+)", capfd.readouterr().out)
+    assert begun == ["ships", "ended", "broken"]
+
+
+def test_an_interrupted_one_interrupts_those_beside_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(driver, "_END_S", 0.1)
+    (folder / "broken.py").write_text(
+        SCRIPT.format(name="broken", code=130).replace("    print", "    import time\n    time.sleep(1.0)\n    print")
+    )
+    endless = "import time\nif __name__ == \"__main__\":\n    print('begun', flush=True)\n    time.sleep(600)\n"
+    (folder / "ended.py").write_text(endless)
+    with pytest.raises(KeyboardInterrupt):
+        driver.run(driver.find(folder)[:2], [], True, folder / "results", jobs=2)
+    shown = capfd.readouterr().out
+    assert "begun" in shown
+    assert "KeyboardInterrupt" in shown
+
+
 def test_the_exit_code_and_the_last_lines_say_what_failed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     found = driver.find(folder)
     monkeypatch.setattr(driver, "find", lambda: found)
-    assert driver.main(["--quick", "--data", str(folder)]) == 1
+    assert driver.main(["--quick", "--jobs", "1", "--data", str(folder)]) == 1
     shown = capfd.readouterr().out
     assert "3 experiments, about 0 s from nothing, and 3 of unknown length" in shown
     assert shown.rstrip().endswith("Not all went well:\n  broken: exit code 3")
@@ -120,7 +168,7 @@ def test_the_command_line_lists_all_there_are() -> None:
     assert done.returncode == 0, done.stderr
     assert "xu2012" in done.stdout
     assert re.search(r"real_ships +left out, it needs the real trials", done.stdout)
-    assert "experiments, about" in done.stdout
+    assert re.search(r"\d+ experiments( \(\d side by side\))?, about", done.stdout)
 
 
 HELP = """
