@@ -1,6 +1,7 @@
 """Runs all experiments, and says how long each will take.
 
     python experiments/all.py [--quick] [--list] [--only NAME ...] [--fresh] [--data FOLDER] [--workers N] [--jobs N]
+        [--untested]
 
 An experiment is `experiments/NAME.py` or `experiments/NAME/__main__.py` with a main guard. Each runs in a process of
 its own with the same options; one that fails does not stop the others, but the exit code is then 1 and the last lines
@@ -9,7 +10,8 @@ of the last run here (its stages, kept ones included), or, before a first run, t
 that call `options.trials(` need the real trials and are left out, with a word, where there are none.
 
 `--quick` runs one experiment on each core, the longest first, each on one thread; what one of them says is printed when
-it ends. In full they run one after the other, because several measure time. `--jobs` says otherwise.
+it ends. In full they run one after the other, because several measure time. `--jobs` says otherwise. `--untested`
+leaves out those whose small version slow tests run and judge: the checks of a change need not run them twice.
 """
 
 from __future__ import annotations
@@ -40,6 +42,10 @@ _LOOK_S = 0.05
 _END_S = 2.0
 """s in which an interrupted experiment may end before it gets another interrupt. Chosen here [S]."""
 DURATIONS = HERE / "durations.json"
+TESTED = (
+    "chen2011", "engine_speed", "liu_planing", "standard_comparison", "sun2019", "tuning", "xu2012", "zhao2018",
+)  # fmt: skip
+"""Their small version is run whole by slow tests (tests/experiments), which judge its figures besides."""
 GUARD, NEEDS_TRIALS = '__name__ == "__main__"', "options.trials("
 
 
@@ -206,6 +212,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="the small version of each")
     parser.add_argument("--list", action="store_true", help="only say which there are and how long they take")
     parser.add_argument("--only", nargs="+", metavar="NAME", default=[], help="these alone")
+    parser.add_argument("--untested", action="store_true", help="leave out those whose small version slow tests run")
     parser.add_argument("--fresh", action="store_true", help="do not reuse stages that an earlier run finished")
     parser.add_argument("--data", type=Path, help="folder of the real trials (default: ../shared/data)")
     parser.add_argument("--workers", type=int, help="threads or processes of each (default: all cores, or its share)")
@@ -214,7 +221,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = parser.parse_args(argv)
     jobs = given.jobs or (min(cores(), MOST_JOBS) if given.quick else 1)
     results = ROOT / "results"
-    experiments, left_out = chosen(find(), given.only, given.data or ROOT.parent / "shared" / "data")
+    found = [one for one in find() if not (given.untested and one.name in TESTED)]
+    experiments, left_out = chosen(found, given.only, given.data or ROOT.parent / "shared" / "data")
     if given.record:
         record(experiments, results)
         return 0

@@ -162,6 +162,25 @@ def test_the_small_version_of_every_experiment_has_a_duration() -> None:
     assert {one.name for one in driver.find()} - set(known) == set()
 
 
+def test_those_that_are_not_run_twice_are_run_whole_by_a_slow_test(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert set(driver.TESTED) <= {one.name for one in driver.find()}
+    for name in driver.TESTED:
+        (test,) = Path(__file__).parent.glob(f"test_{name}*.py")
+        text = test.read_text(encoding="utf-8")
+        assert '"--quick", "--out"' in text, name
+        assert "@pytest.mark.slow" in text, name
+        assert f"{name}.body(options, results)" in text or f'"{name}.py"' in text, name
+    found = driver.find(folder)
+    monkeypatch.setattr(driver, "find", lambda: found)
+    monkeypatch.setattr(driver, "TESTED", ("broken", "ships"))
+    assert driver.main(["--quick", "--untested", "--jobs", "1"]) == 0
+    shown = capfd.readouterr().out
+    assert "ended --quick" in shown
+    assert "broken" not in shown
+
+
 def test_the_command_line_lists_all_there_are() -> None:
     command = [sys.executable, str(EXPERIMENTS / "all.py"), "--quick", "--list", "--data", str(EXPERIMENTS / "nowhere")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
