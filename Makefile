@@ -22,7 +22,7 @@ PYTEST = $(PY) -m compileall -q src optimizers && $(PY) -m pytest --numprocesses
 TESTS_MAY := arg-type assignment call-arg call-overload comparison-overlap dict-item index misc no-any-return no-untyped-call operator \
 	type-arg union-attr var-annotated
 
-.PHONY: help demo test test-slow test-lowest coverage docs docs-links lint types imports experiments experiments-quick attack withheld withheld-real withheld-quick clean
+.PHONY: help demo test test-slow test-lowest coverage docs docs-links lint types imports experiments experiments-quick experiments-untested attack withheld withheld-real withheld-quick clean
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 
@@ -39,10 +39,11 @@ help:
 	@echo "make imports            the direction of imports (import-linter)"
 	@echo "make experiments        every experiment in full: says how long, goes on where it stopped (ARGS='--only xu2012')"
 	@echo "make experiments-quick  every experiment in its small version (results in results/)"
+	@echo "make experiments-untested  of these those that no slow test runs (part of the checks of every change)"
 	@echo "make attack             fuzzers, hostile files and kills; says what gave way (ARGS='--quick', ARGS='--cases 1000')"
 	@echo "make withheld           the blind benchmark on a test set of 300 cases, goes on where it stopped (results/withheld-test)"
 	@echo "make withheld-real      the same on recorded runs of real ships (ARGS='--data FOLDER', default ../shared/data)"
-	@echo "make withheld-quick     the same on two development cases, in a minute or two"
+	@echo "make withheld-quick     the same on one development case, in a minute or two"
 	@echo "make clean              removes .venv, caches and results"
 
 demo: $(RUN)
@@ -92,6 +93,9 @@ experiments: $(DEV)
 
 experiments-quick: $(DEV)
 	@$(PY) experiments/all.py --quick $(ARGS)
+
+experiments-untested: $(DEV)
+	@$(PY) experiments/all.py --quick --untested $(ARGS)
 
 withheld: $(DEV)
 	@$(PY) experiments/withheld all --set test $(ARGS)

@@ -73,7 +73,8 @@ def arguments(
     parser.add_argument("--workers", type=int, default=cores(), help="threads or processes (default: all cores)")
     parser.add_argument("--fresh", action="store_true", help="do not reuse stages that an earlier run finished")
     for switch, meaning in (switches or {}).items():
-        parser.add_argument(f"--{switch}", action="store_true", help=meaning)
+        plain_text = meaning.replace("%", "%%")  # argparse formats a help text, a description it does not
+        parser.add_argument(f"--{switch}", action="store_true", help=plain_text)
     given = parser.parse_args(argv)
     if given.workers < 1:
         raise BadInput(f"{given.workers} workers cannot work", where="--workers", do="Give 1 or more.")

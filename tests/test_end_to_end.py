@@ -17,9 +17,10 @@ import pytest
 
 from seatruth import Diagnosis, load_study, sample
 from seatruth.cli import run
-from seatruth.commands import diagnose
+from seatruth.commands import demo, diagnose
 from seatruth.effects import load_effects
 from seatruth.estimate import Estimate
+from seatruth.workers import Answer, Workers
 
 SHORT = """
 [study]
@@ -87,6 +88,22 @@ def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert [cause["effects"] for cause in causes] == [["current"]]
     names = [row["name"] for row in data["result"]["parameters"]]
     assert names == list(found.parameters.index)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_demo_identifies_here_where_no_process_can(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On one core, or where its process ends without an answer."""
+    called: list[tuple[str, ...]] = []
+
+    def identified(*given: str) -> str:
+        called.append(given)
+        return "found"
+
+    monkeypatch.setattr(demo, "_identified", identified)
+    monkeypatch.setattr(Workers, "call", lambda *given: Answer(None, "it ended its process", 0.0, 0.0))
+    with demo._identification(Path("sample"), Path("out"), threads) as found:
+        assert found() == "found"
+    assert called == [("sample", "out")]
 
 
 @pytest.mark.essential

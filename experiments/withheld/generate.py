@@ -34,7 +34,7 @@ SHARES = {
     "form": 0.14, "form+single": 0.19,
 }  # fmt: skip
 """A third of the vehicles have another form than their models."""
-CASES, QUICK = {"dev": 300, "test": 300}, 2
+CASES, QUICK = {"dev": 300, "test": 300}, 1
 DEV_SEED = 20261122
 SHEETS = Path(__file__).resolve().parent / "sheets"
 """Models as a user would write them from a data sheet."""

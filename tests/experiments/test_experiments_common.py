@@ -85,3 +85,12 @@ def test_quick_and_full_results_stay_apart_and_bad_options_are_refused() -> None
         common.arguments("n", "", ["--workers", "0"])
     with pytest.raises(BadInput, match="--data"):
         common.arguments("n", "", ["--data", "/nowhere"]).trials()
+
+
+def test_help_shows_a_per_cent_sign_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        common.arguments("n", "Noise of 1 and 10 %", ["--help"], {"kinds": "noise at 3 %"})
+    shown = capsys.readouterr().out
+    assert "Noise of 1 and 10 %" in shown
+    assert "noise at 3 %\n" in shown
+    assert "%%" not in shown

@@ -30,7 +30,8 @@ def main(arguments: list[str]) -> int:
     target = ROOT / "build" / ("links" if builder == "linkcheck" else "docs")
     strict = [] if builder == "linkcheck" else ["--fail-on-warning", "--keep-going"]
     trees = ["--doctree-dir", f"{target}-trees"]
-    code = int(sphinx(["--builder", builder, *strict, "--quiet", *trees, *more, str(source), str(target)]))
+    jobs = ["--jobs", "auto"]  # pages side by side, on all cores, and so the tutorials
+    code = int(sphinx(["--builder", builder, *strict, "--quiet", *jobs, *trees, *more, str(source), str(target)]))
     faults = lacking(target) if builder == "html" and "nb_execution_mode=off" not in more else []
     sys.stderr.writelines(f"tutorials, {fault}\n" for fault in faults)
     return code or int(bool(faults))

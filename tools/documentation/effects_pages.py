@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from codes_pages import literal
+from joblib import Parallel, cpu_count, delayed
 from matplotlib.figure import Figure
 from scipy.optimize import minimize_scalar
 
@@ -32,6 +33,8 @@ those that none can.
 _DEG = math.radians(1.0)
 _WITH_THRUSTERS = ("twin_thruster", "bluerov2")
 """Vehicles on which effects of thrusters and of a tether are shown."""
+_MOST_WORKERS = 4
+"""Processes that draw. Chosen here [S]: each loads the numerical libraries."""
 
 
 Sizes = Mapping[str, float]
@@ -41,20 +44,25 @@ Setting = tuple[Model, Trial, dict[str, float], str]
 
 
 def write(folder: Path) -> None:
-    """Writes index.md with all effects by cause, a page each, and the pictures."""
+    """Writes index.md with all effects by cause, a page each, and the pictures, on all cores."""
     folder.mkdir(parents=True, exist_ok=True)
-    known = available()
     lines = [_HEAD]
     causes: dict[str, list[Effect]] = {}
-    for effect in ordered(known.values()):
+    every = ordered(available().values())
+    for effect in every:
         causes.setdefault(effect.cause, []).append(effect)
-        (folder / f"{effect.name}.md").write_text(page(effect, known, folder), encoding="utf-8")
+    Parallel(n_jobs=min(cpu_count(), _MOST_WORKERS))(delayed(_write)(effect.name, folder) for effect in every)
     for cause, effects in causes.items():
         lines.append(f"## {cause}\n\n")
         lines += [f"- [{effect.name}]({effect.name}.md): {literal(effect.title)}\n" for effect in effects]
         lines.append("\n")
     lines.append("```{toctree}\n:hidden:\n:glob:\n*\n```\n")
     (folder / "index.md").write_text("".join(lines), encoding="utf-8")
+
+
+def _write(name: str, folder: Path) -> None:
+    known = available()
+    (folder / f"{name}.md").write_text(page(known[name], known, folder), encoding="utf-8")
 
 
 def page(effect: Effect, known: Mapping[str, Effect], folder: Path) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -91,10 +91,12 @@ def run(
     suggest: bool = True,
     fresh: bool = False,
     quiet: bool = False,
+    before_shown: Callable[[], object] = lambda: None,
 ) -> Result:
     """Diagnoses, saves, reports and shows a study; goes on with an interrupted run of the same study.
 
-    `effects` are names, patterns and files; all installed ones if empty.
+    `effects` are names, patterns and files; all installed ones if empty. `before_shown` is called before the result is
+    shown: what runs beside the diagnosis may show its own there.
     """
     from seatruth.diagnosis import diagnose as diagnose_study
     from seatruth.report import write_report
@@ -127,11 +129,13 @@ def run(
         except CannotWrite:
             # The result is on the screen at least; the same command makes the files from the checkpoint.
             progress.__exit__(None, None, None)
+            before_shown()
             show(diagnosis)
             raise
         interrupted = diagnosis.outcome["code"] == "interrupted"
         if not interrupted:
             checkpoint.unlink(missing_ok=True)
+    before_shown()
     show(diagnosis)
     lines = [f"Result: {folder}", f"Report: {report}"]
     if written is not None:

@@ -83,7 +83,15 @@ def identify(
     )
 
 
-def run(
+def run(study: Study, folder: Path | None = None, *, quiet: bool = False, **options: Any) -> Result:
+    """Identifies, saves, reports and shows a study; goes on with an interrupted run of the same study.
+
+    `options` are those of `carried_out`. What is None is what the study says.
+    """
+    return told(*carried_out(study, folder, quiet=quiet, **options))
+
+
+def carried_out(
     study: Study,
     folder: Path | None = None,
     *,
@@ -98,11 +106,8 @@ def run(
     workers: int = 1,
     fresh: bool = False,
     quiet: bool = False,
-) -> Result:
-    """Identifies, shows, saves and reports a study; goes on with an interrupted run of the same study.
-
-    What is None is what the study says.
-    """
+) -> tuple[Estimate, Path, Path | None]:
+    """Identifies, saves and reports a study: the estimate, the folder of its files, and its report."""
     from seatruth.identification import identify as identify_study
     from seatruth.storage.checkpoint import jobs_file, starts_file
 
@@ -135,14 +140,19 @@ def run(
             progress.__exit__(None, None, None)
             show(estimate)
             raise
-        code = str(estimate.outcome["code"])
-        if code != "interrupted":
+        if estimate.outcome["code"] != "interrupted":
             for path in kept:
                 path.unlink(missing_ok=True)
+    return estimate, folder, report
+
+
+def told(estimate: Estimate, folder: Path, report: Path | None) -> Result:
+    """Shows an identification and where its files are."""
     show(estimate)
     where = [f"Result: {folder}"] + ([f"Report: {report}"] if report else [])
     for line in where:
         say(line, whole=True)
+    code = str(estimate.outcome["code"])
     if code == "interrupted":
         say("Interrupted: this is the best so far. Run the same command again to go on.", style="yellow")
     data = {**summary(estimate), "folder": str(folder), "report": str(report) if report else None}

@@ -42,6 +42,7 @@ _STYLE: dict[str, Any] = {
     "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "sans-serif"],
     "font.size": 8.5,
     "axes.titlesize": 8.5,
+    "axes.titley": 1.0,
     "axes.labelsize": 8.5,
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
