@@ -12,7 +12,7 @@ from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, 
 from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.study import Study
-from seatruth.trials.finding import Finding
+from seatruth.trials.finding import Finding, gravest_first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +29,7 @@ def check(
 ) -> Result:
     """List the faults of a study and its data."""
     from seatruth.analysis import check_study
+    from seatruth.uncertainty.reversed_inputs import reversed_inputs
 
     loaded = load_study(study)
     trials = [*loaded.trials, *loaded.holdout]
@@ -40,6 +41,8 @@ def check(
     # The matrices are small: more threads of the linear algebra would only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         findings = check_study(loaded)
+        if preview and not any(finding.severity == "error" for finding in findings):
+            findings = gravest_first([*findings, *reversed_inputs(loaded)])
         _show(findings)
         errors = sum(finding.severity == "error" for finding in findings)
         moved = None
