@@ -34,6 +34,7 @@ from seatruth.uncertainty.identifiability import (
 )
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
+    beyond_noise,
     far_initial_states,
     short_of_minimum,
     step_to_minimum,
@@ -227,6 +228,9 @@ class Analysis:
         self.findings += far
         self.astray = bool(strays or far)
         self._doubted |= self.astray
+        if not self.astray:
+            missed = beyond_noise(self.cost, self.x)
+            self.findings += [missed] if missed else []
 
     def _optima(self) -> None:
         """Compares the optima of a multi-start."""
