@@ -125,7 +125,7 @@ def test_what_an_actuator_did_goes_before_its_order() -> None:
 def test_thrusters_are_told_by_their_sides(headers: tuple[str, str]) -> None:
     wanted = [Channel("rev_a", "rev/s"), Channel("n_starboard", "rev/s")]
     found = infer_columns(
-        {header: 1200 + WAVE for header in reversed(headers)},
+        dict.fromkeys(reversed(headers), 1200 + WAVE),
         wanted,
         thrusters={"rev_a": "port", "n_starboard": "starboard"},
     )

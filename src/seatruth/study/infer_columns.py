@@ -52,7 +52,10 @@ _NAMES: dict[str, tuple[str, ...]] = {
         *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
         *("linear y", "transverse ground speed", "dvl vy", "dvl v", "dvl y"),
     ),
-    "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate", "dvl vz", "dvl w", "dvl z"),
+    "w": (
+        *("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
+        *("dvl vz", "dvl w", "dvl z"),
+    ),
     "u_w": (
         "u w",
         "stw",
@@ -152,8 +155,10 @@ _ORDER = 1000
 """Rank of an order behind any column that says what the actuator did."""
 _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "stb": "starboard", "right": "starboard"}
 _OF_ANY_THRUSTER = frozenset(
-    ("n", "c", "t", "rpm", "rps", "rev", "revs", "thr", "thruster", "thrust", "prop", "propeller", "motor", "engine")
-    + ("esc", "speed", "shaft", "power", "throttle", "u")
+    (
+        *("n", "c", "t", "u", "rpm", "rps", "rev", "revs", "thr", "thruster", "thrust", "prop", "propeller"),
+        *("motor", "engine", "esc", "speed", "shaft", "power", "throttle"),
+    )
 )
 """Words in the names of columns and inputs of thrusters that do not say which one it is."""
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")

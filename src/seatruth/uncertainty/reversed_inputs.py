@@ -21,7 +21,7 @@ from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.effects.targets import USUAL
 from seatruth.errors import SeatruthError
-from seatruth.models.actuators import Rudder, Thruster, entry
+from seatruth.models.actuators import Entry, Rudder, Thruster, entry
 from seatruth.models.base import Model
 from seatruth.text import listed
 from seatruth.trials.finding import Finding
@@ -31,8 +31,8 @@ _SECONDS = 15.0
 """s between two starts from the record: some time constants of most vehicles in yaw and pitch. Chosen here [S]."""
 _FEWEST_SAMPLES, _MOST_PIECES = 15, 200
 _AGREES = 0.5
-"""Correlation of simulated and recorded rate that says that they agree, or its negative that they do not. Half of either
-motion's variance cannot come from anything but the input then. Chosen here [S]."""
+"""Correlation of simulated and recorded rate from which they agree; below its negative they go opposite ways. Chosen
+here [S]."""
 _RATES = {"yaw": ("r", "psi"), "pitch": ("q", "theta")}
 """The rate by which a turn is judged, and the angle whose derivative stands for it where it is not recorded."""
 _SIDES = 0.02
@@ -69,7 +69,7 @@ def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], no
     do = (
         "Exchange their columns in [channels], or correct their places (`at`) in the model."
         if exchanged
-        else f"Set sign = -1 for {next(iter(change))} in [channels], or turn round the sign of what it does in the model."
+        else f"Set sign = -1 for {next(iter(change))} in [channels], or change the sign of what it does in the model."
     )
     return Finding(
         "warning",
@@ -89,8 +89,8 @@ def _changes(study: EstimationProblem) -> list[Change]:
     found: list[Change] = []
     for turns, kind in (("yaw", "rudder"), ("pitch", "plane")):
         named = [one.input for one in model.actuators if isinstance(one, Rudder) and one.turns == turns]
-        for name in dict.fromkeys(named or [name for name in USUAL[kind] if name in known]):
-            found.append((f"With the input {name!r} turned round", turns, {name: (name, -1.0)}))
+        names = dict.fromkeys(named or [name for name in USUAL[kind] if name in known])
+        found += [(f"With the input {name!r} turned round", turns, {name: (name, -1.0)}) for name in names]
     for turns, pairs in (("yaw", _opposite(study, 1)), ("pitch", _opposite(study, 0))):
         change = {name: (other, 1.0) for pair in pairs for name, other in (pair, pair[::-1])}
         if change:
@@ -104,7 +104,7 @@ def _opposite(study: EstimationProblem, side: int) -> list[tuple[str, str]]:
     values = _Values({p.name: p.value for p in study.parameters})
     try:
         placed = [
-            (one.input, *(np.array([float(entry(k, values)) for k in what]) for what in (one.at, one.towards)))
+            (one.input, _triple(one.at, values), _triple(one.towards, values))
             for one in study.model.actuators
             if isinstance(one, Thruster)
         ]
@@ -120,6 +120,10 @@ def _opposite(study: EstimationProblem, side: int) -> list[tuple[str, str]]:
             found.append((name, other))
             taken |= {name, other}
     return found
+
+
+def _triple(entries: Sequence[Entry], values: _Values) -> Array:
+    return np.array([float(entry(one, values)) for one in entries])
 
 
 class _Values:
@@ -181,5 +185,5 @@ def _pieces(trial: Trial) -> list[Trial]:
 
 
 def _rate(trial: Trial, values: Array, channel: str) -> Array:
-    """The rate (n,) of the vehicle; of an angle, its change over the piece so far, which noise hides less than a slope."""
+    """The rate (n,); of an angle, its change over the piece so far, which noise hides less than it hides a slope."""
     return values if channel in ("r", "q") else values - values[np.argmax(np.isfinite(values))]
