@@ -8,6 +8,7 @@ import numpy as np
 
 from seatruth.costs.options import RegressionOptions, TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
+from seatruth.text import listed
 from seatruth.trials.check.limits import COARSE_INPUT_STEP
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
@@ -23,29 +24,33 @@ def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem)
 
 
 def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:
-    """A warning for each input whose orders step while the study joins its samples by straight lines."""
+    """A warning where orders step while the study joins their samples by straight lines."""
     options = problem.cost
     if not isinstance(options, TrajectoryOptions | RegressionOptions) or options.hold == "zoh":
         return []
-    found = []
     runs = list(trials)
+    count: dict[str, int] = {}
+    spacing = 0.0
     for name in dict.fromkeys(servo.input for servo in problem.model.servos):
         steps = [_steps(trial, name) for trial in runs]
-        if not sum(steps):
-            continue
-        spacing = max(float(np.median(np.diff(trial.t))) for trial, count in zip(runs, steps) if count)
-        found.append(
-            Finding(
-                "warning",
-                "orders-step",
-                f"The orders of {name!r} step ({sum(steps)} times), and lines between samples begin each step up to a "
-                f"sampling step early ({spacing:.2g} s). A lag or a rate limit makes up for it, with a wrong value.",
-                "study",
-                'Set hold = "zoh" in [cost], if orders change when they are recorded.',
-                channel=name,
-            )
+        if sum(steps):
+            count[name] = sum(steps)
+            usual = [float(np.median(np.diff(trial.t))) for trial, found in zip(runs, steps) if found]
+            spacing = max(spacing, *usual)
+    if not count:
+        return []
+    said = listed([f"{name!r} ({found} times)" for name, found in count.items()])
+    return [
+        Finding(
+            "warning",
+            "orders-step",
+            f"Orders step, those of {said}, and lines between samples begin each step up to a sampling step early "
+            f"({spacing:.2g} s). A lag or a rate limit makes up for it, with a wrong value.",
+            "study",
+            'Set hold = "zoh" in [cost], if orders change when they are recorded.',
+            channel=next(iter(count)) if len(count) == 1 else "",
         )
-    return found
+    ]
 
 
 def _steps(trial: Trial, name: str) -> int:
