@@ -5,10 +5,12 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from nomoto_ship import answered, call, log, write_ship
 
-from seatruth.study import parse
+from seatruth.study import load_study, parse
 
 
 @pytest.fixture
@@ -89,3 +91,28 @@ def test_init_refuses_a_path_without_a_name(
     monkeypatch.chdir(empty)
     assert call("init", name) == 2
     assert "Name a file." in capsys.readouterr().err
+
+
+def test_init_takes_several_logs_of_orders_and_depths(tmp_path: Path) -> None:
+    t = np.arange(0.0, 20.0, 0.25)
+    for name in ("a", "b"):
+        pd.DataFrame(
+            {"time_ms": 1000 * t, "fin_cmd_deg": 5 * np.sign(np.sin(t)), "thrust_N": 5.0 + 0 * t, "speed": 1.4 + 0 * t}
+            | {"pitch_deg": np.sin(t), "depth": 20 - t}
+        ).to_csv(tmp_path / f"{name}.csv", index=False)
+    study = tmp_path / "both.toml"
+    logs = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
+    assert call("init", *logs, "--model", "diving_plane_driven", "-o", str(study)) == 0
+    written = tomllib.loads(study.read_text())
+    assert [trial["file"] for trial in written["trials"]] == ["a.csv", "b.csv"]
+    assert written["actuators"] == {"delta_s": "order"}
+    assert written["cost"]["hold"] == "zoh"
+    assert written["channels"]["z"]["column"] == "depth"
+    assert written["time"] == {"column": "time_ms", "unit": "ms"}
+    assert [len(trial) for trial in load_study(study).trials] == [len(t), len(t)]
+
+
+def test_init_names_a_log_that_does_not_exist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.csv").write_text("t,r\n0,0\n1,0\n")
+    assert call("init", str(tmp_path / "a.csv"), str(tmp_path / "lost.csv")) == 2
+    assert "lost.csv" in " ".join(capsys.readouterr().err.split())

@@ -11,6 +11,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.costs.options import TrajectoryOptions
+from seatruth.costs.stepped_orders import stepped_orders, without_stale_notes
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
@@ -20,7 +21,7 @@ from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
 from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
-from seatruth.trials.finding import Finding
+from seatruth.trials.finding import Finding, gravest_first
 from seatruth.trials.trial import Step
 from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
 from seatruth.uncertainty.fit_table import FIT_COLUMNS, compare_with_records
@@ -33,6 +34,7 @@ from seatruth.uncertainty.identifiability import (
 )
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
+    beyond_noise,
     far_initial_states,
     short_of_minimum,
     step_to_minimum,
@@ -229,6 +231,9 @@ class Analysis:
         self.findings += far
         self.astray = bool(strays or far)
         self._doubted |= self.astray
+        if not self.astray:
+            missed = beyond_noise(self.cost, self.x)
+            self.findings += [missed] if missed else []
 
     def _optima(self) -> None:
         """Compares the optima of a multi-start."""
@@ -297,7 +302,10 @@ class Analysis:
 def check_study(study: Study) -> list[Finding]:
     """All findings about a study's trials, gravest first."""
     trials = [*study.trials, *study.holdout]
-    return check_tables(trials, study.model) if study.cost.kind == "formula" else check_trials(trials, study.model)
+    if study.cost.kind == "formula":
+        return check_tables(trials, study.model)
+    found = without_stale_notes(check_trials(trials, study.model), study)
+    return gravest_first([*found, *stepped_orders(study, trials)])
 
 
 def failed_runs(text: str) -> Finding:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -10,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.registry import cost_of
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.preconditions import usable_effects
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
+from seatruth.models.black_box import BlackBox
 from seatruth.models.isolated import isolated_in
 from seatruth.optimizers.registry import as_optimizer
 from seatruth.simulate import simulator, thread_count
@@ -68,7 +71,7 @@ def forecast(
     """What `identify` and `diagnose` will cost; empty where equations are simulated, which is quick.
 
     Args:
-        study: a study whose model runs in processes of its own (an FMU, an `IsolatedBlackBox`). One run of each of its
+        study: a study whose model is a simulator (an FMU, an `IsolatedBlackBox`, a `BlackBox`). One run of each of its
             trials is made, to time it.
         effects: the effects of the diagnosis, as for `diagnose`.
         evaluations: the budget of the diagnosis; None takes the study's.
@@ -86,13 +89,13 @@ def forecast(
         >>> forecast(seatruth.sample.load("study.toml"))
         ()
     """
-    box = isolated_in(study.model)
-    if box is None:
+    if not isinstance(study.model, BlackBox) or not isinstance(study.cost, TrajectoryOptions):
         return ()
     evaluations = study.diagnosis_budget if evaluations is None else evaluations
     seconds = _seconds(study)
     # A single candidate keeps one process a trial busy, and a Jacobian all; searches are made of both. [S]
-    processes = max(1, min(thread_count(threads), 2 * len(study.trials)))
+    most_at_once = max(1, min(thread_count(threads), 2 * len(study.trials)))
+    processes = 1 if isolated_in(study.model) is None else most_at_once
     K = len(cost_of(study, threads=1).parameters) if study.free else 0
     solver = as_optimizer(study.optimizer)
     most = study.budget.evaluations
@@ -108,17 +111,26 @@ def forecast(
 def _seconds(study: Study) -> float:
     """Wall time of one simulation of all trials in one process, s; NaN where no run was timed."""
     box = isolated_in(study.model)
-    assert box is not None
     free = [parameter.name for parameter in study.free][:1]
     values: Mapping[str, Any] = study.space.nominal()
     sim = simulator(study.model, list(study.trials), free=free, values=values, threads=1)
     theta = np.array([[values[name] for name in free]])
+    if box is None:
+        # Beside the start values, at which the search makes a run of its own that would else be one that is kept.
+        theta *= 1.0 + _BESIDE
+        began = time.perf_counter()
+        sim.outputs(theta, sim.initial_states)
+        return time.perf_counter() - began
     with box.anew():
         sim.outputs(theta, sim.initial_states)  # starts the process, and says so where nothing can be simulated
         runs, seconds = box.counts.simulated, box.counts.wall_s
         sim.outputs(theta, sim.initial_states)
     made = box.counts.simulated - runs
     return (box.counts.wall_s - seconds) / made * len(study.trials) if made else math.nan
+
+
+_BESIDE = 1e-9
+"""Relative change of a value that makes a run another one. Chosen here [S]."""
 
 
 def _duration(seconds: float) -> str:

@@ -33,6 +33,7 @@ from seatruth.uncertainty.ensemble import near_optimal, posterior_members, with_
 from seatruth.uncertainty.multistart import best_of, search_from
 from seatruth.uncertainty.posterior import posterior_findings, require_emcee, sample_posterior
 from seatruth.uncertainty.remedy import other_ways, remedy_finding, untried_finding
+from seatruth.uncertainty.reversed_inputs import reversed_inputs
 
 _INTERRUPTED = "stopped by the user"
 
@@ -275,15 +276,16 @@ def _ensemble(
 
 
 def _other_ways(analysis: Analysis, threads: int | None) -> list[Finding]:
-    """What other ways into the problem give where the runs stray."""
+    """What other ways into the problem give where the runs stray, and whether an input is turned round."""
+    reversed_ = reversed_inputs(analysis.study, threads=threads)
     try:
         remedy = other_ways(analysis.study, analysis.outcome, more_starts=analysis.starts is None, threads=threads)
     except SeatruthError as problem:
-        return [untried_finding(problem.message)]
+        return [*reversed_, untried_finding(problem.message)]
     if remedy is None:
-        return []
+        return reversed_
     parameters = analysis.cost.space.free
-    return [remedy_finding(remedy, analysis.outcome.value, analysis.inflation, parameters)]
+    return [*reversed_, remedy_finding(remedy, analysis.outcome.value, analysis.inflation, parameters)]
 
 
 def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:

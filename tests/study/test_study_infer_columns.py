@@ -97,3 +97,53 @@ def test_fields_of_autopilots_are_what_their_documents_say(field: str, channel: 
 def test_a_column_without_numbers_is_no_reason_to_stop() -> None:
     inferred = infer_columns({"rudder": np.full(5, np.nan)}, WANTED)
     assert inferred["delta"].unit == "rad"
+
+
+@pytest.mark.parametrize(
+    ("header", "channel", "unit"),
+    [
+        ("rudder_cmd_deg", "delta", "deg"),
+        ("ordered rudder [deg]", "delta", "deg"),
+        ("fin_setpoint_deg", "delta_s", "deg"),
+        ("rpm_cmd", "n", "rpm"),
+    ],
+)
+def test_orders_are_taken_for_inputs_and_said_to_be_orders(header: str, channel: str, unit: str) -> None:
+    inferred = infer_columns({header: 20 * WAVE}, WANTED, orders=["delta", "delta_s", "n"])
+    assert {name: (hit.unit, hit.order, hit.column) for name, hit in inferred.items()} == {
+        channel: (unit, True, header)
+    }
+    assert infer_columns({header: 20 * WAVE}, WANTED) == {}  # a heading that was ordered is no heading
+
+
+def test_what_an_actuator_did_goes_before_its_order() -> None:
+    inferred = infer_columns({"rudder_cmd": WAVE, "steering": WAVE}, WANTED, orders=["delta"])
+    assert (inferred["delta"].column, inferred["delta"].order) == ("steering", False)
+
+
+@pytest.mark.parametrize("headers", [("rpm_port_cmd", "rpm_stbd_cmd"), ("left motor [rpm]", "right motor [rpm]")])
+def test_thrusters_are_told_by_their_sides(headers: tuple[str, str]) -> None:
+    wanted = [Channel("rev_a", "rev/s"), Channel("n_starboard", "rev/s")]
+    found = infer_columns(
+        dict.fromkeys(reversed(headers), 1200 + WAVE),
+        wanted,
+        thrusters={"rev_a": "port", "n_starboard": "starboard"},
+    )
+    assert {name: (hit.column, hit.unit) for name, hit in found.items()} == {
+        "rev_a": (headers[0], "rpm"),
+        "n_starboard": (headers[1], "rpm"),
+    }
+    assert {hit.order for hit in found.values()} == {"cmd" in headers[0]}
+
+
+def test_thrusters_are_told_by_their_numbers() -> None:
+    columns = {"current_1": WAVE, "thr2_pct": 50 * WAVE, "thr1_pct": 50 * WAVE, "heading_1": WAVE}
+    found = infer_columns(columns, [Channel("c_1", "1"), Channel("c_2", "1")], thrusters={"c_1": "one", "c_2": "two"})
+    assert {name: (hit.column, hit.unit) for name, hit in found.items()} == {
+        "c_1": ("thr1_pct", "percent"),
+        "c_2": ("thr2_pct", "percent"),
+    }
+
+
+def test_milliseconds_are_no_speed() -> None:
+    assert infer_columns({"time_ms": 200 * np.arange(200.0)}, WANTED)["t"].unit == "ms"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,14 @@ import pandas as pd
 import pytest
 from fmu_ships import ship_fmu, zigzag
 
-from seatruth import BadInput, load_study, simulator
+from seatruth import BadInput, BlackBox, Channel, Parameter, Study, load_study, simulator
 from seatruth.cli import run as command
+from seatruth.commands.cost_notice import say_cost
 from seatruth.cost_forecast import forecast
 from seatruth.effects import available, dimensions_of
 from seatruth.models import FMU, IsolatedBlackBox, Rudder, ServoBlackBox, Thruster, load_fmu
 from seatruth.sample import copy_to
+from seatruth.trials import Trial, Trials
 
 STUDY = """
 [study]
@@ -240,3 +243,28 @@ def test_the_commands_take_an_fmu(folder: Path, capsys: pytest.CaptureFixture[st
     assert 'use = "ship.fmu"' in made
     assert "# ports =" in made
     assert "# names =" in made
+
+
+def slow_boat(pause: float) -> Study:
+    """A function of Python that takes so many seconds for a run."""
+
+    def sail(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, np.ndarray]:
+        time.sleep(pause)
+        return {"u": p["gain"] * trial.inputs["push"]}
+
+    speed = Channel("u", "m/s")
+    gain = Parameter("gain", 1.0, "1", 0.1, 9.0, vary=True, source="test")
+    box = BlackBox("slow", sail, inputs=[Channel("push", "N")], outputs=[speed], states=[speed], parameters=[gain])
+    t = np.arange(20.0)
+    return Study("slow", box, Trials([Trial(name, t, {"push": t}, {"u": t}) for name in "ab"]))
+
+
+def test_a_slow_function_of_python_is_forecast_as_an_fmu_is(capsys: pytest.CaptureFixture[str]) -> None:
+    identify, diagnose = forecast(slow_boat(0.1), threads=2)
+    assert identify.evaluation_s == pytest.approx(0.2, abs=0.1)
+    assert (identify.processes, identify.expected) == (1, 24)
+    assert diagnose.expected > identify.expected
+    assert [one["what"] for one in say_cost(slow_boat(0.5), None, "identify")] == ["identify"]
+    assert "identify takes about 24 evaluations" in capsys.readouterr().err
+    assert say_cost(slow_boat(0.0), None, "identify")  # as --json has it; nobody waits for it
+    assert capsys.readouterr().err == ""

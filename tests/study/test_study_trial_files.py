@@ -77,3 +77,37 @@ def test_channels_that_nobody_knows(folder: Path) -> None:
         assert f"unknown channel '{name}'. Did you mean 'u'?" in found
     assert "unknown channel 'rr'. Did you mean 'r'?" in found
     assert "time is not a channel. Describe it in [time]." in said(folder, "run1.csv", "", 't = { unit = "s" }')
+
+
+CONSTANT = """
+[model]
+use = "twin_thruster"
+[parameters]
+X_u = { vary = true }
+[channels]
+u = { column = "u", unit = "m/s" }
+n_port = { value = 600.0, unit = "rpm" }
+n_starboard = { value = 9.0 }
+[[trials]]
+file = "run1.csv"
+without = ["x", "y", "psi", "v", "r"]
+"""
+
+
+def test_an_input_that_was_not_recorded_can_be_stated(folder: Path) -> None:
+    (folder / "study.toml").write_text(CONSTANT)
+    (trial,) = load_study(folder / "study.toml").trials
+    assert trial.inputs["n_port"].tolist() == pytest.approx([10.0] * 40)
+    assert trial.inputs["n_starboard"].tolist() == [9.0] * 40
+    assert "600 throughout, as stated" in str(trial.steps)
+
+
+@pytest.mark.parametrize(
+    ("entry", "says"),
+    [
+        ("r = { value = 0.1 }", "'r' is no input, and only inputs can be stated"),
+        ('n_port = { value = 9.0, column = "u" }', "'n_port' has a value and a column"),
+    ],
+)
+def test_a_stated_value_stands_for_the_column_of_an_input(folder: Path, entry: str, says: str) -> None:
+    assert says in said(folder, "run1.csv", extra=entry)

@@ -12,7 +12,8 @@ from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, 
 from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
 from seatruth.study import Study
-from seatruth.trials.finding import Finding
+from seatruth.text import listed
+from seatruth.trials.finding import Finding, gravest_first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +30,7 @@ def check(
 ) -> Result:
     """List the faults of a study and its data."""
     from seatruth.analysis import check_study
+    from seatruth.uncertainty.reversed_inputs import reversed_inputs
 
     loaded = load_study(study)
     trials = [*loaded.trials, *loaded.holdout]
@@ -40,6 +42,8 @@ def check(
     # The matrices are small: more threads of the linear algebra would only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         findings = check_study(loaded)
+        if preview and not any(finding.severity == "error" for finding in findings):
+            findings = gravest_first([*findings, *reversed_inputs(loaded)])
         _show(findings)
         errors = sum(finding.severity == "error" for finding in findings)
         moved = None
@@ -72,8 +76,21 @@ def _show(findings: Sequence[Finding]) -> None:
         return
     counts = {kind: sum(finding.severity == kind for finding in findings) for kind in _STYLES}
     say("\n" + ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in counts.items() if count))
-    for finding in findings:
-        say(str(finding), style=_STYLES[finding.severity])
+    for first, *others in _alike(findings):
+        also = f" Also in {listed([repr(other.trial) for other in others])}." if others else ""
+        say(f"{first}{also}", style=_STYLES[first.severity])
+
+
+def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
+    """Findings of one kind about one channel, a trial each, together: all logs of a logger have the same faults."""
+    groups: dict[tuple[object, ...], list[Finding]] = {}
+    for number, finding in enumerate(findings):
+        key = (finding.severity, finding.code, finding.channel) if finding.trial else (number,)
+        same = groups.setdefault(key, [])
+        if finding.trial and any(other.trial == finding.trial for other in same):
+            same = groups.setdefault((*key, number), [])
+        same.append(finding)
+    return list(groups.values())
 
 
 def _preview(study: Study) -> pd.DataFrame:

@@ -8,11 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from seatruth.commands.common import note
 from seatruth.errors import BadInput
+from seatruth.models.black_box import BlackBox
 from seatruth.models.isolated import isolated_in
 from seatruth.study import Study
 
 if TYPE_CHECKING:
     from seatruth.effects import Effect
+
+
+_SHORT = 10.0
+"""s: a search with a function of Python that takes less is not announced. Chosen here [S]."""
 
 
 def say_cost(
@@ -27,7 +32,7 @@ def say_cost(
 
     `what` is "identify" or "diagnose"; both where it is empty.
     """
-    if isolated_in(study.model) is None:
+    if not isinstance(study.model, BlackBox):
         return []
     from seatruth.cost_forecast import forecast
 
@@ -36,6 +41,7 @@ def say_cost(
     except BadInput:  # the command itself says what is wrong
         return []
     shown = [one for one in found if what in ("", one.what)]
-    for one in shown:
+    own = isolated_in(study.model) is not None
+    for one in shown if own else [one for one in shown if not one.seconds < _SHORT]:
         note(str(one))
     return [{**asdict(one), "seconds": one.seconds} for one in shown]

@@ -24,7 +24,13 @@ _MOST_ROWS = 60
 
 
 def init(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recorded run, in a format of `seatruth list readers`.")],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...",
+            help="Recorded runs, in a format of `seatruth list readers`; the first one's columns are those of all.",
+        ),
+    ],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="STUDY.toml", help="Study file to write [LOG's name.toml].")
     ] = None,
@@ -37,18 +43,23 @@ def init(
     json_file: JsonFile = None,
 ) -> Result:
     """List what a log holds, guess its channels and write a commented study file."""
+    log = logs[0]
     named = log if log.name else log.resolve()  # "" and "." are this folder, which has a name
     if not named.name:
         raise BadInput("it is no log", where=str(log), do="Name a file.")
     target = output or named.with_suffix(".toml")
     if target.exists() and not force:
         raise BadInput("it exists already", where=str(target), do="Choose another name with -o, or add --force.")
-    if target.exists() and log.exists() and target.samefile(log):
+    lost = next((str(other) for other in logs[1:] if not other.exists()), None)
+    if lost is not None:
+        raise BadInput("no such file", where=lost, do="Check its name.")
+    if target.exists() and any(one.exists() and target.samefile(one) for one in logs):
         raise BadInput("the study file would replace the log", where=str(target), do="Choose another name with -o.")
     with ProgressLine() as progress:
         content = read_log(log, reader=reader, progress=progress)
     folder = target.parent
-    text, notes = template(relative(log, folder), content, load_model(model, Path.cwd()), _model_use(model, folder))
+    paths = [relative(one, folder) for one in logs]
+    text, notes = template(paths[0], content, load_model(model, Path.cwd()), _model_use(model, folder), paths[1:])
     found = listing(content)
     _show(content, found, every=fields)
     write_file(target, text)

@@ -7,8 +7,8 @@ The study file shows each inference with its reason, so that the user can check 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +46,16 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
         *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "linear x"),
-        "longitudinal ground speed",
+        *("longitudinal ground speed", "dvl vx", "dvl u", "dvl x"),
     ),
     "v": (
         *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
-        *("linear y", "transverse ground speed"),
+        *("linear y", "transverse ground speed", "dvl vy", "dvl v", "dvl y"),
     ),
-    "w": ("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
+    "w": (
+        *("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
+        *("dvl vz", "dvl w", "dvl z"),
+    ),
     "u_w": (
         "u w",
         "stw",
@@ -106,6 +109,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
             "engine",
         ),
     ),
+    "T": ("thrust", "thrust n", "propeller thrust"),
+    "voltage": ("voltage", "battery voltage", "batt voltage", "vbat", "v bat", "battery v", "batt v"),
 }
 _SUFFIXES = {
     "deg": "deg",
@@ -140,7 +145,22 @@ _SUFFIXES = {
     "min": "min",
     "millis": "ms",
     "msec": "ms",
+    "us": "us",
+    "pct": "percent",
+    "percent": "percent",
 }
+_ORDERS = ("cmd", "command", "commanded", "order", "ordered", "setpoint", "sp", "demand", "demanded", "desired", "des")
+"""Words that say that a column holds what an actuator was told."""
+_ORDER = 1000
+"""Rank of an order behind any column that says what the actuator did."""
+_SIDES = {"port": "port", "left": "port", "stbd": "starboard", "stb": "starboard", "right": "starboard"}
+_OF_ANY_THRUSTER = frozenset(
+    (
+        *("n", "c", "t", "u", "rpm", "rps", "rev", "revs", "thr", "thruster", "thrust", "prop", "propeller"),
+        *("motor", "engine", "esc", "speed", "shaft", "power", "throttle"),
+    )
+)
+"""Words in the names of columns and inputs of thrusters that do not say which one it is."""
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")
 
 _NUMBERED = re.compile(r"\[\d+\]$")
@@ -155,6 +175,8 @@ class InferredColumn:
     column: str
     unit: str
     why: str
+    order: bool = False
+    """Whether the column's name says that it holds orders."""
 
 
 VAGUE = frozenset(("speed", "ship speed", "forward speed"))
@@ -166,12 +188,26 @@ _WOUND_UP = 130.0
 """rad, 20 turns; more than any manoeuvre turns."""
 
 
-def infer_columns(columns: Mapping[str, NDArray[np.float64]], wanted: Sequence[Channel]) -> dict[str, InferredColumn]:
-    """Columns (name to numbers) that match the wanted channels, at most one for each, best match first."""
+def infer_columns(
+    columns: Mapping[str, NDArray[np.float64]],
+    wanted: Sequence[Channel],
+    *,
+    orders: Collection[str] = (),
+    thrusters: Mapping[str, str] | None = None,
+) -> dict[str, InferredColumn]:
+    """Columns (name to numbers) that match the wanted channels, at most one for each, best match first.
+
+    `orders` are channels whose column may hold orders ("rudder_cmd"); `thrusters` holds the inputs of thrusters with
+    their names, "n_port": "port", whose columns are told by the side or the number alone ("rpm_left", "thr_3").
+    """
     candidates: list[tuple[int, int, InferredColumn]] = []
     for order, (column, numbers) in enumerate(columns.items()):
         for channel in wanted:
             match = _match(column, numbers, channel)
+            if match is None and channel.name in orders:
+                match = _ordered(column, numbers, channel)
+            if match is None and thrusters and channel.name in thrusters:
+                match = _of_thruster(column, numbers, channel, thrusters[channel.name])
             if match is not None:
                 candidates.append((match[0], order, match[1]))
     taken: dict[str, InferredColumn] = {}
@@ -219,6 +255,8 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     meant = next((_MEANT[word] for word in words if word in _MEANT), channel.name)
     if rank is None or meant != channel.name:
         return None
+    if channel.unit == "s" and unit == "m/s":
+        unit = "ms"  # "time_ms"
     if unit and not _fits(unit, channel.unit):
         return None
     if unit:
@@ -227,6 +265,47 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     unit, why = _from_range(numbers, channel)
     return rank, InferredColumn(channel.name, column, unit, why)
+
+
+def _ordered(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
+    """How well a column of orders fits a channel, which it does as if its name did not say that they are orders."""
+    words = _words(column).split(" ")
+    plain = " ".join(word for word in words if word not in _ORDERS)
+    if not plain or plain == " ".join(words):
+        return None
+    hit = _match(plain, numbers, channel)
+    return None if hit is None else (hit[0] + _ORDER, replace(hit[1], column=column, order=True))
+
+
+def _of_thruster(
+    column: str, numbers: NDArray[np.float64], channel: Channel, thruster: str
+) -> tuple[int, InferredColumn] | None:
+    """Whether a column belongs to a thruster, as its side or its number says."""
+    words = _words(column).split(" ")
+    plain = " ".join(word for word in words if word not in _ORDERS)
+    name, unit = split_header(plain)
+    if unit and not _fits(unit, channel.unit):
+        return None
+    which = _which(name)
+    if not which or which not in (_which(thruster), _which(channel.name)) or not _names_a_thruster(plain):
+        return None
+    order = plain != " ".join(words)
+    why = "unit from the header"
+    if not unit:
+        unit, why = next(((_SUFFIXES[w], why) for w in words if w in ("rpm", "rps")), _from_range(numbers, channel))
+    return _ORDER * order, InferredColumn(channel.name, column, unit, why, order)
+
+
+def _which(name: str) -> frozenset[str]:
+    """What tells a thruster from others: the side, the number, whatever else its name has."""
+    words = re.sub(r"(?<=[a-z])(?=[0-9])", " ", _words(name)).split(" ")
+    return frozenset(_SIDES.get(word, word) for word in words if word and word not in _OF_ANY_THRUSTER)
+
+
+def _names_a_thruster(name: str) -> bool:
+    """Whether a word of a column's name is one of thrusters."""
+    words = re.sub(r"(?<=[a-z])(?=[0-9])", " ", _words(name)).split(" ")
+    return any(word in _OF_ANY_THRUSTER for word in words)
 
 
 def _last_parts(column: str) -> tuple[str, ...]:

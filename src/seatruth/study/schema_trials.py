@@ -40,6 +40,11 @@ class ChannelTable(Table):
         description="Column with the channel's own clock, where it has one. An output keeps its own times; inputs are "
         "interpolated as `hold` of [cost] says.",
     )
+    value: FiniteFloat | None = Field(
+        default=None,
+        description="Of an input that was not recorded: the number that it had throughout, in `unit`, in place of a "
+        "column.",
+    )
     measures: str | None = Field(
         default=None,
         description='What the instrument measures, as "sog" (docs/channels.md lists the names); default: what the '

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.models import FMU, MEASURES, Model
+from seatruth.models import FMU, MEASURES, Model, Thruster
 from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
 from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
@@ -61,10 +62,11 @@ class Fields(Mapping[str, Numbers]):
         return self.places[title][0]
 
 
-def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str]]:
-    """The text of a study file for one log, and what could not be guessed, in sentences.
+def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = ()) -> tuple[str, list[str]]:
+    """The text of a study file for a log, and what could not be guessed, in sentences.
 
-    `path` is the log's path as the study file will name it, `use` the model as the study file will name it.
+    `path` is the log's path as the study file will name it, `use` the model as the study file will name it, `more` the
+    paths of further logs with the same columns.
     """
     required = {channel.name for channel in (*model.inputs, *model.outputs)}
     extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in required]
@@ -74,7 +76,14 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
     wanted = [*recordable(model), *model.outputs, *observable(model), *extra]
     utm = utm_positions(fields) if {"x", "y"} <= required else {}
     wanted = [channel for channel in wanted if not utm or channel.name not in ("x", "y")]
-    guesses = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *wanted])
+    guesses = infer_columns(
+        fields,
+        [*([] if clocks else [Channel("t", "s")]), *wanted],
+        orders=[channel.name for channel in model.inputs],
+        thrusters={one.input: one.name for one in model.actuators if isinstance(one, Thruster)},
+    )
+    if "z" in required and "z" not in guesses and "depth" in guesses:
+        guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
     measured = accelerometers(fields, model)
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
@@ -112,9 +121,10 @@ def template(path: str, log: Log, model: Model, use: str) -> tuple[str, list[str
             *_accelerometers(measured, fields),
             "",
             *(_frames(zone) if "easting" in guesses else []),
-            *_trials(path, missing_outputs),
+            *_actuators([channel.name for channel in model.inputs], guesses),
+            *_trials([path, *more], missing_outputs),
             *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(fields, guesses[name])]),
-            *_rest(model),
+            *_rest(model, any(hit.order for hit in guesses.values())),
         ]
     )
     return text, notes
@@ -249,11 +259,26 @@ def _frames(zone: str | None) -> list[str]:
     return ["[frames]", f"utm = {_text(zone)}   # zone of northing and easting, from the log", ""]
 
 
-def _trials(log: str, missing: Sequence[Channel]) -> list[str]:
-    lines = ["[[trials]]", f"file = {_text(log)}   # a pattern (runs/*.csv) takes many files"]
-    if missing:
-        names = ", ".join(_text(channel.name) for channel in missing)
-        lines.append(f"without = [{names}]   # outputs of the model that no column was recognised for")
+def _actuators(inputs: Sequence[str], guesses: Mapping[str, InferredColumn]) -> list[str]:
+    """Which inputs the log holds as orders."""
+    ordered = [name for name in inputs if name in guesses and guesses[name].order]
+    lines = ["# Inputs that the log holds as ordered, not as they acted; state what is known of the servo between, as"]
+    lines.append('# { record = "order", rate_limit = "2.3 deg/s", lag = "0.5 s" }.')
+    if not ordered:
+        return [*lines, "# [actuators]", f'# {next(iter(inputs), "delta")} = "order"', ""] if inputs else []
+    return [*lines, "[actuators]", *(f'{name} = "order"   # as its column says' for name in ordered), ""]
+
+
+def _trials(logs: Sequence[str], missing: Sequence[Channel]) -> list[str]:
+    names = ", ".join(_text(channel.name) for channel in missing)
+    lines: list[str] = []
+    for log in logs:
+        about = "" if lines else "   # a pattern (runs/*.csv) takes many files"
+        lines += ["", "[[trials]]"] if lines else ["[[trials]]"]
+        lines.append(f"file = {_text(log)}{about}")
+        if missing:
+            about = "   # outputs of the model that no column was recognised for" if log == logs[0] else ""
+            lines.append(f"without = [{names}]{about}")
     return [
         *lines,
         "",
@@ -280,14 +305,16 @@ def _wraps(columns: Mapping[str, Numbers], guessed: InferredColumn) -> bool:
     return bool(jumps.size) and float(jumps.max()) > (270.0 if guessed.unit == "deg" else 1.5 * np.pi)
 
 
-def _rest(model: Model) -> list[str]:
+def _rest(model: Model, orders: bool) -> list[str]:
     first = model.outputs[0]
+    hold = ['hold = "zoh"                  # orders step when they are given; "foh" joins samples by lines']
     return [
         "[noise]",
         f'# Standard deviation of each output, as {first.name} = "0.01 {first.unit}"; the default is "estimate".',
         "",
         "[cost]",
         'kind = "trajectory"           # simulate the whole run and compare; or "regression"',
+        *(hold if orders else []),
         'initial = "free"              # initial states are estimated too; "fixed" takes the first samples',
         "",
         "[optimizer]",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -79,6 +79,7 @@ def read(
     # Outputs for which an observation stands can still be named: they are in no trial.
     known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model))}
     _check_channels(file, known, problems)
+    _check_values(file, {channel.name for channel in model.inputs}, problems)
     _check_steps(file, [recording.name for recording in recordings], problems)
     if problems:
         return Trials([]), Trials([])
@@ -157,6 +158,7 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
         quaternion=None if q is None else (q[0], q[1], q[2], q[3]),
         declination=number(table.declination, "rad"),
         time=table.time,
+        value=table.value,
     )
 
 
@@ -222,6 +224,22 @@ def _check_channels(file: StudyFile, known: Mapping[str, Any], problems: Problem
         for name in table.without:
             if name not in known:
                 problems.add(("trials", entry, "without"), f"unknown channel {name!r}", nearest(name, known))
+
+
+def _check_values(file: StudyFile, inputs: Set[str], problems: Problems) -> None:
+    """A number that stands for a record: of an input, and without a column beside it."""
+    stated: list[tuple[tuple[str | int, ...], str, ChannelTable]] = [
+        (("channels", name), name, table) for name, table in file.channels.items()
+    ]
+    for entry, trial in enumerate(file.trials):
+        stated += [(("trials", entry, "channels", name), name, table) for name, table in trial.channels.items()]
+    for path, name, table in stated:
+        if table.value is None:
+            continue
+        if name not in inputs:
+            problems.add((*path, "value"), f"{name!r} is no input, and only inputs can be stated", "Name its column.")
+        elif table.column or table.vector or table.quaternion or table.time:
+            problems.add((*path, "value"), f"{name!r} has a value and a column", "Remove one of them.")
 
 
 def _check_steps(file: StudyFile, names: Sequence[str], problems: Problems) -> None:

@@ -35,7 +35,8 @@ class ColumnSpec:
 
     In place of its column, an angle can have `vector`, the columns of its cosine and sine, or `quaternion`, the columns
     w, x, y, z of the turn from body axes to earth axes. `declination` (rad, east positive) turns a magnetic heading or
-    course to the true one. `time` names the column with the channel's own clock, where it has one.
+    course to the true one. `time` names the column with the channel's own clock, where it has one. `value`, in place
+    of all that, is the number that the channel has in the whole file, in `unit`.
     """
 
     column: str
@@ -48,6 +49,7 @@ class ColumnSpec:
     quaternion: tuple[str, str, str, str] | None = None
     declination: float = 0.0
     time: str | None = None
+    value: float | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -56,8 +58,8 @@ class ColumnSpec:
 
     @property
     def values_in(self) -> tuple[str, ...]:
-        """The columns of its values."""
-        return self.quaternion or self.vector or (self.column,)
+        """The columns of its values; none for one that is constant."""
+        return () if self.value is not None else self.quaternion or self.vector or (self.column,)
 
 
 def channel_values(
@@ -77,7 +79,7 @@ def channel_values(
     values = conversion(raw)
     if factor != 1.0 or spec.offset != 0.0:
         values = values * factor + spec.offset
-    done: list[str] = []
+    done = [] if spec.value is None else [f"{spec.value:g} throughout, as stated"]
     if conversion != (1.0, 0.0):
         done.append(f"converted from {spec.unit or stated}")
     if factor != 1.0:
@@ -118,6 +120,8 @@ def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
             where=table.source,
             do="Remove the unit.",
         )
+    if spec.value is not None:
+        return _Raw(np.full(len(table), spec.value), f"{table.source}, channel {name!r}", None, [], 0)
     parts = [table.numbers(column) for column in spec.values_in]
     missing = np.zeros(len(table), dtype=np.bool_)
     codes: list[float] = []

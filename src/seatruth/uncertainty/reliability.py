@@ -135,6 +135,48 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
     return found
 
 
+def beyond_noise(cost: StudyCost, x: Array) -> Finding | None:
+    """The finding that speeds or rates are missed by far more than the noise of their records; None where none is.
+
+    Positions and angles are left out: their sensors have slow errors, which the roughness of a record does not show.
+
+    Args:
+        cost: The cost with its trials and its noise.
+        x: The answer.
+    """
+    errors = cost.errors(x)
+    found = []
+    for column, channel in enumerate(cost.problem.model.outputs):
+        if channel.unit not in ("m/s", "rad/s"):
+            continue
+        mine = errors[:, column]
+        missed = _rms(mine[np.isfinite(mine) & (mine != 0.0)])
+        noise = [_noise_or_step(cost, trial, channel) for trial in cost.trials if channel.name in trial.outputs]
+        usual = float(np.median([n for n in noise if math.isfinite(n)] or [math.nan]))
+        if missed > _ABOVE_NOISE * usual > 0.0:
+            found.append((missed / usual, f"{channel.name} by {_shown(missed, channel)} ({missed / usual:.2g} times)"))
+    if not found:
+        return None
+    said = listed([text for _, text in sorted(found, reverse=True)[:_MOST_NAMED]])
+    return Finding(
+        "warning",
+        "beyond-noise",
+        f"The fit misses what the records show by much more than their noise: {said}. Something is missing from the "
+        "model, or the initial states are wrong, and the parameters make up for it: true values can lie outside their "
+        "intervals.",
+        "search",
+        "Look at the residuals in the report, free the initial states, and let `seatruth diagnose` look for the cause.",
+    )
+
+
+def _noise_or_step(cost: StudyCost, trial: Trial, channel: Channel) -> float:
+    """The noise of a channel, not less than the rounding of its record."""
+    values = trial.outputs[channel.name]
+    steps = np.abs(np.diff(values[np.isfinite(values)]))
+    steps = steps[steps > 0.0]
+    return max(_noise(cost, trial, channel), float(steps.min()) / math.sqrt(12.0) if steps.size else math.inf)
+
+
 def step_to_minimum(residuals: Array, jacobian: Array, free: Flags) -> tuple[Array, float]:
     """The Gauss-Newton step (K,) from an answer to the minimum, and by how much the cost would fall along it.
 

@@ -33,7 +33,6 @@ _STARTS = 4
 """Other starts that are tried. Chosen here [S]: few, as a user can ask for more."""
 _STEPS = 30
 """Steps of least squares that each search may take at least. Chosen here [S]."""
-_MOST_VALUES = 6
 
 
 @dataclass(frozen=True)
@@ -121,12 +120,13 @@ def remedy_finding(remedy: Remedy, value: float, inflation: float, parameters: S
     left = f"{count} run{'s' if count > 1 else ''} still stray{'' if count > 1 else 's'}" if count else "no run strays"
     # A fit from which no run strays is judged by the noise, not by the residuals of one from which runs do.
     if lower > indistinguishable(inflation if count else 1.0):
-        values = [f"{p.name} = {x:.4g}" for p, x in zip(parameters[:_MOST_VALUES], remedy.outcome.x)]
+        # All of them: half a set of start values leads nowhere.
+        values = [f"{p.name} = {x:.4g}" for p, x in zip(parameters, remedy.outcome.x)]
         return Finding(
             "warning",
             "better-optimum",
             f"There is a better optimum: {remedy.way}, a search ends at a cost lower by {lower:.3g}, and {left} "
-            f"({', '.join(values)}{', ...' if len(parameters) > _MOST_VALUES else ''}). The answer here is "
+            f"({', '.join(values)}). The answer here is "
             "the one that the study asks for.",
             "search",
             "Take these as start values, or search from more starts (`starts = 20` in [optimizer]).",

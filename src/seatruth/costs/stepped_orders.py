@@ -1,0 +1,64 @@
+"""Orders that step from sample to sample, which straight lines between samples would begin too early."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from seatruth.costs.options import RegressionOptions, TrajectoryOptions
+from seatruth.costs.problem import EstimationProblem
+from seatruth.text import listed
+from seatruth.trials.check.limits import COARSE_INPUT_STEP
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+_RESTS = 0.5
+"""Part of the samples at which an order that steps repeats the one before. Chosen here [S]."""
+
+
+def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem) -> list[Finding]:
+    """The findings without those that ask whether an input is an order, where the study says so."""
+    ordered = {servo.input for servo in problem.model.servos}
+    return [finding for finding in findings if not (finding.code == "input-jumps" and finding.channel in ordered)]
+
+
+def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:
+    """A warning where orders step while the study joins their samples by straight lines."""
+    options = problem.cost
+    if not isinstance(options, TrajectoryOptions | RegressionOptions) or options.hold == "zoh":
+        return []
+    runs = list(trials)
+    count: dict[str, int] = {}
+    spacing = 0.0
+    for name in dict.fromkeys(servo.input for servo in problem.model.servos):
+        steps = [_steps(trial, name) for trial in runs]
+        if sum(steps):
+            count[name] = sum(steps)
+            usual = [float(np.median(np.diff(trial.t))) for trial, found in zip(runs, steps) if found]
+            spacing = max(spacing, *usual)
+    if not count:
+        return []
+    said = listed([f"{name!r} ({found} times)" for name, found in count.items()])
+    return [
+        Finding(
+            "warning",
+            "orders-step",
+            f"Orders step, those of {said}, and lines between samples begin each step up to a sampling step early "
+            f"({spacing:.2g} s). A lag or a rate limit makes up for it, with a wrong value.",
+            "study",
+            'Set hold = "zoh" in [cost], if orders change when they are recorded.',
+            channel=next(iter(count)) if len(count) == 1 else "",
+        )
+    ]
+
+
+def _steps(trial: Trial, name: str) -> int:
+    """How often an order jumps from rest to rest; 0 where it moves most of the time."""
+    values = trial.inputs.get(name)
+    if values is None or len(values) < 3 or not np.isfinite(values).all():
+        return 0
+    change, span = np.abs(np.diff(values)), float(np.ptp(values))
+    if span == 0 or np.mean(change <= 1e-6 * span) < _RESTS:
+        return 0
+    return int(np.sum(change > COARSE_INPUT_STEP * span))

@@ -1,0 +1,189 @@
+"""Whether a model moves against its record because an input is turned round, or two thrusters are exchanged.
+
+A fit with the sign of the rudder wrong ends somewhere: with a yaw rate that stays near zero, or with a coefficient at
+its bound. What is wrong shows at once in the model itself: turned round, the input makes it move as recorded. The runs
+start from the record every few seconds, so that no error in the values can carry them far away.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.costs.options import TrajectoryOptions
+from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.registry import cost_of
+from seatruth.costs.study_cost import StudyCost
+from seatruth.effects.targets import USUAL
+from seatruth.errors import SeatruthError
+from seatruth.models.actuators import Entry, Rudder, Thruster, entry
+from seatruth.models.base import Model
+from seatruth.text import listed
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial, Trials
+
+_SECONDS = 15.0
+"""s between two starts from the record: some time constants of most vehicles in yaw and pitch. Chosen here [S]."""
+_FEWEST_SAMPLES, _MOST_PIECES = 15, 200
+_AGREES = 0.5
+"""Correlation of simulated and recorded rate from which they agree; below its negative they go opposite ways. Chosen
+here [S]."""
+_RATES = {"yaw": ("r", "psi"), "pitch": ("q", "theta")}
+"""The rate by which a turn is judged, and the angle whose derivative stands for it where it is not recorded."""
+_SIDES = 0.02
+"""Part of a thruster's distance from the middle within which another lies opposite to it."""
+
+Change = tuple[str, str, Mapping[str, tuple[str, float]]]
+"""What is done to the inputs, in words; the axis about which it turns the vehicle; and, for each input that is
+changed, the input whose record takes its place, and the sign of that."""
+
+
+def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads: int | None = None) -> list[Finding]:
+    """A warning for each input that makes the model move as recorded only if it is turned round or exchanged.
+
+    Args:
+        study: the study.
+        x: values of its free parameters (K,) or more; None takes the start values.
+        threads: threads of a simulation; None for all processors.
+    """
+    if not isinstance(study.cost, TrajectoryOptions):
+        return []
+    found = []
+    for words, turns, change in _changes(study):
+        try:
+            now, then = (_agreement(study, turns, taken, x, threads) for taken in ({}, change))
+        except SeatruthError:  # it cannot be simulated so: other findings say why
+            continue
+        if now < -_AGREES and then > _AGREES:
+            found.append(_finding(words, turns, change, now, then))
+    return found
+
+
+def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], now: float, then: float) -> Finding:
+    exchanged = any(name != source for name, (source, _) in change.items())
+    do = (
+        "Exchange their columns in [channels], or correct their places (`at`) in the model."
+        if exchanged
+        else f"Set sign = -1 for {next(iter(change))} in [channels], or change the sign of what it does in the model."
+    )
+    return Finding(
+        "warning",
+        "input-reversed",
+        f"The model {'turns' if turns == 'yaw' else 'pitches'} the other way than the record. {words}, it moves as "
+        f"recorded: the correlation of its {turns} rate with the record is {now:.2f} as it is, and {then:.2f} then.",
+        "model",
+        do,
+        channel="" if exchanged else next(iter(change)),
+    )
+
+
+def _changes(study: EstimationProblem) -> list[Change]:
+    """What can be turned round in a model: each rudder and plane, and thrusters that lie opposite to each other."""
+    model = study.model
+    known = {channel.name for channel in model.inputs}
+    found: list[Change] = []
+    for turns, kind in (("yaw", "rudder"), ("pitch", "plane")):
+        named = [one.input for one in model.actuators if isinstance(one, Rudder) and one.turns == turns]
+        names = dict.fromkeys(named or [name for name in USUAL[kind] if name in known])
+        found += [(f"With the input {name!r} turned round", turns, {name: (name, -1.0)}) for name in names]
+    for turns, pairs in (("yaw", _opposite(study, 1)), ("pitch", _opposite(study, 0))):
+        change = {name: (other, 1.0) for pair in pairs for name, other in (pair, pair[::-1])}
+        if change:
+            said = listed([f"{one!r} and {other!r}" for one, other in pairs])
+            found.append((f"With the inputs {said} exchanged", turns, change))
+    return found
+
+
+def _opposite(study: EstimationProblem, side: int) -> list[tuple[str, str]]:
+    """Inputs of two thrusters that push alike, at opposite places to starboard (1), or ahead and aft (0)."""
+    values = _Values({p.name: p.value for p in study.parameters})
+    try:
+        placed = [
+            (one.input, _triple(one.at, values), _triple(one.towards, values))
+            for one in study.model.actuators
+            if isinstance(one, Thruster)
+        ]
+    except (KeyError, AttributeError, TypeError, ValueError):
+        return []
+    turning = 0 if side == 1 else 2  # a thrust ahead turns in yaw, a thrust down in pitch
+    found, taken = [], set[str]()
+    for (name, at, towards), (other, there, others_towards) in itertools.combinations(placed, 2):
+        mirrored = there * np.where(np.arange(3) == side, -1.0, 1.0)
+        opposite = abs(at[side]) > 0 and np.abs(at - mirrored).max() <= _SIDES * abs(at[side])
+        alike = np.allclose(towards, others_towards) and abs(towards[turning]) > _AGREES
+        if name != other and not {name, other} & taken and opposite and alike:
+            found.append((name, other))
+            taken |= {name, other}
+    return found
+
+
+def _triple(entries: Sequence[Entry], values: _Values) -> Array:
+    return np.array([float(entry(one, values)) for one in entries])
+
+
+class _Values:
+    """Values by name, as attributes."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        self.__dict__.update(values)
+
+
+def _agreement(
+    study: EstimationProblem, turns: str, change: Mapping[str, tuple[str, float]], x: Array | None, threads: int | None
+) -> float:
+    """Correlation about zero of the simulated with the recorded rate; 0 where the record does not tell."""
+    channel = _judged(study.model, study.trials, turns)
+    if channel is None:
+        return 0.0
+    pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change))]
+    if not pieces:
+        return 0.0
+    options: Any = study.cost
+    plain = options.replace(segments=None, multiple_shooting=False, initial="fixed", initial_sd={})
+    cost: StudyCost = cost_of(study.replace(trials=Trials(pieces[:_MOST_PIECES]), cost=plain), threads=threads)
+    column = [one.name for one in study.model.outputs].index(channel)
+    at = np.clip(cost.start if x is None else x[: len(cost.start)], *cost.bounds)
+    pairs = [
+        (_rate(piece, y[:, column], channel), _rate(piece, piece.outputs[channel], channel))
+        for piece, y in zip(cost.trials, cost.predict(at))
+    ]
+    simulated, measured = (np.concatenate(part) for part in zip(*pairs))
+    good = np.isfinite(simulated) & np.isfinite(measured)
+    simulated, measured = simulated[good], measured[good]
+    size = float(np.sqrt((simulated @ simulated) * (measured @ measured)))
+    return float(simulated @ measured) / size if size > 0 else 0.0
+
+
+def _judged(model: Model, trials: Sequence[Trial], turns: str) -> str | None:
+    """The rate, or the angle, that the model shows and all trials hold."""
+    shown = {channel.name for channel in model.outputs}
+    for name in _RATES[turns]:
+        if name in shown and all(name in t.outputs and np.isfinite(t.outputs[name]).any() for t in trials):
+            return name
+    return None
+
+
+def _changed(trial: Trial, change: Mapping[str, tuple[str, float]]) -> Trial:
+    inputs = {name: sign * trial.inputs[source] for name, (source, sign) in change.items() if source in trial.inputs}
+    return replace(trial, inputs={**trial.inputs, **inputs})
+
+
+def _pieces(trial: Trial) -> list[Trial]:
+    """The trial in pieces of some seconds."""
+    edges = np.searchsorted(trial.t, np.arange(trial.t[0], trial.t[-1], _SECONDS))
+    stops = [*edges[1:].tolist(), len(trial)]
+    return [
+        trial.section(first, stop, f"{trial.name} {number}")
+        for number, (first, stop) in enumerate(zip(edges.tolist(), stops))
+        if stop - first >= _FEWEST_SAMPLES
+    ]
+
+
+def _rate(trial: Trial, values: Array, channel: str) -> Array:
+    """The rate (n,); of an angle, its change over the piece so far, which noise hides less than it hides a slope."""
+    return values if channel in ("r", "q") else values - values[np.argmax(np.isfinite(values))]

@@ -1,0 +1,120 @@
+"""An input that is turned round, and thrusters that are exchanged, are found before a fit, whatever they are called."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from astray_boat import study
+
+from seatruth import BlackBox, Study, identify
+from seatruth.costs.options import RegressionOptions
+from seatruth.models import Rudder, load_model
+from seatruth.simulate import simulator
+from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial, Trials
+from seatruth.uncertainty.reversed_inputs import reversed_inputs
+
+STARTS = {"K": 0.3, "T": 5.0}
+
+
+def turned_round(trial: Trial, name: str) -> Trial:
+    return replace(trial, inputs={**trial.inputs, name: -trial.inputs[name]})
+
+
+def test_a_rudder_is_found_turned_round_from_the_heading_alone() -> None:
+    right = study(values=STARTS)
+    assert reversed_inputs(right, threads=1) == []
+    wrong = right.replace(trials=Trials([turned_round(trial, "delta") for trial in right.trials]))
+    (found,) = reversed_inputs(wrong, threads=1)
+    assert (found.severity, found.code, found.channel) == ("warning", "input-reversed", "delta")
+    assert "Set sign = -1 for delta" in found.do
+
+
+def test_a_regression_is_not_simulated() -> None:
+    wrong = study(values=STARTS, cost=RegressionOptions())
+    assert reversed_inputs(wrong, threads=1) == []
+
+
+def boat_runs(seed: int = 0) -> Trial:
+    """SYNTHETIC: differential steps of the built-in boat, with noise."""
+    boat = load_model("twin_thruster")
+    t = np.arange(0.0, 90.0, 0.2)
+    more = np.where((t // 15) % 2 == 0, 2.0, -2.0)
+    bare = Trial("steps", t, {"n_port": 10.0 + more, "n_starboard": 10.0 - more}, {}, synthetic=True)
+    y = simulator(boat, [bare], values=boat.nominal()).outputs(np.zeros((1, 0)), np.zeros((1, len(boat.states)))).y[0]
+    rng = np.random.default_rng(seed)
+    outputs = {c.name: y[:, k] + 0.01 * rng.normal(size=len(t)) for k, c in enumerate(boat.outputs)}
+    return replace(bare, outputs=outputs)
+
+
+def test_two_thrusters_are_found_exchanged() -> None:
+    trial = boat_runs()
+    parameters = tuple(
+        p.replace(vary=p.name == "N_r", value=1.5 * p.value if p.name == "N_r" else p.value)
+        for p in load_model("twin_thruster").parameters
+    )
+    right = Study("boat", load_model("twin_thruster"), Trials([trial]), parameters=parameters)
+    assert reversed_inputs(right, threads=1) == []
+    port, starboard = trial.inputs["n_port"], trial.inputs["n_starboard"]
+    wrong = right.replace(trials=Trials([replace(trial, inputs={"n_port": starboard, "n_starboard": port})]))
+    (found,) = reversed_inputs(wrong, threads=1)
+    assert "'n_port' and 'n_starboard' exchanged" in found.message
+    assert "Exchange their columns" in found.do
+
+
+def test_the_nozzle_of_a_black_box_is_found_turned_round() -> None:
+    def sail(trial: Trial, p: Any, first: Any) -> dict[str, Any]:
+        r = [first["r"]]
+        for k in range(1, len(trial)):
+            step = trial.t[k] - trial.t[k - 1]
+            r.append(r[-1] + step * (p["K"] * trial.inputs["nozzle"][k - 1] - r[-1]) / 3.0)
+        return {"r": np.array(r)}
+
+    rate = Channel("r", "rad/s")
+    boat = study().parameters[0].replace(value=0.3)
+    box = BlackBox(
+        *("jet", sail),
+        inputs=[Channel("nozzle", "rad")],
+        outputs=[rate],
+        states=[rate],
+        parameters=[boat],
+        actuators=[Rudder("nozzle", "nozzle")],
+    )
+    t = np.arange(0.0, 60.0, 0.25)
+    nozzle = np.where((t // 12) % 2 == 0, 0.35, -0.35)
+    bare = Trial("jet", t, {"nozzle": nozzle}, {})
+    r = sail(bare, {"K": 0.5}, {"r": 0.0})["r"] + 0.005 * np.random.default_rng(1).normal(size=len(t))
+    trial = replace(bare, outputs={"r": r})
+    assert reversed_inputs(Study("jet", box, Trials([trial])), threads=1) == []
+    (found,) = reversed_inputs(Study("jet", box, Trials([turned_round(trial, "nozzle")])), threads=1)
+    assert found.channel == "nozzle"
+
+
+def test_an_identification_that_strays_names_it() -> None:
+    right = study(values=STARTS)
+    parameters = tuple(p.replace(min=0.01) if p.name == "K" else p for p in right.parameters)
+    wrong = right.replace(
+        trials=Trials([turned_round(trial, "delta") for trial in right.trials]), parameters=parameters
+    )
+    codes = [finding.code for finding in identify(wrong, threads=1).findings]
+    assert "input-reversed" in codes
+
+
+@pytest.mark.parametrize("name", ["mmg", "torpedo", "bluerov2", "diving_plane", "twin_thruster_roll"])
+def test_built_in_models_agree_with_their_own_runs(name: str) -> None:
+    model = load_model(name)
+    t = np.arange(0.0, 60.0, 0.2)
+    inputs = {}
+    for k, channel in enumerate(model.inputs):
+        wave = np.sign(np.sin(2 * np.pi * t / (14.0 + 3 * k)))
+        inputs[channel.name] = {"rad": 0.1 * wave, "1": 0.2 * wave, "V": np.full(len(t), 16.0)}.get(
+            channel.unit, 10.0 + wave
+        )
+    bare = Trial("run", t, inputs, {}, synthetic=True)
+    y = simulator(model, [bare], values=model.nominal()).outputs(np.zeros((1, 0)), np.zeros((1, len(model.states)))).y
+    finite = replace(bare, outputs={c.name: y[0][:, k] for k, c in enumerate(model.outputs)})
+    free = tuple(p.replace(vary=k == 0) for k, p in enumerate(model.parameters))
+    assert reversed_inputs(Study("own", model, Trials([finite]), parameters=free), threads=1) == []
