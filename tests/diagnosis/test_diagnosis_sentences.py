@@ -71,6 +71,23 @@ def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
     assert "comes from" not in text
 
 
+def test_a_cause_with_which_runs_still_stray_is_said_so() -> None:
+    """As on a boat that turns by itself: forces held its runs near the record, and the cause was over 99.9 %."""
+    text = said("effects", CURRENT, discrepancy=True, shares=replace(LARGE, misfit_effects=144.0))
+    assert "Simulated with it alone, runs still stray by 12 times the noise: only forces of unknown cause hold" in text
+    both = said("effects", CURRENT, BIAS, FORCE, shares=replace(LARGE, misfit_effects=math.inf))
+    assert "Simulated with them alone, the motion still diverges." in both
+    assert "stray" not in said("effects", CURRENT)
+
+
+@pytest.mark.parametrize("kind", ["effects", "no_gap", "underpowered", "unknown"])
+def test_a_search_that_was_stopped_says_so_first(kind: Kind) -> None:
+    causes = (CURRENT,) if kind == "effects" else ()
+    text = said(kind, *causes, stopped=True)
+    assert text.startswith("The search was stopped before all effects were compared: this is what it had reached. ")
+    assert text.endswith(said(kind, *causes))
+
+
 def test_an_implausible_size_looks_like_a_cause_and_is_not_said_to_be_it() -> None:
     text = said("effects", replace(CURRENT, implausible=True))
     assert text.startswith("The gap looks like a uniform current")

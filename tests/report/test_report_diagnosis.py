@@ -116,7 +116,7 @@ def test_a_report_that_tells_two_stories_is_noticed(tmp_path: Path) -> None:
         ("unknown", "A cause that is not in the library", "add to dr/dt: 0.250 v r / U^2 − 0.0200 (rad/s²)"),
         ("unknown_small", "A small rest without a known cause", "What the refitted model leaves is small"),
         ("one_trial", "A likely cause", "nothing can be left out"),
-        ("interrupted", "A likely cause", "This diagnosis is not complete: stopped by the user"),
+        ("interrupted", "So far: a likely cause", "This diagnosis is not complete: stopped by the user"),
     ],
 )
 def test_the_box_is_only_as_sure_as_the_evidence(kind: str, title: str, words: str) -> None:

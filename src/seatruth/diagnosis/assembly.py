@@ -156,6 +156,7 @@ class Assembly:
             form=[problem.effects[name].title for name in self.decision.form],
             along=[problem.effects[name].title for name in self.decision.along],
             small=[problem.effects[name].title for name in self.decision.small],
+            stopped=self.search.interrupted,
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(

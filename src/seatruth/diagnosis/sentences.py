@@ -23,6 +23,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from seatruth.diagnosis.parts import Shares, Validation
+from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
 from seatruth.text import listed
 
@@ -32,6 +33,7 @@ then at most 0.7 of the noise's standard deviation."""
 _NO_BOUND = 2.0
 """Width of the interval of the part that is explained from which it is not said. [S] From nothing to twice the gap."""
 _LACKS = "The model also lacks something that no effect of the library describes."
+_STOPPED = "The search was stopped before all effects were compared: this is what it had reached."
 _LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
 
@@ -46,6 +48,7 @@ def verdict_sentence(
     form: Sequence[str] = (),
     along: Sequence[str] = (),
     small: Sequence[str] = (),
+    stopped: bool = False,
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
 
@@ -61,20 +64,22 @@ def verdict_sentence(
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
             course.
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
+        stopped: whether the search ended before all effects were compared.
 
     Returns:
         Plain text; "+-" stands before standard errors.
     """
+    first = _STOPPED if stopped else ""
     if kind == "no_gap":
-        small = _small(causes)
         text = "There is no gap beyond the noise and the uncertainty of the coefficients"
-        return _joined(f"{text} (probability {chance(probability)}).", small)
+        return _joined(first, f"{text} (probability {chance(probability)}).", _small(causes))
     if kind == "underpowered":
-        return _joined(_undecided(causes, probability), _lacks(discrepancy))
+        return _joined(first, _undecided(causes, probability), _lacks(discrepancy))
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
-        return _joined(_unknown(causes, probability, shares), _of_another_form(form), _on_one_course(along), beside)
-    return _named(causes, probability, discrepancy, shares, validation, one_trial)
+        said = _unknown(causes, probability, shares)
+        return _joined(first, said, _of_another_form(form), _on_one_course(along), beside)
+    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial))
 
 
 def chance(probability: float) -> str:
@@ -161,6 +166,11 @@ def meets_noise(shares: Shares) -> bool:
     return math.sqrt(max(shares.misfit_refit, 0.0)) <= AT_NOISE
 
 
+def strays(shares: Shares) -> bool:
+    """Whether the model with the effects of the verdict strays from the trials, once missing forces do not hold it."""
+    return shares.misfit_effects > Settings.stray
+
+
 def no_share_in_words(validation: Validation) -> str:
     """Why no part of the gap can be given."""
     away = [fold.trial for fold in validation.folds if not math.isfinite(fold.error_refit + fold.error_effects)]
@@ -211,6 +221,8 @@ def _named(
     if not large:
         sentences.append("No cause of practical size is seen.")
     sentences += [_small(causes), _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy)]
+    if large and strays(shares):
+        sentences.append(_stray(shares, len(large)))
     if large:
         sentences.append(_prediction(validation, one_trial))
     return _joined(*sentences)
@@ -261,6 +273,14 @@ def _small(causes: Sequence[NamedCause]) -> str:
 
 def _lacks(discrepancy: bool) -> str:
     return _LACKS if discrepancy else ""
+
+
+def _stray(shares: Shares, count: int) -> str:
+    alone = f"Simulated with {'it' if count == 1 else 'them'} alone,"
+    if not math.isfinite(shares.misfit_effects):
+        return f"{alone} the motion still diverges."
+    stray = f"runs still stray by {math.sqrt(shares.misfit_effects):.0f} times the noise"
+    return f"{alone} {stray}: only forces of unknown cause hold them near the trials."
 
 
 def _prediction(validation: Validation | None, one_trial: bool) -> str:

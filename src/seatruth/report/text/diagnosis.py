@@ -17,6 +17,7 @@ from seatruth.diagnosis.sentences import (
     meets_noise,
     no_share_in_words,
     shrinks_surely,
+    strays,
     whole_percent,
 )
 from seatruth.diagnosis.settings import Settings
@@ -100,14 +101,19 @@ def is_sure(diagnosis: Diagnosis) -> bool:
         return True
     believable = not any(cause.implausible for cause in verdict.causes)
     named = verdict.kind in ("effects", "inseparable") and bool(large(diagnosis)) and verdict.probability >= SURE
-    return named and believable and predicts(diagnosis)
+    return named and believable and predicts(diagnosis) and not strays(diagnosis.shares)
 
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words, no surer than its evidence."""
-    verdict, causes = diagnosis.verdict, large(diagnosis)
     if errors_of_data(diagnosis):
         return "The data have errors"
+    said = _said(diagnosis)
+    return said if diagnosis.outcome.get("code") == "done" else f"So far: {said[0].lower()}{said[1:]}"
+
+
+def _said(diagnosis: Diagnosis) -> str:
+    verdict, causes = diagnosis.verdict, large(diagnosis)
     if verdict.kind == "no_gap":
         return "No gap beyond the noise"
     if verdict.kind == "underpowered":
