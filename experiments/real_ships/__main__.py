@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,6 +26,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve
 from common import COLOURS, Options, Results, main  # noqa: E402
 from figures_with_intervals import DRAWS, QUICK_DRAWS, coverage, picture, predicted, text  # noqa: E402
 from predict import errors, manoeuvre_figures, simulated, windows  # noqa: E402
+from prior_widths import QUICK_WIDTHS, WIDTHS, errors_left_out, narrowed  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 USUAL = "../../../shared/data"
@@ -74,7 +75,8 @@ def fit(study: Study, threads: int | None, draws: int = 0) -> dict[str, Any]:
 def body(options: Options, results: Results) -> None:
     options.trials("kvlcc2_hsva", "kvlcc2_marin", "esso_osaka")
     names = STUDIES[1:2] if options.quick else STUDIES
-    results.expect(2 * len(names))
+    widths = QUICK_WIDTHS if options.quick else WIDTHS
+    results.expect(2 * len(names) + len(widths) + 1)
     pooled, intervals = {}, {}
     for name in names:
         study = load(name, options.data)
@@ -101,8 +103,38 @@ def body(options: Options, results: Results) -> None:
                 f"{name}: {group}, measured figures inside 95 % intervals",
                 100 * float(own.inside.sum()) / float(own.n.sum()), "%", f"{own.n.sum()} figures",
             )  # fmt: skip
+    at_its_width = f"{names[0]}, narrowed"
+    intervals[at_its_width] = with_the_best_width(load(names[0], options.data), widths, options, results)
     results.add_picture("errors", _errors_picture(pooled))
     results.add_picture("figures", picture(intervals, COLOURS))
+
+
+def with_the_best_width(study: Study, widths: Sequence[float], options: Options, results: Results) -> dict[str, Any]:
+    """The figures of manoeuvres with the priors' width at which fitted runs predict each other best."""
+    definition = {"study": study.content_hash, "seed": SEED}
+    rows = []
+    for width in widths:
+        left_out = partial(errors_left_out, study, width, SEED, options.workers)
+        found = results.stage(f"priors of {study.name} times {width}", {**definition, "width": width}, left_out)
+        rows.append(
+            {"width": width, "mean": sum(found) / len(found), **dict(zip([t.name for t in study.trials], found))}
+        )
+    best = min(rows, key=lambda row: float(row["mean"]))["width"]
+    results.add_table(f"{study.name} widths of priors", pd.DataFrame(rows))
+    lines = "".join(f"\n| {row['width']} | {row['mean']:.3f} |" for row in rows)
+    results.add_text(
+        f"### {study.name}: width of the priors\n\nMean logarithm of the errors of each fitted run, predicted from the "
+        f"other fitted ones.\n\n| standard deviations times | error |\n|---|---|{lines}"
+    )
+    draws = QUICK_DRAWS if options.quick else DRAWS
+    what = partial(fit, narrowed(study, best), options.workers, draws)
+    fitted = results.stage(f"fit {study.name} narrowed", {**definition, "draws": draws, "width": best}, what)
+    name = f"{study.name}, priors times {best}"
+    results.add_text(text(name, fitted["predicted"], {g: [run.name for run in own] for g, own in sets(study).items()}))
+    for part in ("planned", "measured"):
+        results.add_table(f"{study.name} narrowed {part} figures", pd.DataFrame(fitted["predicted"][part]))
+    predicted_figures: dict[str, Any] = fitted["predicted"]
+    return predicted_figures
 
 
 def report(

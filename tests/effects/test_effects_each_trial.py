@@ -53,6 +53,7 @@ def test_each_trial_has_its_own_current() -> None:
 
 def test_what_is_believed_of_a_magnitude_is_alike_between_trials() -> None:
     own = available()["trial_wind"].of_trials(["a", "b", "c"])
+    assert isinstance(own, EachTrial)
     values = dict(zip((q.name for q in own.parameters), own.correlation))
     row = dict(zip(values, values["north_b"]))
     alike = {name: value for name, value in row.items() if value}

@@ -21,8 +21,8 @@ DATA = ROOT.parent / "shared" / "data"
 real = pytest.mark.skipif(not DATA.is_dir(), reason="the real trials (../shared/data) are not on this machine")
 
 
-def _predict() -> Any:
-    spec = importlib.util.spec_from_file_location("real_ships_predict", FOLDER / "predict.py")
+def _module(name: str) -> Any:
+    spec = importlib.util.spec_from_file_location(f"real_ships_{name}", FOLDER / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -31,7 +31,8 @@ def _predict() -> Any:
     return module
 
 
-predict = _predict()
+predict = _module("predict")
+prior_widths = _module("prior_widths")
 
 
 def _run(seconds: float, rate: float = 10.0) -> Trial:
@@ -50,6 +51,23 @@ def test_windows_follow_one_another_and_short_ends_are_left_out() -> None:
 def test_channels_that_agree_integrate_to_each_other() -> None:
     run = _run(50.0)
     assert max(predict.rmse([run], [predict.integrated(run)]).values()) < 1e-9
+
+
+@real
+def test_priors_are_narrowed_and_every_fitted_run_is_predicted_from_the_others() -> None:
+    study: Study = load_study(FOLDER / "kvlcc2_hsva.toml")
+    narrow = prior_widths.narrowed(study, 0.5)
+    for wide, tight in zip(study.parameters, narrow.parameters):
+        assert (wide.prior is None) == (tight.prior is None)
+        if wide.prior is not None:
+            assert tight.prior.sd == pytest.approx(0.5 * wide.prior.sd)
+            assert tight.prior.mean == wide.prior.mean
+    free = ("R_0", "N_v")
+    fixed = [p if p.name in free else p.replace(vary=False, prior=None) for p in study.parameters]
+    few = study.replace(trials=study.trials.only(["Z_10_05", "Z_20_05"]), parameters=tuple(fixed))
+    found = prior_widths.errors_left_out(few, 1.0, 0, 2)
+    assert len(found) == 2
+    assert np.isfinite(found).all()
 
 
 @real
