@@ -36,7 +36,7 @@ def text(name: str, found: dict[str, Any], groups: dict[str, list[str]]) -> str:
         f"Approach {found['conditions']['speed']:.3g} m/s.",
         "| manoeuvre | figure | value | interval | half width | held by (share of priors) |\n|---|---|---|---|---|---|",
     ]
-    for row in found["planned"]:
+    for row in known_or_nan(found["planned"]):
         if row["figure"] in SHOWN:
             lines[-1] += f"\n| {row['manoeuvre']} | {row['title']} | {_cells(row, 'value')} |"
     lines.append("| runs | figure | n | inside | median error | median half width |\n|---|---|---|---|---|---|")
@@ -51,7 +51,7 @@ def text(name: str, found: dict[str, Any], groups: dict[str, list[str]]) -> str:
 
 def coverage(found: dict[str, Any], groups: dict[str, list[str]]) -> pd.DataFrame:
     """Rows (set, figure): number of measured figures, how many are inside, median error and half width in per cent."""
-    table = pd.DataFrame(found["measured"])
+    table = pd.DataFrame(known_or_nan(found["measured"]))
     rows = []
     for group, names in groups.items():
         own = table[table.trial.isin(names) & np.isfinite(table.measured.astype(float))] if len(table) else table
@@ -70,6 +70,11 @@ def coverage(found: dict[str, Any], groups: dict[str, list[str]]) -> pd.DataFram
     return pd.DataFrame(rows, columns=["set", "figure", "n", "inside", "error", "half width"])
 
 
+def known_or_nan(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows with NaN where there is no number: a finished stage is kept as JSON, which has none."""
+    return [{key: np.nan if value is None else value for key, value in row.items()} for row in rows]
+
+
 def _cells(row: dict[str, Any], center: str) -> str:
     angle = 180 / np.pi if row["unit"] == "rad" else 1.0
     unit = "deg" if row["unit"] == "rad" else row["unit"]
@@ -86,7 +91,7 @@ def picture(found: dict[str, dict[str, Any]], colours: tuple[str, ...]) -> Any:
 
     figure, axes = plt.subplots(1, len(found), figsize=(4.2 * len(found), 4.6), layout="constrained", squeeze=False)
     for axis, (name, own) in zip(axes[0], found.items(), strict=True):
-        table = pd.DataFrame(own["measured"])
+        table = pd.DataFrame(known_or_nan(own["measured"]))
         known = table[table.figure.isin(SHOWN) & np.isfinite(table.measured.astype(float)) & np.isfinite(table.lower)]
         names = [figure for figure in SHOWN if figure in set(known.figure)]
         for k, wanted in enumerate(names):

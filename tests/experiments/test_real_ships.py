@@ -33,6 +33,7 @@ def _module(name: str) -> Any:
 
 predict = _module("predict")
 prior_widths = _module("prior_widths")
+figures = _module("figures_with_intervals")
 
 
 def _run(seconds: float, rate: float = 10.0) -> Trial:
@@ -51,6 +52,15 @@ def test_windows_follow_one_another_and_short_ends_are_left_out() -> None:
 def test_channels_that_agree_integrate_to_each_other() -> None:
     run = _run(50.0)
     assert max(predict.rmse([run], [predict.integrated(run)]).values()) < 1e-9
+
+
+def test_a_figure_without_an_interval_is_shown_without_one() -> None:
+    """A stage that is read back has None where a figure has no number: an unstable ship's turn, for one."""
+    row = {"manoeuvre": "turn", "figure": "advance", "title": "advance", "unit": "m", "value": 3.0, "held_by": ""}
+    row |= {"lower": None, "upper": None, "prior_share": None, "trial": "a", "measured": 3.1, "predicted": 3.0}
+    found = {"planned": [row], "measured": [row], "lack_of_fit": 1.0, "model_error": 0.0, "conditions": {"speed": 0.3}}
+    assert "3 m | nan to nan" in figures.text("ship", found, {"fitted": ["a"]})
+    assert figures.coverage(found, {"fitted": ["a"]}).empty
 
 
 @real
