@@ -15,7 +15,7 @@ from seatruth.models import Rudder, load_model
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial, Trials
-from seatruth.uncertainty.reversed_inputs import reversed_inputs
+from seatruth.uncertainty.reversed_inputs import _pieces, reversed_inputs
 
 STARTS = {"K": 0.3, "T": 5.0}
 
@@ -118,3 +118,10 @@ def test_built_in_models_agree_with_their_own_runs(name: str) -> None:
     finite = replace(bare, outputs={c.name: y[0][:, k] for k, c in enumerate(model.outputs)})
     free = tuple(p.replace(vary=k == 0) for k, p in enumerate(model.parameters))
     assert reversed_inputs(Study("own", model, Trials([finite]), parameters=free), threads=1) == []
+
+
+def test_a_gap_of_ages_makes_no_more_pieces() -> None:
+    """A log with a gap of 1e12 s took gigabytes, one entry for every fifteen seconds of it."""
+    t = np.concatenate([np.arange(0.0, 60.0, 0.5), 1.5e12 + np.arange(0.0, 60.0, 0.5)])
+    trial = Trial(name="a", t=t, inputs={}, outputs={"r": np.zeros(t.size)})
+    assert [len(piece) for piece in _pieces(trial)] == [30] * 8

@@ -174,12 +174,12 @@ def _changed(trial: Trial, change: Mapping[str, tuple[str, float]]) -> Trial:
 
 
 def _pieces(trial: Trial) -> list[Trial]:
-    """The trial in pieces of some seconds."""
-    edges = np.searchsorted(trial.t, np.arange(trial.t[0], trial.t[-1], _SECONDS))
-    stops = [*edges[1:].tolist(), len(trial)]
+    """The trial in pieces of some seconds, however long its gaps are."""
+    turns = np.floor((trial.t - trial.t[0]) / _SECONDS)
+    edges = [0, *(np.flatnonzero(np.diff(turns)) + 1).tolist(), len(trial)]
     return [
         trial.section(first, stop, f"{trial.name} {number}")
-        for number, (first, stop) in enumerate(zip(edges.tolist(), stops))
+        for number, (first, stop) in enumerate(itertools.pairwise(edges))
         if stop - first >= _FEWEST_SAMPLES
     ]
 
