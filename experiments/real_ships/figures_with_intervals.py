@@ -41,10 +41,10 @@ def text(name: str, found: dict[str, Any], groups: dict[str, list[str]]) -> str:
             lines[-1] += f"\n| {row['manoeuvre']} | {row['title']} | {_cells(row, 'value')} |"
     lines.append("| runs | figure | n | inside | median error | median half width |\n|---|---|---|---|---|---|")
     for group, part in coverage(found, groups).groupby("set", sort=False):
-        for row in part.to_dict("records"):
+        for cells in part.to_dict("records"):
             lines[-1] += (
-                f"\n| {group} | {row['figure']} | {row['n']} | {row['inside']} | {row['error']:.1f} % "
-                f"| {row['half width']:.1f} % |"
+                f"\n| {group} | {cells['figure']} | {cells['n']} | {cells['inside']} | {cells['error']:.1f} % "
+                f"| {cells['half width']:.1f} % |"
             )
     return "\n\n".join(lines)
 
