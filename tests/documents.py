@@ -35,7 +35,7 @@ def execute(document: str, **given: Any) -> dict[str, Any]:
         elif kind == "console":
             for command in block.splitlines():
                 if command.startswith("$ seatruth "):
-                    code = run(shlex.split(command)[2:])
+                    code = run(shlex.split(command, comments=True)[2:])
                     assert code == 0, f"{document}, line {line}: {command} ended with {code}"
     return namespace
 

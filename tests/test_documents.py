@@ -42,12 +42,40 @@ def test_links_lead_somewhere(document: str) -> None:
 
 @pytest.mark.essential
 def test_readme(folder: Path) -> None:
+    """Its commands in their order, and after them what the first page of the documentation shows from Python."""
     copy_to(folder)
     shutil.copy(folder / "zigzag_20_20.csv", folder / "my_log.csv")
-    estimate = execute("README.md")["estimate"]
+    execute("README.md")
+    assert (folder / "my_log-result" / "report.html").exists()
+    estimate = execute("docs/index.md")["estimate"]
     assert estimate.outcome["code"] == "converged"
     assert (folder / "my-result" / "report.html").stat().st_size > 10_000
-    assert (folder / "my_log-result" / "report.html").exists()
+
+
+def test_the_readme_stays_one_screen_with_its_picture_on_top() -> None:
+    """In a column of 1000 pixels it is 1060 high, heading and picture included. A screen has about 1100."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = text.splitlines()
+    assert lines[2].startswith("![")
+    assert lines[2].endswith("(docs/figures/diagnosis.png)")
+    assert len(lines) <= 36
+    assert len(re.sub(r"\]\([^)]*\)", "]", text)) <= 2_300, "what a reader sees, without the targets of links"
+    header = (ROOT / "docs" / "figures" / "diagnosis.png").read_bytes()[16:24]
+    width, height = int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")
+    assert width <= 1000
+    assert height <= 300
+    for word in (
+        "make demo",
+        "make test",
+        "pip install .",
+        "[CITATION.cff]",
+        "[LICENSE]",
+        "docs/index.md",
+        "blind synthetic",
+    ):
+        assert word in text
+    for command in ("init", "check", "identify", "diagnose"):
+        assert f"seatruth {command} my_" in text
 
 
 def test_models(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -23,12 +23,12 @@ _EFFECTS = 6
 @styled
 def picture(diagnosis: Diagnosis) -> Figure:
     """The headline, the track of a turning circle before and after, and the most probable effects."""
-    figure = Figure(figsize=(9.6, 3.9))
+    figure = Figure(figsize=(9.6, 3.0))
     headline = "\n".join(textwrap.wrap(diagnosis.verdict.sentence, 100))
-    figure.text(0.02, 0.965, headline, va="top", size=10.5, weight="bold")
+    figure.text(0.02, 0.96, headline, va="top", size=10.5, weight="bold")
     traces = diagnosis.traces[diagnosis.traces["trial"] == _TRIAL]
     north, east = (traces[traces["channel"] == name] for name in ("x", "y"))
-    track = placed(figure, 0.75, 0.75, 3.6, 2.3)
+    track = placed(figure, 0.75, 0.5, 2.6, 1.9)
     for column, colour, width, label in (
         ("measured", MEASURED, 4.0, "measured (synthetic)"),
         ("refit", VERMILLION, 1.2, "model, refitted"),
@@ -41,9 +41,9 @@ def picture(diagnosis: Diagnosis) -> Figure:
     few_ticks(track, 5, 4)
     track.set_xlabel("y (m)")
     track.set_ylabel("x (m)")
-    track.legend(loc="upper left", bbox_to_anchor=(-0.12, -0.14), ncols=3, handlelength=1.4)
+    track.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.2)
     likely = sorted(diagnosis.effects, key=lambda effect: -effect.probability)[:_EFFECTS]
-    bars = placed(figure, 6.9, 0.75, 2.4, 2.3)
+    bars = placed(figure, 7.55, 0.5, 1.85, 1.9)
     height = np.arange(len(likely))
     bars.barh(height, [effect.probability for effect in likely], color=[BLUE, *[GREY] * (len(likely) - 1)], height=0.6)
     bars.set_yticks(height, labels=[effect.title for effect in likely], color=INK)
