@@ -20,6 +20,8 @@ _SHARE = re.compile(r"(?P<value>[\d.]+) \((?P<low>[\d.]+) to (?P<high>[\d.]+)\)"
 _GOAL = re.compile(r"(?:>=|<=) ([\d.]+)")
 _RATIO = re.compile(r"\bover the\b|\bthe oracle's")
 """Measures that compare with another program's: no shares, or shares that need the row above."""
+_ASIDE = re.compile(r" \(by chance alone [\d.]+\)")
+"""What a set adds to the name of a measure."""
 _MARKS = "osD^vPX"
 _ROW = 0.42
 """Height of a measure, inches."""
@@ -75,8 +77,8 @@ def tables(section: str) -> list[Scored]:
             found.append(Scored(title, {}))
         elif inside and cells[1] and (share := _SHARE.fullmatch(cells[2])):
             value, low, high = (float(share[end]) for end in ("value", "low", "high"))
-            if not _RATIO.search(cells[0]):
-                found[-1].rows[cells[0]] = (cells[1], value, low, high)
+            if high <= 1.0 and not _RATIO.search(cells[0]):
+                found[-1].rows[_ASIDE.sub("", cells[0])] = (cells[1], value, low, high)
     return [one for one in found if one.rows]
 
 
