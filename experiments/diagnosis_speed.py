@@ -6,6 +6,7 @@
   synthetic trials; once with no compiled kernels on disk, then as every later time.
 * Eight trials of 600 samples each, synthetic: zigzags, turning circles and speed steps of the embedded sample's ship,
   whose rudder has an offset of half a degree. 12 coefficients are free, and the whole library of effects takes part.
+  The same of two and of four of these trials, and of eight with three effects, show what the time grows with.
   `--quick` takes two trials of 120 samples and three effects, and runs the demo once.
 
 Processor time counts all threads; the time on the clock is judged only where the machine had two free cores.
@@ -16,17 +17,19 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
-from common import Options, Results, main
+from common import COLOURS, Options, Results, main
 from provenance import ROOT, cores, machine
 
 from seatruth import Study, diagnose
@@ -47,7 +50,7 @@ FEW = ("current", "rudder_offset", "rudder_gain")
 def body(options: Options, results: Results) -> None:
     """The demo cold and warm, or cold alone, then the larger study; each figure with its goal."""
     kinds = ("no kernels on disk",) if options.quick else ("no kernels on disk", "kernels on disk")
-    results.expect(len(kinds) + 1)
+    results.expect(len(kinds) + (1 if options.quick else 4))
     results.add_text(__doc__ or "")
     setting = {"machine": {k: v for k, v in machine().items() if k in ("cpu", "cores")}, "workers": options.workers}
     with tempfile.TemporaryDirectory() as cache:
@@ -55,10 +58,14 @@ def body(options: Options, results: Results) -> None:
             f"demo, {kind}": results.stage(f"demo, {kind}", setting, lambda: _measured("demo", {}, cache))
             for kind in kinds
         }
-        eight = {"trials": 2, "samples": 120, "effects": FEW} if options.quick else {"trials": TRIALS}
-        order = {"samples": SAMPLES, "effects": None, "workers": options.workers} | eight
-        label = f"{order['trials']} trials of {order['samples']} samples"
-        rows[label] = results.stage(label, setting | order, lambda: _measured("study", order, cache))
+        small: dict[str, Any] = {"trials": 2, "samples": 120, "effects": FEW}
+        whole: list[dict[str, Any]] = [{"trials": trials} for trials in (TRIALS // 4, TRIALS // 2, TRIALS)]
+        for chosen in [small] if options.quick else [{"trials": TRIALS, "effects": FEW}, *whole]:
+            order: dict[str, Any] = {"samples": SAMPLES, "effects": None, "workers": options.workers} | chosen
+            label = f"{order['trials']} trials of {order['samples']} samples"
+            label += f", {len(FEW)} effects" if order["effects"] else ""
+            rows[label] = results.stage(label, setting | order, partial(_measured, "study", order, cache))
+    results.add_picture("diagnosis_speed", picture(pd.DataFrame(rows).T, options.workers))
     for name, row in rows.items():
         goal = GOAL_DEMO if name.startswith("demo") else GOAL_EIGHT
         judged = goal == GOAL_DEMO or not options.quick
@@ -76,8 +83,46 @@ def body(options: Options, results: Results) -> None:
     results.add_table("diagnosis_speed", pd.DataFrame(rows).T.rename_axis("what"))
 
 
+def picture(table: pd.DataFrame, workers: int) -> Any:
+    """Processor time, time and peak memory of each task; dashed: what the time and the memory may be."""
+    import matplotlib.pyplot as plt
+
+    y = np.arange(len(table))
+    size = (9.0, 0.42 * len(table) + 1.3)
+    figure, (left, right) = plt.subplots(1, 2, figsize=size, sharey=True, layout="constrained", width_ratios=(3, 2))
+    spent, wall, peak = (table[key].astype(float) for key in ("processor_s", "wall_s", "peak_MB"))
+    left.barh(y - 0.19, spent, 0.36, color=COLOURS[0], label="processor time, all threads")
+    left.barh(y + 0.19, wall, 0.36, color=COLOURS[1], label=f"time on the clock, {workers} workers")
+    right.barh(y, peak, 0.5, color=COLOURS[2], hatch="//", edgecolor="white", linewidth=0.0)
+    for k, name in enumerate(table.index):
+        most = GOAL_DEMO if str(name).startswith("demo") else GOAL_EIGHT
+        left.plot([most, most], [k - 0.45, k + 0.45], color="black", ls="--", lw=1.2)
+    left.plot([], [], color="black", ls="--", lw=1.2, label=f"goal: of the time on {CORES} free cores, of the memory")
+    right.axvline(GOAL_MEMORY, color="black", ls="--", lw=1.2)
+    left.set_yticks(y, list(table.index), fontsize=8)
+    left.invert_yaxis()
+    left.set_xlabel("time (s)")
+    right.set_xlabel("peak memory (MB)")
+    for axes in (left, right):
+        axes.grid(True, axis="x", alpha=0.3)
+        axes.set_axisbelow(True)
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
+    return figure
+
+
 def _measured(what: str, order: Mapping[str, Any], cache: str) -> dict[str, Any]:
-    """One task in a fresh process: its processor time, its time, its peak memory, and what was said."""
+    """One task in a fresh process: its processor time, its time, its peak memory, and what was said.
+
+    A study takes a copy of the folder of kernels, so that none finds those that another has compiled.
+    """
+    if what == "study":
+        with tempfile.TemporaryDirectory() as own:
+            shutil.copytree(cache, own, dirs_exist_ok=True)
+            return _timed(what, order, own)
+    return _timed(what, order, cache)
+
+
+def _timed(what: str, order: Mapping[str, Any], cache: str) -> dict[str, Any]:
     load, began = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0, time.perf_counter()
     command = [sys.executable, "-c", f"import diagnosis_speed as it; it.work({what!r}, {json.dumps(order)!r})"]
     setting = {**os.environ, "SEATRUTH_CACHE": cache, "OMP_NUM_THREADS": "1"}

@@ -3,8 +3,9 @@
     python experiments/long_logs.py [--quick] [--huge]
 
 Formats of tables hold a million rows of twelve channels. Formats of messages, whose libraries decode one message after
-another, hold 2,000 samples of eight channels or less, in three to five topics. The time is that of the processor,
-of the process that reads the file and of the one that decodes it; the memory is the larger of what the two need.
+another, hold 2,000 samples of eight channels or less, in three to five topics; a tenth and a hundredth of each are read
+too. The time is that of the processor, of the process that reads the file and of the one that decodes it; the memory is
+the larger of what the two need.
 With --huge, tables of ten million rows are read in place of all that.
 """
 
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from common import Options, Results, main
+from common import COLOURS, Options, Results, main
 from log_formats import WRITERS, manoeuvre
 from reader_fuzz import memory, seconds
 
@@ -38,13 +39,16 @@ def body(options: Options, results: Results) -> None:
     """Reads a long log of every format, or a huge one of every table."""
     huge = options.asked("huge")
     names = TABLES if huge else tuple(WRITERS)
-    results.expect(len(names))
+    shares = (1,) if huge or options.quick else (100, 10, 1)
+    results.expect(len(names) * len(shares))
     rows = []
     for name in names:
-        size = (10_000_000 if huge else 1_000_000 if name in TABLES else 2_000) // (100 if options.quick else 1)
-        definition = {"format": name, "samples": size}
-        rows.append({"format": name, **results.stage(name, definition, functools.partial(in_process, name, size))})
+        longest = (10_000_000 if huge else 1_000_000 if name in TABLES else 2_000) // (100 if options.quick else 1)
+        for size in (longest // share for share in shares):
+            work, stage = functools.partial(in_process, name, size), f"{name} {size}"
+            rows.append({"format": name, **results.stage(stage, {"format": name, "samples": size}, work)})
     table = pd.DataFrame(rows)
+    results.add_picture("long_logs", picture(table))
     if huge:
         table["times_numbers"] = (1e6 * table["MB"] / (8 * table["values"])).round(2)
     results.add_table("long_logs", table)
@@ -57,6 +61,31 @@ def body(options: Options, results: Results) -> None:
     for label, column, most, unit in goals:
         worst = float(table[column].max())
         results.add_figure(label, worst, unit, goal=f"at most {most:g}", met=worst <= most)
+
+
+def picture(table: pd.DataFrame) -> Any:
+    """Processor time and memory over the samples of a log: formats of tables on the left, of messages on the right."""
+    import matplotlib.pyplot as plt
+
+    figure, panels = plt.subplots(2, 2, figsize=(9.0, 5.6), sharex="col", sharey="row", layout="constrained")
+    tables = table["format"].isin(TABLES)
+    groups = {"tables": table[tables], "messages, and sheets of Excel": table[~tables]}
+    for (upper, lower), (kind, own) in zip(panels.T, groups.items(), strict=True):
+        for k, (name, part) in enumerate(own.groupby("format", sort=False)):
+            look = {"color": COLOURS[(0, 3, 2, 4, 1, 5, 7)[k % 7]], "marker": "osD^vPX"[k % 7], "ms": 5, "lw": 1.2}
+            upper.plot(part["samples"], part["seconds"].clip(lower=0.01), label=name, **look)
+            lower.plot(part["samples"], part["MB"].clip(lower=1.0), **look)
+        upper.set_title(f"{kind} (synthetic logs)", fontsize=9)
+        for axes, goal in ((upper, MOST_SECONDS), (lower, MOST_MEGABYTES)):
+            axes.axhline(goal, color="black", ls="--", lw=1)
+            axes.set(xscale="log", yscale="log")
+            axes.grid(True, alpha=0.3)
+        lower.set_xlabel("samples (1)")
+        if len(own):
+            upper.legend(fontsize=8, ncols=4, loc="upper left", bbox_to_anchor=(0.0, 0.94))
+    panels[0, 0].set_ylabel("processor time (s)")
+    panels[1, 0].set_ylabel("most memory (MB)")
+    return figure
 
 
 def in_process(name: str, size: int) -> dict[str, Any]:

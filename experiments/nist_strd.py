@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from common import Options, Results, main, say
+from common import COLOURS, Options, Results, main, say
 
 from seatruth import Budget, Parameter, identify
 from seatruth.errors import BadInput
@@ -126,6 +126,37 @@ def run(name: str, known: Certified, start: int) -> dict[str, Any]:
     return row
 
 
+def picture(table: pd.DataFrame) -> Any:
+    """Digits of the values and of their standard errors, of each problem from both starts, beside what is wanted."""
+    import matplotlib.pyplot as plt
+
+    names = list(dict.fromkeys(table["data set"]))
+    size = (8.5, 0.2 * len(names) + 1.4)
+    figure, panels = plt.subplots(1, 2, figsize=size, sharex=True, sharey=True, layout="constrained")
+    labels = {"digits": "certified values", "digits of errors": "certified standard errors"}
+    for axes, (column, label), wanted in zip(panels, labels.items(), (DIGITS, DIGITS_OF_ERRORS), strict=True):
+        for start, colour, marker in ((1, COLOURS[3], "o"), (2, COLOURS[0], "D")):
+            for reached, fill in ((True, colour), (False, "white")):
+                part = table[(table["start"] == start) & ((table[column] >= wanted) == reached)]
+                y = [names.index(name) + 0.36 * (start - 1.5) for name in part["data set"]]
+                axes.plot(part[column], y, marker, color=colour, mfc=fill, ms=4.5, ls="none", zorder=3)
+        axes.axvline(wanted, color="black", ls="--", lw=1)
+        axes.set_xlabel(f"digits of the {label} (1)")
+        axes.set_xlim(-0.2, _MOST_DIGITS + 0.2)
+        axes.grid(True, alpha=0.3)
+    panels[0].set_yticks(range(len(names)), names, fontsize=8)
+    panels[0].set_ylim(len(names) - 0.4, -0.6)
+    for text, look in (
+        ("NIST's far start", {"marker": "o", "color": COLOURS[3]}),
+        ("near start", {"marker": "D", "color": COLOURS[0]}),
+        ("fewer than wanted", {"marker": "o", "color": "0.3", "mfc": "white"}),
+    ):
+        panels[0].plot([], [], ls="none", ms=5, label=text, **look)
+    panels[0].plot([], [], color="black", ls="--", lw=1, label="wanted")
+    figure.legend(loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    return figure
+
+
 def body(options: Options, results: Results) -> None:
     if not (options.data / "Misra1a.dat").exists():
         note = "NIST's files are not in the folder of --data"
@@ -145,6 +176,7 @@ def body(options: Options, results: Results) -> None:
     table = pd.DataFrame(rows)
     results.add_text(__doc__ or "")
     results.add_table("runs", table.set_index(["data set", "start"]))
+    results.add_picture("digits", picture(table))
     right, honest = int(table["right"].sum()), int((table["right"] | table["says so"]).sum())
     results.add_figure("right", right, "runs", f"of {len(table)}", goal=f"{len(table)}", met=right == len(table))
     results.add_figure(

@@ -25,6 +25,7 @@ import numpy as np
 import pandas as pd
 from common import Options, Results, main
 from log_formats import WRITERS, manoeuvre
+from outcomes import picture
 
 from seatruth.errors import BadInput
 from seatruth.readers import read_log
@@ -46,6 +47,12 @@ def body(options: Options, results: Results) -> None:
     table = pd.DataFrame(rows).drop(columns="examples")
     results.add_table("readers", table)
     results.add_text("```\n" + table.to_string(index=False) + "\n```")
+    ends = {
+        "read": table["read"].tolist(),
+        "refused in readable words": table["refused"].tolist(),
+        "gave way": table["failures"].tolist(),
+    }
+    results.add_picture("outcomes", picture(table["format"].tolist(), ends, "Damaged copies of synthetic logs"))
     for label, column, unit, most in (
         ("failures", "failures", "files", 0),
         ("longest reading", "longest_s", "s of processor time", SECONDS),

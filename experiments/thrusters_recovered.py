@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from common import Options, Results, main
+from common import COLOURS, Options, Results, main
 
 from seatruth import Diagnosis, Model, Study, TrajectoryOptions, Trial, Trials, diagnose, load_model, simulator
 from seatruth.effects import Effect, available, load_effects, with_effects
@@ -220,6 +220,42 @@ def said(found: Diagnosis, effect: Effect) -> str:
     return RIGHT if causes[0] <= same else AMONG
 
 
+def picture(table: pd.DataFrame) -> Any:
+    """How far each size that was found is from the one put in, with its 95 % interval; and twenty times closer."""
+    import matplotlib.pyplot as plt
+
+    named = table["said"] == RIGHT
+    off, below, above = (
+        100.0 * (table[key].astype(float) / table["put in"] - 1.0) for key in ("found", "lower", "upper")
+    )
+    most = 1.1 * max(1.0, float(np.nanmax(np.abs([below, above]))) if below.notna().any() else 1.0)
+    size = (9.0, 0.19 * len(table) + 1.3)
+    figure, panels = plt.subplots(1, 2, figsize=size, sharey=True, layout="constrained")
+    vehicles = list(dict.fromkeys(table["vehicle"]))
+    for axes, widest in zip(panels, (most, most / 20.0), strict=True):
+        axes.axvline(0.0, color="black", lw=1, ls="--", zorder=1)
+        for k in range(len(table)):
+            at = vehicles.index(table["vehicle"].iloc[k])
+            colour, marker = COLOURS[(0, 3)[at % 2]], "oD"[at % 2]
+            ends = sorted((below.iloc[k], above.iloc[k]))
+            axes.plot(ends, [k, k], color=colour, lw=1.6, zorder=2)
+            fill = colour if named.iloc[k] else "white"
+            axes.plot([off.iloc[k]], [k], marker, color=colour, mfc=fill, ms=4.5, zorder=3)
+        axes.set_xlim(-widest, widest)
+        axes.set_xlabel("size found, less that put in (% of it)")
+        axes.grid(True, alpha=0.3)
+    panels[1].set_title("the same, twenty times closer", fontsize=9)
+    panels[0].set_yticks(range(len(table)), [str(name).replace("_", " ") for name in table["effect"]], fontsize=8)
+    panels[0].set_ylim(len(table) - 0.4, -0.6)
+    for at, vehicle in enumerate(vehicles):
+        label = f"{vehicle}: named alone, 95 % interval"
+        panels[0].plot([], [], f"{'oD'[at % 2]}-", color=COLOURS[(0, 3)[at % 2]], ms=5, label=label)
+    if not named.all():
+        panels[0].plot([], [], "o", color="0.3", mfc="white", ms=5, label="anything else was said")
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False, title="Synthetic trials")
+    return figure
+
+
 def body(options: Options, results: Results) -> None:
     """Every effect on every vehicle; a table, and how many are right."""
     results.add_text(str(__doc__))
@@ -237,6 +273,7 @@ def body(options: Options, results: Results) -> None:
         rows.append({"vehicle": vehicle.model, **results.stage(f"{vehicle.model} {name}", setting, work)})
     table = pd.DataFrame(rows)
     results.add_table("thrusters_recovered", table)
+    results.add_picture("sizes", picture(table))
     for model, own in table.groupby("vehicle", sort=False):
         for words in dict.fromkeys((RIGHT, AMONG, BESIDE, ANOTHER, *NONE_NAMED.values(), *own["said"])):
             results.add_figure(f"{model}: {words}", int((own["said"] == words).sum()), "1", f"of {len(own)} effects")

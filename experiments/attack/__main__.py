@@ -54,6 +54,7 @@ def main() -> int:
         for reason in tally.gave_way:
             print(f"    {reason}", flush=True)
     (out / "summary.md").write_text(parts.table(tallies))
+    parts.draw(tallies, out / "attack.png")
     print(parts.table(tallies))
     return int(any(tally.failed for tally in tallies))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import math
 import os
@@ -16,9 +17,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from outcomes import picture
+
 from attack import boat, fuzz, guard, hostile, inputs, kills, models
 from attack.fuzz import Tally
 from seatruth.errors import SeatruthError
+from seatruth.storage.atomic import write_file
 
 FUZZED = ("expressions", "study files", "comparison files", "logs", "results", "checkpoints", "stores")
 MODELS, HOSTILE = "models against Python", "hostile files"
@@ -131,6 +135,19 @@ def _hostile(place: Path) -> Tally:
         shutil.rmtree(folder, ignore_errors=True)
     tally.seconds = time.perf_counter() - begun
     return tally
+
+
+def draw(tallies: Sequence[Tally], file: Path) -> None:
+    """Of each part, the shares of the inputs that were answered, refused, or gave way, as PNG."""
+    ends = {
+        "answered, or ended as without the kill": [t.tried - t.refused - t.failed for t in tallies],
+        "refused in readable words": [t.refused for t in tallies],
+        "gave way": [t.failed for t in tallies],
+    }
+    figure = picture([t.name for t in tallies], ends, "Synthetic inputs and what came of them")
+    shown = io.BytesIO()
+    figure.savefig(shown, format="png", dpi=160, metadata={"Software": None})
+    write_file(file, shown.getvalue())
 
 
 def table(tallies: Sequence[Tally]) -> str:

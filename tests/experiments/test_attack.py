@@ -14,6 +14,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
 
+import outcomes
 from attack import boat, fuzz, guard, hostile, inputs, models, parts
 
 from seatruth.errors import BadInput
@@ -125,6 +126,15 @@ def test_hostile_cases_have_names_of_their_own_and_can_be_made(tmp_path: Path) -
         boat.build(tmp_path / str(number))
         command = case(tmp_path / str(number))[0]
         assert command in ("check", "compare", "diagnose", "identify", "init", "simulate"), name
+
+
+def test_the_picture_shows_what_came_of_each_part(tmp_path: Path) -> None:
+    parts.draw([fuzz.Tally("a", 10, 3, 1.0, 0.5), fuzz.Tally("nothing", 0)], tmp_path / "attack.png")
+    assert (tmp_path / "attack.png").stat().st_size > 1000
+    figure = outcomes.picture(["a", "b"], {"read": [7, 0], "refused": [3, 4], "gave way": [0, 1]}, "Title")
+    widths = [bar.get_width() for bar in figure.axes[0].patches]
+    assert widths == [70.0, 0.0, 30.0, 80.0, 0.0, 20.0]
+    assert {"a (10)", "b (5)"} == {label.get_text() for label in figure.axes[0].get_yticklabels()}
 
 
 def test_the_table_counts() -> None:

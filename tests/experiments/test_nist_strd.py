@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,6 +31,15 @@ def test_a_file_of_nist_is_read_and_fitted(tmp_path: Path) -> None:
         row = nist_strd.run("Misra1a", known, start)
         assert row["right"], row
         assert row["digits of errors"] > 5  # degrees of freedom count in them
+
+
+def test_the_picture_has_every_run_and_leaves_those_open_that_miss() -> None:
+    rows = [("A", 1, 11.0, 9.0), ("A", 2, 10.0, 3.0), ("B", 1, 0.0, 0.0), ("B", 2, 6.5, 4.5)]
+    figure = nist_strd.picture(pd.DataFrame(rows, columns=["data set", "start", "digits", "digits of errors"]))
+    for axes, missed in zip(figure.axes, (1, 2), strict=True):
+        marks = [line for line in axes.lines if line.get_linestyle() == "None"]
+        assert sum(len(line.get_xdata()) for line in marks) == 4
+        assert sum(len(line.get_xdata()) for line in marks if line.get_markerfacecolor() == "white") == missed
 
 
 def test_digits_are_those_of_the_worst() -> None:

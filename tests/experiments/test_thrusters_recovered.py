@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "experiments"))
@@ -74,6 +75,20 @@ def test_no_thrust_of_all_stands_for_that_of_one() -> None:
     verdict = SimpleNamespace(kind="effects", causes=[SimpleNamespace(effects=("thrust_gain",))])
     found: Any = SimpleNamespace(verdict=verdict)
     assert experiment.said(found, port) == "another"
+
+
+def test_the_picture_shows_how_far_each_size_is_from_the_one_put_in() -> None:
+    sizes = ["vehicle", "effect", "said", "put in", "found", "lower", "upper"]
+    rows = [
+        ("boat", "gain", "right", -0.3, -0.303, -0.306, -0.297),
+        ("boat", "lag", "another", 0.3, math.nan, math.nan, math.nan),
+    ]
+    wide, close = experiment.picture(pd.DataFrame(rows, columns=sizes)).axes
+    assert wide.get_xlim()[1] == pytest.approx(20.0 * close.get_xlim()[1])
+    dots = [line.get_xdata()[0] for line in wide.lines if len(line.get_xdata()) == 1]
+    assert dots == pytest.approx([1.0, math.nan], nan_ok=True)
+    ends = [list(line.get_xdata()) for line in wide.lines if list(line.get_ydata()) == [0, 0]]
+    assert ends == [pytest.approx([-1.0, 2.0])]
 
 
 def test_the_whole_library_sails_the_same_runs() -> None:
