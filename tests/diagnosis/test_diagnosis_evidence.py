@@ -16,8 +16,9 @@ from seatruth.diagnosis.evidence import scale_gain
 SCALES = (1.0, 0.5, 0.1)
 
 
+@pytest.mark.parametrize("powers", [None, [2, 1, 1]])
 @pytest.mark.parametrize("groups", [[[0]], [[0, 1]], [[0], [1, 2]], [[0], [1], [2]]])
-def test_it_is_the_mean_of_the_evidence_over_the_scales(groups: list[list[int]]) -> None:
+def test_it_is_the_mean_of_the_evidence_over_the_scales(groups: list[list[int]], powers: list[int] | None) -> None:
     rng = np.random.default_rng(0)
     n = max(max(group) for group in groups) + 1
     J, sd = rng.normal(size=(30, n)), np.array([2.0, 0.5, 1.0])[:n]
@@ -29,11 +30,11 @@ def test_it_is_the_mean_of_the_evidence_over_the_scales(groups: list[list[int]])
     values = []
     for scales in itertools.product(SCALES, repeat=len(groups)):
         own = sd.copy()
-        for group, scale in zip(groups, scales):
-            own[group] *= scale
+        for group, scale, power in zip(groups, scales, powers or [1, 1, 1]):
+            own[group] *= scale**power
         values.append(log_density(own))
     expected = float(logsumexp(values)) - math.log(len(values)) - log_density(sd)
-    got = scale_gain(J.T @ J, J.T @ y, sd, [np.array(group) for group in groups], SCALES)
+    got = scale_gain(J.T @ J, J.T @ y, sd, [np.array(group) for group in groups], SCALES, powers=powers)
     assert got == pytest.approx(expected, abs=1e-9)
 
 

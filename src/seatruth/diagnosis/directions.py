@@ -22,7 +22,7 @@ from seatruth.diagnosis.sizes import log_prior
 from seatruth.diagnosis.steps import objective
 from seatruth.effects import Effect
 
-_PARTS = (0.25, 0.5, 1.0, 2.0, 4.0)
+_PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0, 4.0)
 """Sizes from which an effect is tried, over its typical one. [S]"""
 
 
@@ -82,12 +82,13 @@ def _in_its_place(found: Search, leader: Fit, name: str, other: str) -> Point | 
     else:
         bare = without_effects(problem, leader.point, [name])
     columns, places = problem.columns[other].tolist(), _components(found, other)
-    typical = float(np.mean(problem.sd[places])) / problem.settings.prior_width
+    power = problem.effects[other].power
+    typical = float(np.mean(problem.sd[places])) / problem.settings.prior_width**power
     rest = [n for n in leader.effects if n != name]
     best: tuple[float, Point] | None = None
     for part in _PARTS:
         values = problem.mean[columns].copy()
-        values[[columns.index(k) for k in places]] = part * typical * shown / np.linalg.norm(shown)
+        values[[columns.index(k) for k in places]] = part**power * typical * shown / np.linalg.norm(shown)
         point = started(problem, replace(leader, point=bare), other, values)
         errors = problem.errors(point)
         if np.isfinite(errors).all():

@@ -3,7 +3,8 @@
 A typical magnitude says how large an effect may be; most are smaller, some larger, and by how much nobody knows. So the
 prior of an effect's magnitude is normal with a deviation of the typical one (times `prior_width`), or of four times, a
 quarter, ... of it, each as probable as the other. A single wide prior would over-penalise weak effects, a single narrow
-one strong ones.
+one strong ones. Where magnitudes are the squares of what is unknown so, as that of a wave's height, these factors are
+squares too.
 
 Many parameters have their null at a bound: a delay, a play, a rate limit are not negative. Where the trials ask for a
 value beyond it, the normal approximation credits the effect with values that it cannot have. So each evidence is that
@@ -34,6 +35,7 @@ def scale_gain(
     low: Array | None = None,
     high: Array | None = None,
     held: Flags | None = None,
+    powers: Sequence[int] | None = None,
 ) -> float:
     """Rise of the log-evidence (nats) when each effect's magnitudes have a scale of their own and keep to their bounds.
 
@@ -46,6 +48,7 @@ def scale_gain(
         low: (n,), lower bounds less the prior means; none where None.
         high: (n,), upper bounds less the prior means.
         held: (n,), which parameters the evidence that rises holds at their prior means; none where None.
+        powers: of the scales in each effect's magnitudes, 2 where these are squares; all 1 where None.
 
     Example:
         >>> round(scale_gain(np.eye(1), np.array([0.1]), np.array([10.0]), [np.array([0])], (1.0, 0.1)), 2)
@@ -64,7 +67,7 @@ def scale_gain(
     combinations = np.array(list(itertools.product(scales, repeat=len(groups))))
     own = np.repeat(sd[None], len(combinations), axis=0)
     for k, entries in enumerate(groups):
-        own[:, entries] *= combinations[:, k, None]
+        own[:, entries] *= combinations[:, k, None] ** (1 if powers is None else powers[k])
     found = _evidence(information, pull, own) + _within(information, pull, own, low, high)
     return float(logsumexp(found) - math.log(len(found)) - whole)
 

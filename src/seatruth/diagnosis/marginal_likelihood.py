@@ -201,7 +201,8 @@ class Likelihood:
             information, pull = root.T @ information @ root, root.T @ pull
             mixed = (root != 0.0).sum(axis=1) > 1
             low, high = np.where(mixed, -math.inf, low), np.where(mixed, math.inf, high)
-        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales, low, high, held)
+        powers = [self.problem.effects[name].power for name in effects]
+        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales, low, high, held, powers)
 
     def _between_trials(self, effects: Sequence[str], held: Flags) -> Array | None:
         """Root (n, n) of the prior correlation of these effects' parameters; None where they are independent."""

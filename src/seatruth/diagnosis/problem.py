@@ -114,7 +114,7 @@ class Problem:
         self.sd = np.array([q.prior.sd if q.prior else 1.0 for q in self.unknowns])
         for name, effect in self.effects.items():
             magnitudes = [k for k, q in zip(self.columns[name], effect.parameters) if q.name not in effect.shape_priors]
-            self.sd[magnitudes] *= settings.prior_width
+            self.sd[magnitudes] *= settings.prior_width**effect.power
         own = self.effects.items()
         self.prior_correlation = {name: effect.correlation for name, effect in own if isinstance(effect, EachTrial)}
         low_high = [(q.min, q.max) for q in self.unknowns]

@@ -209,7 +209,8 @@ def _with_direction(found: Search) -> list[Fit]:
     """
     effects, near = found.problem.effects, found.leader.evidence - found.problem.settings.hopeless
     ranked = [found.fits.get((one.effects, one.discrepancy)) for one in hypotheses(found, found.problem.settings)]
-    sets = [fit for fit in ranked if fit is not None and fit.evidence > near and _leads(found, fit)]
+    least = found.leader.evidence - _ALIKE
+    sets = [fit for fit in ranked if fit and fit.evidence > near and (fit.evidence > least or _leads(found, fit))]
     return [fit for fit in sets if any(effects[name].direction for name in fit.effects)]
 
 

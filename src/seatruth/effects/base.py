@@ -121,6 +121,8 @@ class Effect:
     """Typical distance of a magnitude from null by kind of vehicle, where it is not that of `parameters`."""
     froude: ClassVar[Mapping[str, float]] = {}
     """Power of the length with which magnitudes of ships shorter than 100 m scale (1/2 for times and speeds)."""
+    power: ClassVar[int] = 1
+    """Power of the size whose order is unknown in the magnitudes: 2 where they are the square of a wave's height."""
     starts: tuple[Mapping[str, float], ...] = ()
     """Finite values of the magnitudes to start a fit from, where the null is no regular point; shape parameters are at
     their mean. `starting_points` gives them for a model."""

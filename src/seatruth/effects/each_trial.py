@@ -33,7 +33,7 @@ _PLACES: Mapping[str, tuple[int, int]] = {
 
 
 _SHARED = (
-    *("number", "source", "kinds", "acts_on", "stochastic", "aliases"),
+    *("number", "source", "kinds", "acts_on", "stochastic", "aliases", "power"),
     *("needs_states", "needs_inputs", "needs_outputs", "needs_vehicle", "needs_parameters"),
 )
 """Attributes that an effect has in common with the one that it repeats."""

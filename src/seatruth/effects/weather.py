@@ -193,6 +193,7 @@ class WaveDrift(Effect):
     direction = ("north", "east")
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 4.0, "east": 4.0}}
     froude: ClassVar[Mapping[str, float]] = {"north": 2.0, "east": 2.0}
+    power = 2
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
@@ -234,6 +235,7 @@ class WaveDriftVertical(Effect):
     )
     null: Mapping[str, float] = {"along": 0.0, "up": 0.0}
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"glider": {"along": 0.02, "up": 0.01}}
+    power = 2
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
