@@ -34,7 +34,8 @@ class Forecast:
     """About how many evaluations a search takes, and how long.
 
     `what` is the search; `evaluation_s` s of wall time that one simulation of all trials takes in one process;
-    `expected` evaluations, `most` that the budget allows (None for no limit); `processes` that simulate at once.
+    `expected` evaluations, `most` that the budget allows (None for no limit); `processes` that simulate at once;
+    `fair_start`: the search may take several times as long from a poor start.
 
     Example:
         >>> from seatruth import Forecast
@@ -47,6 +48,7 @@ class Forecast:
     expected: int
     most: int | None
     processes: int
+    fair_start: bool = False
 
     @property
     def seconds(self) -> float:
@@ -58,7 +60,8 @@ class Forecast:
         if self.most is not None and self.most <= self.expected:
             number = f"its budget of {self.most} evaluations"
         each = f"{self.evaluation_s:.2g} s each" + (f", {self.processes} processes" if self.processes > 1 else "")
-        return f"{self.what} takes {number} of the simulator ({each}): {_duration(self.seconds)}."
+        poor = ", from a poor start several times as long" if self.fair_start else ""
+        return f"{self.what} takes {number} of the simulator ({each}): {_duration(self.seconds)}{poor}."
 
 
 def forecast(
@@ -98,10 +101,13 @@ def forecast(
     processes = 1 if isolated_in(study.model) is None else most_at_once
     K = len(cost_of(study, threads=1).parameters) if study.free else 0
     solver = as_optimizer(study.optimizer)
-    most = study.budget.evaluations
+    # A trial left out is one that costs nothing, so that all together cost as much as one search less than trials.
+    searches = study.starts + (len(study.trials) - 1 if study.output.cross_validate else 0)
+    most = None if study.budget.evaluations is None else study.budget.evaluations * searches
     usual = _PER_PARAMETER.get(solver.name)
-    expected = (K + 1) * usual if usual is not None else most or 0
-    first = Forecast("identify", seconds, min(expected, most or expected), most, processes)
+    expected = (K + 1) * usual * searches if usual is not None else most or 0
+    fair = usual is not None and (most is None or expected < most)
+    first = Forecast("identify", seconds, min(expected, most or expected), most, processes, fair_start=fair)
     chosen, _ = usable_effects(study, effects)
     wanted = expected_evaluations(study, chosen, Settings())
     wanted = wanted if evaluations is None else min(wanted, evaluations)

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from fmu_ships import ship_fmu, zigzag
 
-from seatruth import BadInput, BlackBox, Channel, Parameter, Study, load_study, simulator
+from seatruth import BadInput, BlackBox, Channel, OutputSettings, Parameter, Study, load_study, simulator
 from seatruth.cli import run as command
 from seatruth.commands.cost_notice import say_cost
 from seatruth.cost_forecast import forecast
@@ -215,6 +215,8 @@ def test_the_cost_is_said_before_it_begins(folder: Path) -> None:
     assert (diagnose.expected, diagnose.most) == (70, 70)
     assert 0.0 < identify.evaluation_s < 10.0
     assert "36 evaluations" in str(identify)
+    assert "from a poor start several times as long" in str(identify)
+    assert "poor" not in str(diagnose)
     assert "budget of 70" in str(diagnose)
     assert identify.seconds == pytest.approx(36 * identify.evaluation_s)
 
@@ -264,6 +266,9 @@ def test_a_slow_function_of_python_is_forecast_as_an_fmu_is(capsys: pytest.Captu
     assert identify.evaluation_s == pytest.approx(0.2, abs=0.1)
     assert (identify.processes, identify.expected) == (1, 24)
     assert diagnose.expected > identify.expected
+    # Three starts, and two searches with half of the trials each.
+    often = slow_boat(0.1).replace(starts=3, output=OutputSettings(cross_validate=True))
+    assert forecast(often, threads=2)[0].expected == 4 * 24
     assert [one["what"] for one in say_cost(slow_boat(0.5), None, "identify")] == ["identify"]
     assert "identify takes about 24 evaluations" in capsys.readouterr().err
     assert say_cost(slow_boat(0.0), None, "identify")  # as --json has it; nobody waits for it

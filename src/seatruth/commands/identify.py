@@ -115,7 +115,14 @@ def carried_out(
     checkpoint = folder / CHECKPOINT
     kept = (checkpoint, starts_file(checkpoint), jobs_file(checkpoint))
     if not quiet:
-        say_cost(study if budget is None else study.replace(budget=budget), None, "identify", threads=threads)
+        asked = study.replace(
+            budget=budget or study.budget,
+            starts=study.starts if starts is None else starts,
+            output=dataclasses.replace(
+                study.output, cross_validate=bool(cross_validate or study.output.cross_validate)
+            ),
+        )
+        say_cost(asked, None, "identify", threads=threads)
     with resumable(folder, kept, fresh=fresh, quiet=quiet) as progress:
         estimate = identify_study(
             study,
