@@ -1,16 +1,18 @@
-"""What `init` proposes for positions in UTM and for accelerometers: the study then reads them."""
+"""What `init` proposes for positions in UTM, accelerometers, times and what is left: the study then reads them."""
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from seatruth import load_model, load_study
+from seatruth import BlackBox, Parameter, load_model, load_study
 from seatruth.readers import read_log
 from seatruth.study.template import template
+from seatruth.trials import STANDARD_CHANNELS, Trial
 
 T = np.arange(0.0, 20.0, 0.5)
 LOG = {
@@ -60,3 +62,30 @@ def test_accelerometers_are_proposed_and_can_be_taken(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(text)
     study = load_study(tmp_path / "study.toml")
     assert {"f_x", "f_y"} <= {channel.name for channel in study.model.outputs}
+
+
+def test_the_unit_in_the_name_of_the_time_is_taken(tmp_path: Path) -> None:
+    """0.5 s in ms are 500, which could be seconds as well: the name decides, and nothing is left to do."""
+    pd.DataFrame({"time_ms": 1000 * T, **{k: v for k, v in LOG.items() if k != "t"}}).to_csv(tmp_path / "run.csv")
+    text, notes = template("run.csv", read_log(tmp_path / "run.csv"), load_model("mmg"), "mmg")
+    assert 'unit = "ms"   # unit from the header' in text
+    assert notes == []
+    (tmp_path / "study.toml").write_text(text)
+    assert load_study(tmp_path / "study.toml").trials[0].duration == pytest.approx(T[-1])
+
+
+def test_columns_without_a_channel_are_named(tmp_path: Path) -> None:
+    """A box without a current has no speed through the water of its own: it may be what the box calls u."""
+
+    def sail(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, np.ndarray]:
+        return {"u": p["k"] * trial.inputs["n"]}
+
+    u = STANDARD_CHANNELS["u"]
+    inputs, k = [STANDARD_CHANNELS["n"]], Parameter("k", 0.1, "m", 0.0, 1.0)
+    box = BlackBox("box", sail, inputs=inputs, outputs=[u], states=[u], parameters=[k])
+    columns = {"t": T, "rpm": 600 + T, "stw_kn": 2.0 + 0 * T, "battery": 12.0 + 0 * T}
+    pd.DataFrame(columns).to_csv(tmp_path / "run.csv", index=False)
+    text, _ = template("run.csv", read_log(tmp_path / "run.csv"), box, "box.py:box")
+    assert '# u = { column = "stw_kn", unit = "kn" }   # speed through the water' in text
+    assert "# No channel takes these columns: stw_kn, battery." in text
+    assert tomllib.loads(text)["channels"].keys() == {"n"}

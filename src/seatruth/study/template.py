@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +30,8 @@ _FIX = ("latitude", "longitude")
 """Channels from which reading makes x and y."""
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
+_SHOWN = 40
+"""Columns without a channel that are listed; a flight log has hundreds. Chosen here [S]."""
 
 
 class Fields(Mapping[str, Numbers]):
@@ -119,6 +121,7 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
             *_accelerometers(measured, fields),
+            *_left(fields, {hit.column for hit in (*guesses.values(), *measured.values())}, model, given),
             "",
             *(_frames(zone) if "easting" in guesses else []),
             *_actuators([channel.name for channel in model.inputs], guesses),
@@ -193,6 +196,8 @@ def _time(guessed: InferredColumn | None, fields: Fields, notes: list[str]) -> l
     name, content, column = fields.places[guessed.column]
     lines = ["[time]", f"column = {_text(name)}"]
     units = {column: content.units[column]} if column in content.units else {}
+    if not units and guessed.unit != "s":
+        units = {column: guessed.unit}  # as its name says, "time_ms"
     table = Table("the log", {column: content.columns[column]}, units)
     try:
         axis = time_axis(table, Clock(column))
@@ -233,6 +238,24 @@ def _channels(
             lines.append(
                 f'# {channel.name} = {{ column = "?", unit = {_text(channel.unit)} }}   # needed; not recognised'
             )
+    return lines
+
+
+def _left(fields: Fields, used: set[str], model: Model, given: Container[str]) -> list[str]:
+    """What no channel takes, so that nothing is dropped silently. Speed through the water may be the model's speed."""
+    rest = [title for title in fields if title not in used]
+    lines = []
+    if any(channel.name == "u" for channel in model.outputs) and "u" not in given:
+        through = infer_columns({title: fields[title] for title in rest}, [STANDARD_CHANNELS["u_w"]])
+        lines += [
+            f"# u = {{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)} }}   # speed through the "
+            "water: take the # away if the water was at rest, or if u is that of the model"
+            for hit in through.values()
+        ]
+    if rest:
+        names = [fields.name(title) for title in rest]
+        more = f", and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        lines.append(f"# No channel takes these columns: {_one_line(', '.join(names[:_SHOWN]))}{more}.")
     return lines
 
 
