@@ -47,10 +47,12 @@ class Settings:
     smallest_discrepancy: float = 1e-4
     """Size of a missing acceleration, as a part of the usual one, below which it counts as none. [S] Below what any
     recorded trial resolves."""
-    scales: tuple[float, ...] = (4.0, 1.0, 0.25, 0.0625)
+    scales: tuple[float, ...] = (4.0, 1.0, 0.25, 0.0625, 0.015625)
     """Parts and multiples of an effect's prior deviation over which its evidence is averaged: its order of magnitude is
-    unknown. One wide prior would over-penalise weak effects (Lindley's paradox), one of thin tails strong ones: a log
-    with a bias of five deviations would lose twelve nats to a scale error that is none. [S]"""
+    unknown, with `prior_width` from ten times a typical one to a 25th of it. Weak causes that long trials show, as a
+    wind of 5 cm/s on a model ship, lose five nats without the last. One wide prior would over-penalise weak effects
+    (Lindley's paradox), one of thin tails strong ones: a log with a bias of five deviations would lose twelve nats to a
+    scale error that is none. [S]"""
     fit_steps: int = 30
     """Most Gauss-Newton steps of one fit. [S] Four to eight are usual."""
     settled: float = 0.05
