@@ -13,6 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from seatruth import Diagnosis
+from seatruth.effects import available
+from seatruth.effects.each_trial import EachTrial
 from seatruth.report.figures.style import BLUE, GREY, INK, MEASURED, VERMILLION, few_ticks, placed, styled
 
 TARGET = Path(__file__).parents[1] / "docs" / "figures" / "diagnosis.png"
@@ -42,16 +44,27 @@ def picture(diagnosis: Diagnosis) -> Figure:
     track.set_xlabel("y (m)")
     track.set_ylabel("x (m)")
     track.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.2)
-    likely = sorted(diagnosis.effects, key=lambda effect: -effect.probability)[:_EFFECTS]
+    likely = _likely(diagnosis)[:_EFFECTS]
     bars = placed(figure, 7.55, 0.5, 1.85, 1.9)
     height = np.arange(len(likely))
-    bars.barh(height, [effect.probability for effect in likely], color=[BLUE, *[GREY] * (len(likely) - 1)], height=0.6)
-    bars.set_yticks(height, labels=[effect.title for effect in likely], color=INK)
+    bars.barh(height, [probability for _, probability in likely], color=[BLUE, *[GREY] * (len(likely) - 1)], height=0.6)
+    bars.set_yticks(height, labels=[title for title, _ in likely], color=INK)
     bars.invert_yaxis()
     bars.set_xlim(0, 1)
     bars.set_xlabel("probability that it acts")
     bars.grid(visible=False, axis="y")
     return figure
+
+
+def _likely(diagnosis: Diagnosis) -> list[tuple[str, float]]:
+    """Titles and probabilities of effects, the highest first; the same with a value for each trial is no other one."""
+    library, found = available(), {effect.name: effect.probability for effect in diagnosis.effects}
+    titles = {effect.name: effect.title for effect in diagnosis.effects}
+    for name in list(found):
+        effect = library.get(name)
+        if isinstance(effect, EachTrial) and effect.like.name in found:
+            found[effect.like.name] += found.pop(name)
+    return sorted(((titles[name], p) for name, p in found.items()), key=lambda one: -one[1])
 
 
 def main(arguments: list[str]) -> int:
