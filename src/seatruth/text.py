@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
 
 ORIGINS: Mapping[str, str] = {
     "P": "printed in the paper",
@@ -29,6 +31,22 @@ def listed(names: Sequence[str], most: int = 6) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
 
 
+def with_error(value: float, error: float) -> str:
+    """A value and its standard error, the value to the last digit of the error.
+
+    Example:
+        >>> with_error(0.0800213, 0.000118), with_error(318.71, 19.6), with_error(3.31e-6, 9.7e-7)
+        ('0.08002 +- 0.00012', '319 +- 20', '3.31e-06 +- 9.7e-07')
+    """
+    short = f"{error:.2g}"
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0.0) or abs(value) < _SMALL:
+        return f"{value:.3g} +- {short}"
+    digits = -int(Decimal(short).normalize().as_tuple().exponent)
+    return f"{value:.{min(max(digits, 0), _DECIMALS)}f} +- {short}"
+
+
+_SMALL, _DECIMALS = 1e-4, 9
+"""Size of a value below which it is written with a power of ten; most decimals of another. Chosen here [S]."""
 _UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """Characters that move a terminal's cursor, change its state or reverse the order of what it shows, and half ones."""
 

@@ -147,7 +147,7 @@ def test_no_probability_is_one_or_nothing() -> None:
 def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
     angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
     gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
-    assert size_in_words((angle, gain)) == "angle 1.2 +- 0.3 deg, gain 0.9 +- 0.02"
+    assert size_in_words((angle, gain)) == "angle 1.2 +- 0.3 deg, gain 0.90 +- 0.02"
     north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
     east = replace(north, name="east", value=0.3)
     assert size_in_words((north, east)) == "0.3 +- 0.1 m/s towards 90 +- 19 deg"

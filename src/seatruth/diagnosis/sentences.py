@@ -25,7 +25,7 @@ from collections.abc import Mapping, Sequence
 from seatruth.diagnosis.parts import Shares, Validation
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
-from seatruth.text import listed
+from seatruth.text import listed, with_error
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
@@ -129,7 +129,7 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
         degrees = q.unit in ("rad", "rad/s")
         factor = math.degrees(1.0) if degrees else 1.0
         unit = q.unit.replace("rad", "deg") if degrees else q.unit
-        text = f"{q.name.replace('_', ' ')} {q.value * factor:.3g} +- {q.stderr * factor:.2g}"
+        text = f"{q.name.replace('_', ' ')} {with_error(q.value * factor, q.stderr * factor)}"
         parts.append(text if unit in ("", "1") else f"{text} {unit}")
     return ", ".join(parts)
 
@@ -158,7 +158,7 @@ def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str
     d_size = math.hypot(north * dn, east * de) / size
     d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
     angle = math.degrees(math.atan2(east, north)) % 360.0
-    return f"{size:.3g} +- {d_size:.2g} {unit} towards {angle:.0f} +- {d_angle:.2g} deg"
+    return f"{with_error(size, d_size)} {unit} towards {with_error(angle, d_angle)} deg"
 
 
 def meets_noise(shares: Shares) -> bool:
