@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import expit
+from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
 from seatruth.diagnosis.tempering import tempered
@@ -90,11 +90,15 @@ class Case:
     """Nats that the form of its effects may leave unexplained."""
 
 
-def calibrate(out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperature: bool = False) -> dict[str, Any]:
+def calibrate(
+    out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperature: bool = False, keep_priors: bool = False
+) -> dict[str, Any]:
     """Fits the constants to a diagnosed set; writes calibration.json into its folder and returns its content.
 
     With `keep_temperature` the temperature and its growth stay as they were when the set was diagnosed: few cases
-    decide them, those in which something wrong is much more probable than the truth.
+    decide them, those in which something wrong is much more probable than the truth. With `keep_priors` only they, and
+    what a further effect is asked for, are fitted, about their earlier values: a set that has few cases of a kind says
+    little of its share.
     """
     truths, verdicts = opened(out), said(out, program)
     settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
@@ -105,9 +109,10 @@ def calibrate(out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperat
         raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
     before = _settings(list(verdicts.values()), out)
     kept = (before.temperature, before.model_form) if keep_temperature else None
-    constants = fit(cases, kept)
-    left_out = cross_validated(cases, seed, kept)
     diagnosed = Constants(before.temperature, before.model_form, before.form_beside)
+    about = diagnosed if keep_priors else None
+    constants = fit(cases, kept, about)
+    left_out = cross_validated(cases, seed, kept, about)
     content = {
         "constants": asdict(constants),
         "settings": as_settings(constants, before),
@@ -192,20 +197,26 @@ def log_score(case: Case, constants: Constants) -> float:
     return math.log(FLOOR + (1 - FLOOR) * p)
 
 
-def fit(cases: Sequence[Case], kept: tuple[float, float] | None = None) -> Constants:
+def fit(cases: Sequence[Case], kept: tuple[float, float] | None = None, about: Constants | None = None) -> Constants:
     """The constants of the largest mean log score, with a weak prior about no change.
 
-    `kept` are a temperature and its growth that stay.
+    `kept` are a temperature and its growth that stay. With `about`, earlier constants, the prior is about these, and
+    those in nats stay. No temperature is below 1: evidence says no more than its model does.
     """
+    centre = np.zeros(8)
+    if about is not None:
+        centre = np.array([np.log(about.temperature), np.log(about.model_form / START), logit(about.form_beside)])
 
     def constants(x: Array) -> Constants:
-        temperature, form = (float(np.exp(x[0])), START * float(np.exp(x[1]))) if kept is None else kept
-        return Constants(temperature, form, float(expit(x[2])), *(float(value) for value in x[3:]))
+        free = max(1.0, float(np.exp(x[0]))), START * float(np.exp(x[1]))
+        return Constants(*(free if kept is None else kept), float(expit(x[2])), *(float(value) for value in x[3:]))
 
     def loss(x: Array) -> float:
-        return -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float(x @ x) / WIDTH**2
+        return (
+            -sum(log_score(case, constants(x)) for case in cases) + 0.5 * float((x - centre) @ (x - centre)) / WIDTH**2
+        )
 
-    found = minimize(loss, np.zeros(8), method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
+    found = minimize(loss, centre, method="Powell", options={"xtol": 1e-3, "ftol": 1e-6})
     return constants(np.asarray(found.x, dtype=np.float64))
 
 
@@ -240,13 +251,15 @@ def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
     }
 
 
-def cross_validated(cases: Sequence[Case], seed: int, kept: tuple[float, float] | None = None) -> list[float]:
+def cross_validated(
+    cases: Sequence[Case], seed: int, kept: tuple[float, float] | None = None, about: Constants | None = None
+) -> list[float]:
     """Log score of each case by constants fitted to the cases of the other folds."""
     order = np.random.default_rng(seed).permutation(len(cases))
     scores = [0.0] * len(cases)
     for k in range(FOLDS):
         held = set(order[k::FOLDS].tolist())
-        constants = fit([case for n, case in enumerate(cases) if n not in held], kept)
+        constants = fit([case for n, case in enumerate(cases) if n not in held], kept, about)
         for n in held:
             scores[n] = log_score(cases[n], constants)
     return scores

@@ -66,6 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     fitted.add_argument(
         "--keep-temperature", action="store_true", help="leave the temperature as the set was diagnosed with"
     )
+    fitted.add_argument("--keep-priors", action="store_true", help="leave the shares of the kinds of answers likewise")
     shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
@@ -89,7 +90,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         elif given.step == "score":
             scored(given.out, given.data, given.workers)
         elif given.step == "calibrate":
-            print(json.dumps(calibrate(given.out, seed=given.seed, keep_temperature=given.keep_temperature), indent=1))
+            kept = {"keep_temperature": given.keep_temperature, "keep_priors": given.keep_priors}
+            print(json.dumps(calibrate(given.out, seed=given.seed, **kept), indent=1))
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
         else:

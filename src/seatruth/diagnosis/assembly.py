@@ -223,7 +223,7 @@ class Assembly:
 
     def _deviation_of(self, fit: Fit) -> Array:
         """Posterior standard deviation of the shared unknowns (S,), what the trials say of them being tempered."""
-        return tempered_deviation(fit.stderr(self.problem), self.problem.sd, self.settings.temperature)
+        return tempered_deviation(fit.stderr(self.problem), self.problem.sd, self.settings.size_temperature)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
         fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
