@@ -11,7 +11,7 @@ import pandas as pd
 
 from seatruth.arrays import Array
 from seatruth.costs.options import TrajectoryOptions
-from seatruth.costs.stepped_orders import stepped_orders, without_stale_notes
+from seatruth.costs.stepped_orders import stepped_orders, steps_in_gaps, without_stale_notes
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
@@ -94,6 +94,7 @@ class Analysis:
     def run(self) -> None:
         """Computes all parts, the most important first; a diverged answer leaves its parts empty."""
         self.findings = list(check_study(self.study))
+        self._doubted |= any(finding.code == "step-in-gap" for finding in self.findings)
         self.findings += _replaced(self.settings)
         do = "If it names a solver, correct it or take another one; if it names the checkpoint, make room for it."
         self.findings += [Finding("note", "search", note, "search", do) for note in self.outcome.notes]
@@ -305,7 +306,7 @@ def check_study(study: Study) -> list[Finding]:
     if study.cost.kind == "formula":
         return check_tables(trials, study.model)
     found = without_stale_notes(check_trials(trials, study.model), study)
-    return gravest_first([*found, *stepped_orders(study, trials)])
+    return gravest_first([*found, *stepped_orders(study, trials), *steps_in_gaps(study, trials)])
 
 
 def failed_runs(text: str) -> Finding:

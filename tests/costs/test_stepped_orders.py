@@ -1,4 +1,4 @@
-"""Orders that step are said where a study joins their samples by lines."""
+"""Orders that step: between samples that lines join, and in pauses."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from astray_boat import study
 
+from seatruth import identify
 from seatruth.analysis import check_study
 from seatruth.costs.options import Hold, TrajectoryOptions
 from seatruth.models import Order, with_servos
 from seatruth.study import Study
-from seatruth.trials.trial import Trials
+from seatruth.trials.split import split_at_gaps
+from seatruth.trials.trial import Trial, Trials
 
 
 def ordered(hold: Hold, *, smooth: bool = False) -> Study:
@@ -35,3 +37,26 @@ def test_a_record_that_is_not_said_to_be_an_order_is_asked_about() -> None:
     codes = [finding.code for finding in check_study(study())]
     assert "input-jumps" in codes
     assert "orders-step" not in codes
+
+
+def paused(*, split: bool) -> Study:
+    """Samples are missing where the rudder steps for the third time."""
+    plain = study()
+    runs: list[Trial] = []
+    for trial in plain.trials:
+        delta = trial.inputs["delta"]
+        jumps = np.flatnonzero(np.abs(np.diff(delta)) > 0.5 * np.ptp(delta))
+        kept = np.abs(np.arange(len(trial)) - jumps[min(2, jumps.size - 1)]) > 5
+        cut = trial.samples(np.flatnonzero(kept))
+        runs += split_at_gaps(cut) if split else [cut]
+    return plain.replace(trials=Trials(runs))
+
+
+def test_a_step_in_a_pause_leaves_nothing_identified() -> None:
+    """When it was is not known; a new trial after the pause does not need it."""
+    whole, parts = identify(paused(split=False), threads=1), identify(paused(split=True), threads=1)
+    codes = [[finding.code for finding in estimate.findings] for estimate in (whole, parts)]
+    assert "step-in-gap" in codes[0]
+    assert "step-in-gap" not in codes[1]
+    assert "identified" not in set(whole.parameters["verdict"])
+    assert "identified" in set(parts.parameters["verdict"])

@@ -1,4 +1,4 @@
-"""Orders that step from sample to sample, which straight lines between samples would begin too early."""
+"""Orders that step: between samples, where lines would begin them too early, or in a pause, where nobody knows when."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from seatruth.costs.options import RegressionOptions, TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.text import listed
+from seatruth.trials.check.helpers import pauses
 from seatruth.trials.check.limits import COARSE_INPUT_STEP
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
@@ -62,3 +63,36 @@ def _steps(trial: Trial, name: str) -> int:
     if span == 0 or np.mean(change <= 1e-6 * span) < _RESTS:
         return 0
     return int(np.sum(change > COARSE_INPUT_STEP * span))
+
+
+def steps_in_gaps(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:
+    """A warning where an input changes much over a pause of the sampling: when it did, decides what the run does."""
+    if not isinstance(problem.cost, TrajectoryOptions) or problem.cost.segments is not None:
+        return []  # a segment begins anew soon after
+    found: dict[str, list[tuple[str, float]]] = {}
+    for trial in trials:
+        if len(trial) < 3 or not (np.diff(trial.t) > 0).all():
+            continue
+        before, _ = pauses(trial)
+        for name, values in trial.inputs.items():
+            span = float(np.ptp(values)) if np.isfinite(values).all() else 0.0
+            jumps = [k for k in before if span > 0 and abs(values[k + 1] - values[k]) > COARSE_INPUT_STEP * span]
+            if jumps:
+                longest = max(float(trial.t[k + 1] - trial.t[k]) for k in jumps)
+                found.setdefault(trial.name, []).append((name, longest))
+    if not found:
+        return []
+    inputs = list(dict.fromkeys(name for rows in found.values() for name, _ in rows))
+    longest = max(pause for rows in found.values() for _, pause in rows)
+    return [
+        Finding(
+            "warning",
+            "step-in-gap",
+            f"{listed([repr(name) for name in inputs])} step{'s' if len(inputs) == 1 else ''} during pauses of the log "
+            f"of up to {longest:.2g} s, in {listed([repr(name) for name in found])}. When is not known, and the "
+            "parameters make up for it: their intervals need not hold the truth.",
+            "study",
+            "Set split_at_gaps = true in [[trials]].",
+            channel=inputs[0] if len(inputs) == 1 else "",
+        )
+    ]

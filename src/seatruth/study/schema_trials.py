@@ -171,6 +171,11 @@ class TrialTable(Table):
     role: Literal["fit", "holdout"] = Field(
         default="fit", description='"fit" takes part in the fit; "holdout" is only predicted.'
     )
+    split_at_gaps: bool = Field(
+        default=False,
+        description="True: after each pause of the sampling (more than 5 steps) a trial of its own begins, NAME_1, "
+        "NAME_2, ...; what the inputs did in a pause is not known.",
+    )
     time: Annotated[TimeTable, as_table("column")] | None = Field(
         default=None, description="Overrides [time] for this trial."
     )

@@ -21,6 +21,7 @@ from seatruth.study.schema_trials import ChannelTable, PrepareTable, TimeTable, 
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
 from seatruth.trials.frames import POSITIONS, with_origin
+from seatruth.trials.split import split_at_gaps
 
 ROS2_BAG = "metadata.yaml"
 """File in a folder that is a ROS 2 bag."""
@@ -92,7 +93,8 @@ def read(
         with problems.at("trials", recording.entry):
             trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic, progress), model)
             frames = with_origin(frames, trial)
-            (fitted if recording.table.role == "fit" else held).append(trial)
+            parts = split_at_gaps(trial) if recording.table.split_at_gaps else [trial]
+            (fitted if recording.table.role == "fit" else held).extend(parts)
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)

@@ -68,6 +68,17 @@ def own_step(t: Array, values: Array) -> float:
     return float(np.median(np.diff(there))) if there.size > 2 else float("inf")
 
 
+def pauses(trial: Trial) -> tuple[NDArray[np.intp], float]:
+    """The samples after which a trial pauses for more than `GAP_STEPS` sampling steps, and that step in s.
+
+    Topics that are recorded one after another and then pause together are no pauses: each has its own step.
+    """
+    steps = np.diff(trial.t)
+    own = [own_step(trial.t, values) for name, values in trial.outputs.items() if on_own_clock(trial, name)]
+    step = min([known for known in own if np.isfinite(known)], default=float(np.median(steps)))
+    return np.flatnonzero(steps > limits.GAP_STEPS * step), step
+
+
 def at_all_times(trial: Trial, name: str) -> Array:
     """A channel (n,) to integrate: an output with a clock of its own is linear between its samples, but over no pause.
 

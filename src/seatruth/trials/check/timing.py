@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.errors import nearest
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, make_finding, on_own_clock, own_step
+from seatruth.trials.check.helpers import Channels, make_finding, on_own_clock, pauses
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
@@ -40,24 +40,22 @@ def check_time(trial: Trial) -> Iterator[Finding]:
             samples=back[:1],
         )
         return
-    own = [own_step(trial.t, values) for name, values in trial.outputs.items() if on_own_clock(trial, name)]
-    # Topics that are recorded one after another and then pause together are no pauses: each has its own step.
-    step = min([known for known in own if np.isfinite(known)], default=float(np.median(steps)))
-    pauses = np.flatnonzero(steps > limits.GAP_STEPS * step)
-    if pauses.size:
-        longest = pauses[np.argmax(steps[pauses])]
+    before, step = pauses(trial)
+    if before.size:
+        longest = before[np.argmax(steps[before])]
         yield make_finding(
             trial,
             "warning",
             "time-gap",
-            f"{pauses.size} pause(s) without samples; the longest is {steps[longest]:.3g} s against a sampling step "
+            f"{before.size} pause(s) without samples; the longest is {steps[longest]:.3g} s against a sampling step "
             f"of {step:.3g} s.",
-            "What the inputs did in a pause is not known: cut the trial there, or use segments.",
+            "What the inputs did in a pause is not known: split_at_gaps = true in [[trials]] begins a new trial after "
+            "each.",
             samples=np.array([longest, longest + 1]),
         )
-    if own:
+    if any(on_own_clock(trial, name) for name in trial.outputs):
         return  # the times of several clocks are never even
-    usual = np.delete(steps, pauses)
+    usual = np.delete(steps, before)
     uneven = float(np.mean(np.abs(usual - step) > limits.JITTER * step))
     if uneven > 0.01:
         yield make_finding(
