@@ -14,7 +14,7 @@ from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.settings import Settings
 from seatruth.trials.trial import Trial
 
-TEMPERATURE = Settings().temperature
+TEMPERATURE = Settings().size_temperature
 
 
 @pytest.fixture(scope="module")

@@ -179,6 +179,8 @@ class InferredColumn:
     """Whether the column's name says that it holds orders."""
 
 
+FROM_HEADER = "unit from the header"
+"""Why a column has its unit, where its name or header says it."""
 VAGUE = frozenset(("speed", "ship speed", "forward speed"))
 """Names of columns that do not say whether the speed is through the water, over ground, or along the bow at all."""
 _TOO_LARGE = "numbers up to"
@@ -260,7 +262,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     if unit and not _fits(unit, channel.unit):
         return None
     if unit:
-        return rank, InferredColumn(channel.name, column, unit, "unit from the header")
+        return rank, InferredColumn(channel.name, column, unit, FROM_HEADER)
     if whole in ("rpm", "rps"):
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     unit, why = _from_range(numbers, channel)
@@ -290,7 +292,7 @@ def _of_thruster(
     if not which or which not in (_which(thruster), _which(channel.name)) or not _names_a_thruster(plain):
         return None
     order = plain != " ".join(words)
-    why = "unit from the header"
+    why = FROM_HEADER
     if not unit:
         unit, why = next(((_SUFFIXES[w], why) for w in words if w in ("rpm", "rps")), _from_range(numbers, channel))
     return _ORDER * order, InferredColumn(channel.name, column, unit, why, order)

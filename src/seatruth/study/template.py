@@ -16,7 +16,7 @@ from seatruth.errors import BadInput
 from seatruth.models import FMU, MEASURES, Model, Thruster
 from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
-from seatruth.study.infer_columns import VAGUE, InferredColumn, infer_columns, split_header
+from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
 from seatruth.study.template_simulator import recordable, simulator_lines
@@ -196,7 +196,7 @@ def _time(guessed: InferredColumn | None, fields: Fields, notes: list[str]) -> l
     name, content, column = fields.places[guessed.column]
     lines = ["[time]", f"column = {_text(name)}"]
     units = {column: content.units[column]} if column in content.units else {}
-    if not units and guessed.unit != "s":
+    if not units and guessed.why == FROM_HEADER:
         units = {column: guessed.unit}  # as its name says, "time_ms"
     table = Table("the log", {column: content.columns[column]}, units)
     try:
@@ -207,7 +207,7 @@ def _time(guessed: InferredColumn | None, fields: Fields, notes: list[str]) -> l
             return [*lines, f"# {_one_line(problem.what)}. {_one_line(problem.do)}", ""]
         return [*lines, f"unit = {_text(guessed.unit)}   # guessed: {_one_line(problem.what)}", ""]
     said = _one_line("; ".join(axis.notes or [f"from {start} on" for start in axis.about.values()]))
-    why = said or ("unit from the header" if units else "assumed; the header has no unit")
+    why = said or (FROM_HEADER if units else "assumed; the header has no unit")
     return [*lines, f"unit = {_text(axis.unit)}   # {why}", ""]
 
 
