@@ -105,5 +105,5 @@ def picture(found: Sequence[Scored]) -> Figure:
     axes.set_xlim(-0.02, 1.02)
     axes.set_xlabel("share")
     axes.grid(visible=False, axis="y")
-    figure.legend(loc="upper right", ncols=2)
+    figure.legend(loc="upper right", ncols=3)
     return figure
