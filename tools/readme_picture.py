@@ -26,8 +26,8 @@ _EFFECTS = 6
 def picture(diagnosis: Diagnosis) -> Figure:
     """The headline, the track of a turning circle before and after, and the most probable effects."""
     figure = Figure(figsize=(9.6, 3.0))
-    headline = "\n".join(textwrap.wrap(diagnosis.verdict.sentence, 100))
-    figure.text(0.02, 0.96, headline, va="top", size=10.5, weight="bold")
+    headline = "\n".join(textwrap.wrap(diagnosis.verdict.sentence, 106))
+    figure.text(0.02, 0.96, headline, va="top", size=10.0, weight="bold")
     traces = diagnosis.traces[diagnosis.traces["trial"] == _TRIAL]
     north, east = (traces[traces["channel"] == name] for name in ("x", "y"))
     track = placed(figure, 0.75, 0.5, 2.6, 1.9)
