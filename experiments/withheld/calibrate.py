@@ -8,8 +8,8 @@ used. The posterior of a hypothesis with n effects is proportional to
 
 where `seatruth.diagnosis.tempering` divides the evidence: by `temperature` for what it leaves out (an approximate
 noise model overstates it), `model_form` for what it leaves out the more of, the more nats the best hypothesis
-explains, and `form_beside` for the part of that which a further effect is asked for,
-`kind` for the shares of answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside
+explains, `form_beside` for the part of that which a further effect is asked for, and `unseen_form` for what of it
+missing forces do not show; `kind` for the shares of answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside
 effects. The constants maximise the mean log probability of the truth; how well that holds on other cases is said by
 cross-validation over cases. The naming threshold is the lowest probability from which the named answers are wrong in at
 most `WRONG`. `settings` are the same constants as the diagnosis takes them (`seatruth.diagnosis.Settings`).
@@ -31,7 +31,7 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
-from seatruth.diagnosis.tempering import tempered
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
@@ -43,6 +43,8 @@ WRONG = 0.02
 """Share of the named answers that may be wrong."""
 START = 0.003
 """Where the search for `model_form` begins: a form that is 5 % off leaves 0.05^2 of its signature to its rivals."""
+UNSEEN = 12.5
+"""nats, where that for `unseen_form` begins: half a noncentrality of 25, from which a wrong form is easily seen."""
 WIDTH = 2.0
 """Standard deviation (nats) of the weak normal prior that keeps constants of which few cases tell near 0."""
 FLOOR = 1e-6
@@ -59,6 +61,8 @@ class Constants:
     """Added to the temperature for each nat that the best hypothesis explains."""
     form_beside: float = 1.0
     """Part of what fewer effects explain that is counted so for a further effect."""
+    unseen_form: float = math.inf
+    """Of a wrong form that missing forces do not show."""
     log_odds: float = 0.0
     """Of a discrepancy."""
     occam: float = 0.0
@@ -86,8 +90,10 @@ class Case:
     """Whether an answer is the truth."""
     explained: float = 0.0
     """Log-evidence (nats) of the best hypothesis over the one without effects that has its discrepancy."""
-    unseen: float = math.inf
-    """Nats that the form of its effects may leave unexplained."""
+    apart: NDArray[np.bool_] | None = None
+    """Whether a hypothesis has no effect of the best one's; None where no forces were fitted beside its effects."""
+    forces: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """nats: what the best one explains, what forces alone explain of it, and what they add to it."""
 
 
 def calibrate(
@@ -109,7 +115,7 @@ def calibrate(
         raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
     before = _settings(list(verdicts.values()), out)
     kept = (before.temperature, before.model_form) if keep_temperature else None
-    diagnosed = Constants(before.temperature, before.model_form, before.form_beside)
+    diagnosed = Constants(before.temperature, before.model_form, before.form_beside, before.unseen_form)
     about = diagnosed if keep_priors else None
     constants = fit(cases, kept, about)
     left_out = cross_validated(cases, seed, kept, about)
@@ -154,7 +160,7 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         np.array([bool(key) and key != (UNKNOWN,) for key in answers]),
         np.array([key in accepted for key in answers]),
         _explained(rows),
-        _unseen(rows),
+        *_beside_forces(rows, keys),
     )
 
 
@@ -165,12 +171,22 @@ def _explained(rows: Sequence[Mapping[str, Any]]) -> float:
     return max(0.0, float(best["log_evidence"]) - min(float(row["log_evidence"]) for row in same)) if same else 0.0
 
 
-def _unseen(rows: Sequence[Mapping[str, Any]]) -> float:
-    best = max(rows, key=lambda row: float(row["log_evidence"]))
-    beside = [float(r["log_evidence"]) for r in rows if r["discrepancy"] and r["effects"] == best["effects"]]
-    if best["discrepancy"] or not beside:
-        return math.inf
-    return Settings().unseen_form + max(0.0, beside[0] - float(best["log_evidence"]))
+def _beside_forces(
+    rows: Sequence[Mapping[str, Any]], keys: Sequence[tuple[str, ...]]
+) -> tuple[NDArray[np.bool_] | None, tuple[float, float, float]]:
+    """Which hypotheses share no effect with the best one, and what it, forces, and forces beside it explain."""
+    best = max(range(len(rows)), key=lambda k: float(rows[k]["log_evidence"]))
+    leader = {*keys[best]} - {UNKNOWN}
+    value = [float(row["log_evidence"]) for row in rows]
+    on = [bool(row["discrepancy"]) for row in rows]
+    forces = [value[k] for k, row in enumerate(rows) if not row["effects"] and on[k]]
+    beside = [value[k] for k, key in enumerate(keys) if on[k] and rows[k]["effects"] and {*key} <= leader]
+    if not leader or not forces or not beside:
+        return None, (0.0, 0.0, 0.0)
+    null = min(value[k] for k, row in enumerate(rows) if not row["effects"])
+    alone = max((value[k] for k, key in enumerate(keys) if not on[k] and {*key} == leader), default=null)
+    apart = np.array([not {*key} & leader for key in keys])
+    return apart, (value[best] - null, forces[0] - null, max(beside) - alone)
 
 
 def posterior(case: Case, constants: Constants) -> Array:
@@ -184,8 +200,10 @@ def posterior(case: Case, constants: Constants) -> Array:
         temperature=constants.temperature,
         model_form=constants.model_form,
         beside=constants.form_beside,
-        most=case.unseen,
     )
+    if case.apart is not None:
+        limit = form_limit(*case.forces, constants.unseen_form)
+        counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature)
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())
@@ -203,13 +221,22 @@ def fit(cases: Sequence[Case], kept: tuple[float, float] | None = None, about: C
     `kept` are a temperature and its growth that stay. With `about`, earlier constants, the prior is about these, and
     those in nats stay. No temperature is below 1: evidence says no more than its model does.
     """
-    centre = np.zeros(8)
+    centre = np.zeros(9)
     if about is not None:
-        centre = np.array([np.log(about.temperature), np.log(about.model_form / START), logit(about.form_beside)])
+        centre = np.array(
+            [
+                np.log(about.temperature),
+                np.log(about.model_form / START),
+                logit(about.form_beside),
+                np.log(about.unseen_form / UNSEEN),
+            ]
+        )
 
     def constants(x: Array) -> Constants:
         free = max(1.0, float(np.exp(x[0]))), START * float(np.exp(x[1]))
-        return Constants(*(free if kept is None else kept), float(expit(x[2])), *(float(value) for value in x[3:]))
+        unseen = UNSEEN * float(np.exp(x[3]))
+        nats = (float(value) for value in x[4:])
+        return Constants(*(free if kept is None else kept), float(expit(x[2])), unseen, *nats)
 
     def loss(x: Array) -> float:
         return (
@@ -244,6 +271,7 @@ def as_settings(constants: Constants, before: Settings) -> dict[str, Any]:
         "temperature": constants.temperature,
         "model_form": constants.model_form,
         "form_beside": constants.form_beside,
+        "unseen_form": constants.unseen_form,
         "prior_none": none / total,
         "prior_unknown": unknown / total,
         "prior_sets": [share / total for share in sets],

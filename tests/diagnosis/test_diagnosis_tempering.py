@@ -10,15 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.tempering import tempered, tempered_deviation
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered, tempered_deviation
 
 COUNTS = np.array([0, 1, 1, 2, 2, 3])
 
 
-def counted(evidence: list[float], beside: float = 0.2, ahead: float = 0.0, most: float = math.inf) -> Array:
-    return tempered(
-        np.array(evidence), COUNTS, 0.0, temperature=2.0, model_form=0.02, beside=beside, ahead=ahead, most=most
-    )
+def counted(evidence: list[float], beside: float = 0.2, ahead: float = 0.0) -> Array:
+    return tempered(np.array(evidence), COUNTS, 0.0, temperature=2.0, model_form=0.02, beside=beside, ahead=ahead)
 
 
 def test_rivals_of_one_size_share_what_the_form_of_the_best_one_leaves() -> None:
@@ -47,12 +45,34 @@ def test_what_the_leading_fit_did_not_reach_counts_as_explained() -> None:
     assert far[1] - far[2] < near[1] - near[2]
 
 
-def test_the_form_of_what_explains_the_trials_is_off_by_no_more_than_forces_would_have_shown() -> None:
-    """A thruster that gave 30 % less explained 5200 nats, 331 more than forces did, and was called unknown."""
-    found = counted([5200.0 - 331.0, 5200.0, 104.0, 0.0, 0.0, 0.0], most=12.5)
-    assert found[1] - found[0] == pytest.approx(331.0 / (2.0 + 12.5))
-    little = [0.0, 100.0, 90.0, 140.0, 120.0, 0.0]
-    assert counted(little, most=12.5) == pytest.approx(counted(little))
+def test_a_rival_that_is_further_behind_than_a_form_can_leave_is_behind_in_full() -> None:
+    evidence = np.array([5200.0 - 331.0, 5200.0, 5190.0, 0.0])
+    apart = np.array([True, False, False, True])
+    whole = beyond_the_form(evidence / 100.0, evidence, apart, 12.5, 2.0)
+    assert whole[1] - whole[0] == pytest.approx(331.0 / 2.0), "no more than the temperature of all evidence leaves"
+    assert whole[1] - whole[2] == pytest.approx(0.1), "it shares an effect with the leader"
+    near = np.array([95.0, 100.0])
+    kept = beyond_the_form(near / 7.0, near, np.array([True, False]), 12.5, 2.0)
+    assert kept == pytest.approx(near / 7.0), "a form can leave five nats"
+
+
+def test_forces_tell_of_a_form_as_much_as_they_explain_of_the_effect() -> None:
+    assert form_limit(100.0, 50.0, beside=-3.0, unseen=6.0) == pytest.approx(12.0)
+    assert form_limit(100.0, 100.0, beside=4.0, unseen=6.0) == pytest.approx(10.0)
+    assert form_limit(100.0, -3.0, beside=-3.0, unseen=6.0) == math.inf
+    assert form_limit(0.0, 0.0, beside=0.0, unseen=6.0) == math.inf
+
+
+@given(st.lists(st.floats(0.0, 500.0), min_size=2, max_size=6), st.floats(0.0, 50.0))
+def test_the_limit_of_a_form_takes_no_rival_nearer_and_none_beyond_its_evidence(
+    evidence: list[float], limit: float
+) -> None:
+    values = np.array(evidence)
+    counts = values / 5.0
+    apart = values < values.max()
+    found = beyond_the_form(counts, values, apart, limit, 1.0)
+    assert (found <= counts + 1e-9).all()
+    assert (found.max() - found <= values.max() - values + 1e-9).all()
 
 
 @given(st.lists(st.floats(-50.0, 500.0), min_size=6, max_size=6), st.floats(0.0, 1.0))

@@ -203,6 +203,6 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     found = [search.fits[key] for key in keys]
     gains = np.array([fit.likelihood.evidence(fit.sizes, fit.effects, trials) - fit.price for fit in found])
     alone = [gain for (key, _), gain in zip(keys, gains) if not key]
-    weight = counted(search, gains, [len(key) for key, _ in keys], float(max(alone)))
+    weight = counted(search, gains, [key for key, _ in keys], float(max(alone)))
     weight += [log_prior(key, on, many, settings) for key, on in keys]
     return max(zip(weight.tolist(), (key for key, _ in keys)))[1]

@@ -80,6 +80,12 @@ class Fit:
     """nats by which the objective would still fall, were the model linear about the point: what the fit did not reach
     because long runs bend. The evidence is that of the point that was reached, and as uncertain as this is large."""
 
+    @property
+    def promised(self) -> float:
+        """Evidence (nats) that it would have, were the model linear about its point: a bound for what further steps
+        bring."""
+        return self.evidence + max(self.ahead, 0.0)
+
     def linearized(self, problem: Problem) -> Linearization:
         """Errors and derivatives at its optimum. They are computed anew: kept, they would take most of the memory."""
         return problem.linearize(self.point, self.effects, discrepancy=self.discrepancy)

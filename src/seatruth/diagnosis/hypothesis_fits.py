@@ -183,9 +183,14 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
         loose = fit_once(found, key, True, got.point, sizes, attempt="from its fit without discrepancy") or loose
-    if got is None and loose is not None and loose.evidence > best - problem.settings.hopeless:
-        # It may explain the trials without discrepancy, though one step did not show it.
-        fit_once(found, key, False, without_discrepancy(problem, loose.point), loose.sizes)
+    hope = loose is not None and loose.evidence > best - problem.settings.hopeless
+    if loose is not None and hope and (got is None or got.evidence < loose.evidence - _NESTED):
+        # It may explain the trials without discrepancy, though one step, or a fit of runs that stray, did not show it.
+        bare = without_discrepancy(problem, loose.point)
+        got = fit_once(found, key, False, bare, loose.sizes, attempt="from its fit with discrepancy")
+        if got is not None and got.evidence > loose.evidence + _NESTED:
+            # What it reaches there is no optimum of forces: they contain it.
+            fit_once(found, key, True, got.point, _beside(found, got, near), attempt="from its end without discrepancy")
 
 
 def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, Fit | None]:

@@ -11,7 +11,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.tempering import tempered
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors
@@ -41,7 +41,7 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, *_ in rows]
     gains = np.array([gain for _, _, gain, *_ in rows])
-    weight = counted(search, gains, [len(key) for key, *_ in rows], explained_from(search) - base) + priors
+    weight = counted(search, gains, [key for key, *_ in rows], explained_from(search) - base) + priors
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [
@@ -60,35 +60,38 @@ def explained_from(search: Search) -> float:
     return alone.evidence if alone is not None else search.null.evidence
 
 
-def counted(search: Search, evidence: Array, counts: Sequence[int], lowest: float) -> Array:
-    """What the log-evidence (H,) of hypotheses with so many effects each counts for; `lowest` as in `tempered`.
+def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float) -> Array:
+    """What the log-evidence (H,) of hypotheses with such effects counts for; `lowest` as in `tempered`.
 
     What the leader's fit did not reach counts as explained: where long runs bend, the evidence is that of a straight
     line through a point.
     """
-    settings = search.problem.settings
-    return tempered(
+    settings, leader = search.problem.settings, _leader(search)
+    found = tempered(
         evidence,
-        np.array(counts, dtype=np.intp),
+        np.array([len(key) for key in keys], dtype=np.intp),
         lowest,
         temperature=settings.temperature,
         model_form=settings.model_form,
         beside=settings.form_beside,
-        ahead=_leader(search).ahead,
-        most=_unseen(search),
+        ahead=leader.ahead,
     )
+    apart = np.array([not {*leader.effects} & {*key} for key in keys])
+    return beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
 
 
-def _unseen(search: Search) -> float:
-    """Nats that the form of the leading set may leave unexplained, as missing forces beside it tell.
-
-    Where forces lead with it, they may hold any part of what another form would.
-    """
-    leader = _leader(search)
-    beside = search.fits.get((leader.effects, True))
-    if leader.discrepancy or beside is None:
+def _left_by_the_form(search: Search, leader: Fit) -> float:
+    """Nats that the form of the leading set can leave to its rivals, as missing forces beside its effects tell."""
+    forces, null = search.fits.get(((), True)), search.fits.get(((), False))
+    beside = [
+        fit.evidence + fit.ahead for (key, on), fit in search.fits.items() if on and key and {*key} <= {*leader.effects}
+    ]
+    if forces is None or null is None or not beside:
         return math.inf
-    return search.problem.settings.unseen_form + max(0.0, beside.evidence + beside.ahead - leader.evidence)
+    alone = search.fits.get((leader.effects, False), null).evidence
+    unseen = search.problem.settings.unseen_form + max(0.0, leader.ahead)
+    explained, by_forces = (fit.evidence - null.evidence for fit in (leader, forces))
+    return form_limit(explained, by_forces, max(beside) - alone, unseen)
 
 
 def _leader(search: Search) -> Fit:

@@ -16,7 +16,7 @@ import numpy as np
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
@@ -250,7 +250,7 @@ def _fit_to_the_end(found: Search, turn: int) -> None:
     """
     near = found.leader.evidence - found.problem.settings.hopeless
     for fit in found.sets():
-        if fit.effects and fit.evidence > near and fit.ahead > _SHORT:
+        if fit.effects and fit.promised > near and fit.ahead > _SHORT:
             fit_once(
                 found,
                 fit.effects,
@@ -274,10 +274,12 @@ def _refit_parts(found: Search) -> None:
         rests = [tuple(n for n in leader if n != name) for name in leader]
         for key in dict.fromkeys([*rests, nothing]):
             point = forces_instead(found.problem, at.point, [name for name in leader if name not in key])
-            for on in sorted({False, at.discrepancy}):
+            for on in _with_forces(found, at, key):
                 known = found.fits.get((key, on))
-                if known is None or known.evidence > at.evidence - _FAR:
-                    fit_once(found, key, on, point, at.sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
+                anyway = not key and on and round_ == 0 and _strays(found)
+                if known is None or anyway or known.promised > at.evidence - _FAR:
+                    sizes = at.sizes if at.discrepancy or not on else at.sizes.with_discrepancy()
+                    fit_once(found, key, on, point, sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
         parts = [found.fits[key, at.discrepancy] for key in rests if key and (key, at.discrepancy) in found.fits]
         part = max(parts, key=lambda fit: fit.evidence, default=None)
         if part is not None and _elsewhere(found.problem, part, at):
@@ -285,6 +287,21 @@ def _refit_parts(found: Search) -> None:
             fit_once(found, leader, at.discrepancy, part.point, part.sizes, attempt=begin)
         if found.leader.effects == leader and found.leader.evidence < at.evidence + _SHORT:
             break
+
+
+def _with_forces(found: Search, at: Fit, key: Key) -> list[bool]:
+    """Whether the part of a leading set is fitted again without forces, with them, or both.
+
+    Forces alone always, where the model alone strays: the rival of all effects is not to stand at a worse optimum.
+    """
+    unknown = not key and not found.bare and found.problem.discrepancy is not None and _strays(found)
+    return sorted({False, at.discrepancy or unknown})
+
+
+def _strays(found: Search) -> bool:
+    """Whether runs of the model alone are so far from their records that forces must hold them."""
+    plain = found.fits.get(((), False))
+    return plain is not None and plain.evidence < found.null.evidence - HOPE
 
 
 def _elsewhere(problem: Problem, part: Fit, whole: Fit) -> bool:

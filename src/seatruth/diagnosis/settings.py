@@ -87,10 +87,8 @@ class Settings:
     model_form: float = 0.053
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
     exact, and one whose amplitude is 20 % off leaves 0.2^2 = 4 % of its signature to its rivals. [C]"""
-    unseen_form: float = 12.5
-    """Nats of a wrong form that missing forces hardly show: a bound on that growth where an effect explains the trials
-    without them. [S] Half a noncentrality of 25, from which other forms of hull and damping were seen in the
-    development cases."""
+    unseen_form: float = 6.0
+    """Nats of a wrong form that missing forces do not show beside an effect, since they must pay for their freedom. [C]"""
     form_beside: float = 0.64
     """Part of what fewer effects explain that is counted so for a further effect beside them. [C]"""
     name_threshold: float = 0.6

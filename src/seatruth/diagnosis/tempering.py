@@ -4,8 +4,14 @@ An effect of another form than reality's leaves a part of its signature unexplai
 explain all of that part, so the temperature by which sets are compared grows with what the best of them explains. A
 further effect beside it has a signature of its own, to which what is left of the first one hardly has a likeness. So
 evidence that no set of fewer effects reaches counts at a lower temperature: of what these sets explain, only the part
-`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one. Where a set
-explains the trials without missing forces, its form is off by no more than these would have shown.
+`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one.
+
+Where missing forces explain most of what a set does, they would show most of what its form leaves as well
+(`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
+
+A temperature of 1 + m is what follows where the nats that a form leaves have an exponential distribution of mean m: a
+rival that is d nats behind then wins with a probability of the order of exp(-d / (1 + m)). The limit cuts that
+distribution off.
 """
 
 from __future__ import annotations
@@ -14,7 +20,7 @@ import math
 
 import numpy as np
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Array, Flags, Indices
 
 
 def tempered_deviation(deviation: Array, prior: Array, temperature: float) -> Array:
@@ -50,7 +56,6 @@ def tempered(
     model_form: float,
     beside: float,
     ahead: float = 0.0,
-    most: float = math.inf,
 ) -> Array:
     """Evidence as it counts (H,) nats.
 
@@ -62,7 +67,6 @@ def tempered(
         model_form: is added to it for each nat that is explained.
         beside: part of what sets of fewer effects explain that is counted for a further effect.
         ahead: nats that the fit of the leading hypothesis did not reach; they count as explained.
-        most: nats that the form of the best one can leave unexplained at most.
 
     Example:
         >>> import numpy as np
@@ -71,13 +75,55 @@ def tempered(
         array([ 0.  , 15.  , 29.29])
     """
     top = max(float(evidence.max()), lowest)
-    last = temperature + min(model_form * (top - lowest + max(0.0, ahead)), most)
+    last = temperature + model_form * (top - lowest + max(0.0, ahead))
     found = evidence / last
     for number in range(2, int(counts.max()) + 1):
         reached = max(float(evidence[counts < number].max(initial=lowest)), lowest)
         explained = beside * (reached - lowest) + top - reached + max(0.0, ahead)
-        now = temperature + min(model_form * explained, most)
+        now = temperature + model_form * explained
         above = np.where(counts >= number, np.maximum(evidence - reached, 0.0), 0.0)
         found += above * (1.0 / now - 1.0 / last)
         last = now
     return found
+
+
+def form_limit(explained: float, by_forces: float, beside: float, unseen: float) -> float:
+    """Nats that the form of a set of effects can leave to its rivals at most, as missing forces tell.
+
+    Args:
+        explained: log-evidence (nats) of the set, with forces or without, over the model alone.
+        by_forces: that of forces without effects, over the model alone.
+        beside: what forces add to the set, nats.
+        unseen: nats of a wrong form that forces do not show, since they must pay for their freedom.
+
+    Returns:
+        Infinite where forces explain nothing of what the set does: then they would show nothing of its form either.
+
+    Example:
+        >>> round(form_limit(279.0, 262.0, beside=-2.0, unseen=6.0), 1)
+        6.4
+    """
+    part = min(1.0, by_forces / explained) if explained > 0.0 else 0.0
+    return (unseen + max(0.0, beside)) / part if part > 0.0 else math.inf
+
+
+def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, temperature: float) -> Array:
+    """Tempered evidence with what no wrong form of the leader explains counted in full, (H,) nats.
+
+    Args:
+        found: tempered evidence (H,).
+        evidence: the same before it was tempered, (H,).
+        apart: whether a hypothesis has no effect of the leader's (H,): it is a rival, not the leader with another form.
+        limit: nats that the form of the leader can leave to it, see `form_limit`.
+        temperature: divides all evidence, whatever it is about.
+
+    Example:
+        >>> import numpy as np
+        >>> evidence = np.array([262.0, 279.0])
+        >>> beyond_the_form(evidence / 16.0, evidence, np.array([True, False]), 6.4, 1.0).round(2)
+        array([ 5.77, 17.44])
+    """
+    behind = evidence.max() - evidence
+    counts = found.max() - found
+    full = np.minimum(counts + np.maximum(0.0, behind - limit), np.maximum(behind / temperature, counts))
+    return np.where(apart, found.max() - full, found)
