@@ -9,10 +9,11 @@ used. The posterior of a hypothesis with n effects is proportional to
 where `seatruth.diagnosis.tempering` divides the evidence: by `temperature` for what it leaves out (an approximate
 noise model overstates it), `model_form` for what it leaves out the more of, the more nats the best hypothesis
 explains, `form_beside` for the part of that which a further effect is asked for, and `unseen_form` for what of it
-missing forces do not show; `kind` for the shares of answers with no, one, two or more effects, `log_odds` for a discrepancy, `occam` for one beside
-effects. The constants maximise the mean log probability of the truth; how well that holds on other cases is said by
-cross-validation over cases. The naming threshold is the lowest probability from which the named answers are wrong in at
-most `WRONG`. `settings` are the same constants as the diagnosis takes them (`seatruth.diagnosis.Settings`).
+missing forces do not show. `kind` is for the shares of answers with no, one, two or more effects, `log_odds` for a
+discrepancy, `occam` for one beside effects. The constants maximise the mean log probability of the truth; how well that
+holds on other cases is said by cross-validation over cases. The naming threshold is the lowest probability from which
+the named answers are wrong in at most `WRONG`. `settings` are the same constants as the diagnosis takes them
+(`seatruth.diagnosis.Settings`).
 """
 
 from __future__ import annotations

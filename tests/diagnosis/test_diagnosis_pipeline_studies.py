@@ -156,4 +156,4 @@ def test_a_user_s_own_effect_takes_part(ship_folder: Path, tmp_path: Path) -> No
     found = diagnose(small.study(ship_folder, runs), [fade, *small.EFFECTS], threads=1, suggest=False)
     first = max(found.effects, key=lambda effect: effect.probability)
     assert first.name == "fade", str(found)
-    assert first.probability > 0.5, str(found)
+    assert "fade" in (*found.named, *found.verdict.members), str(found)
