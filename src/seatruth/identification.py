@@ -30,6 +30,7 @@ from seatruth.trials.finding import Finding
 from seatruth.uncertainty import leave_one_out, profiles
 from seatruth.uncertainty.cross_validation import pool_parts, split_rows
 from seatruth.uncertainty.ensemble import near_optimal, posterior_members, with_bands
+from seatruth.uncertainty.input_hold import held_inputs
 from seatruth.uncertainty.multistart import best_of, search_from
 from seatruth.uncertainty.posterior import posterior_findings, require_emcee, sample_posterior
 from seatruth.uncertainty.remedy import other_ways, remedy_finding, untried_finding
@@ -193,6 +194,8 @@ def _analysed(
         if analysis.astray and outcome.code != "interrupted":
             show(ProgressEvent("Other ways into the problem"))
             analysis.findings += _other_ways(analysis, threads)
+        elif outcome.code != "interrupted":
+            analysis.findings += _held(analysis, threads)
     except KeyboardInterrupt:
         return analysis.estimate(interrupted=_INTERRUPTED)
     usable = math.isfinite(outcome.value)
@@ -286,6 +289,17 @@ def _other_ways(analysis: Analysis, threads: int | None) -> list[Finding]:
         return reversed_
     parameters = analysis.cost.space.free
     return [*reversed_, remedy_finding(remedy, analysis.outcome.value, analysis.inflation, parameters)]
+
+
+def _held(analysis: Analysis, threads: int | None) -> list[Finding]:
+    """Whether inputs that step fit better held between samples, where this can be simulated."""
+    if not math.isfinite(analysis.outcome.value):
+        return []
+    try:
+        found = held_inputs(analysis.study, analysis.x, threads=threads)
+    except SeatruthError:
+        return []
+    return [] if found is None else [found]
 
 
 def _finished_jobs(study: Study, outcome: Outcome, checkpoint: str | Path | None, estimate: Estimate) -> Checkpoint:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -245,6 +246,30 @@ def test_the_commands_take_an_fmu(folder: Path, capsys: pytest.CaptureFixture[st
     assert 'use = "ship.fmu"' in made
     assert "# ports =" in made
     assert "# names =" in made
+
+
+def test_a_first_study_of_an_fmu_proposes_names_for_variables_that_say_what_they_are(folder: Path) -> None:
+    """Names as other makers give them. What says nothing gets the name of the column that it ends with."""
+    made = {"psi": "nav.HDG", "x": "nav.North", "y": "nav.East", "delta": "helm.cmd.rudder", "v": "nav.v_lat"}
+    edit = tuple((f'name="{name}" v', f'name="{other}" v') for name, other in made.items())
+    (folder / "other.fmu").write_bytes(ship_fmu(edit=edit).read_bytes())
+    log = pd.read_csv(folder / "run.csv")
+    log.assign(v_lat=0.1 * log["r"]).to_csv(folder / "other.csv", index=False)
+    code = command(
+        ["init", str(folder / "other.csv"), "--model", str(folder / "other.fmu"), "-o", str(folder / "other.toml")]
+    )
+    assert code == 0
+    content = tomllib.loads((folder / "other.toml").read_text())
+    assert content["model"]["names"] == {
+        "delta": "helm.cmd.rudder",
+        "psi": "nav.HDG",
+        "x": "nav.North",
+        "y": "nav.East",
+        "v_lat": "nav.v_lat",
+    }
+    assert {"delta", "psi", "v_lat"} <= content["channels"].keys()
+    study = load_study(folder / "other.toml")
+    assert len(study.free) == 4, "numbers, not its switches"
 
 
 def slow_boat(pause: float) -> Study:

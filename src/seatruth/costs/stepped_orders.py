@@ -54,6 +54,20 @@ def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[
     ]
 
 
+def stepping_inputs(problem: EstimationProblem, trials: Iterable[Trial]) -> dict[str, int]:
+    """How often inputs that are not said to be orders jump from rest to rest while lines join their samples.
+
+    No actuator does that between two samples. Empty where the study holds inputs between samples.
+    """
+    options = problem.cost
+    if not isinstance(options, TrajectoryOptions) or options.hold == "zoh":
+        return {}
+    ordered, runs = {servo.input for servo in problem.model.servos}, list(trials)
+    names = [channel.name for channel in problem.model.inputs if channel.name not in ordered]
+    count = {name: sum(_steps(trial, name) for trial in runs) for name in names}
+    return {name: steps for name, steps in count.items() if steps}
+
+
 def _steps(trial: Trial, name: str) -> int:
     """How often an order jumps from rest to rest; 0 where it moves most of the time."""
     values = trial.inputs.get(name)

@@ -121,7 +121,7 @@ def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, t
         >>> import numpy as np
         >>> evidence = np.array([262.0, 279.0])
         >>> beyond_the_form(evidence / 16.0, evidence, np.array([True, False]), 6.4, 1.0).round(2)
-        array([ 5.77, 17.44])
+        array([ 5.78, 17.44])
     """
     behind = evidence.max() - evidence
     counts = found.max() - found

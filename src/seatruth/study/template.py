@@ -19,7 +19,7 @@ from seatruth.readers.listing import names
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
-from seatruth.study.template_simulator import recordable, simulator_lines
+from seatruth.study.template_simulator import free_parameters, recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
@@ -70,10 +70,11 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
     `path` is the log's path as the study file will name it, `use` the model as the study file will name it, `more` the
     paths of further logs with the same columns.
     """
+    fields = Fields(log)
+    model, own_names = with_names(model, fields)
     required = {channel.name for channel in (*model.inputs, *model.outputs)}
     extra = [STANDARD_CHANNELS[name] for name in _EXTRA if name not in required]
     extra += [STANDARD_CHANNELS[name] for name in _FIX if {"x", "y"} <= required]
-    fields = Fields(log)
     clocks = all(table.time is not None for table in log.tables.values())
     wanted = [*recordable(model), *model.outputs, *observable(model), *extra]
     utm = utm_positions(fields) if {"x", "y"} <= required else {}
@@ -90,7 +91,7 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
     missing_inputs = [c for c in model.inputs if c.name not in guesses]
-    of_simulator = simulator_lines(model, missing_inputs)
+    of_simulator = simulator_lines(model, missing_inputs, own_names)
     if isinstance(model, FMU) and len(missing_inputs) < len(model.inputs):
         needed = [c for c in needed if c not in missing_inputs]
         missing_inputs = []  # they keep their start values
@@ -171,7 +172,9 @@ def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
 def _parameters(model: Model) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
     bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
-    free = declared or [name for name in bounded if name in _USUAL] or bounded[:4] or [model.parameters[0].name]
+    usual = declared or [name for name in bounded if name in _USUAL]
+    first = free_parameters(model) if isinstance(model, FMU) else bounded[:4]
+    free = usual or first or [model.parameters[0].name]
     listing = ", ".join(_text(name) for name in free)
     others = [p for p in model.parameters if p.name not in free]
     lines = [

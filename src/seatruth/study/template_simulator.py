@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
 
 from seatruth.models.base import Model
-from seatruth.models.fmu import FMU
+from seatruth.models.fmu import FMU, load_fmu
+from seatruth.models.fmu_description import FLOATS, Variable
 from seatruth.models.ports import BODY, EARTH, FORCES
+from seatruth.study.infer_columns import infer_columns, split_header
+from seatruth.trials import STANDARD_CHANNELS
 from seatruth.trials.channel import Channel
 
 _SHOWN = 12
 """Names that a comment lists. Chosen here [S]."""
+_STANDARD = ("x", "y", "z", "depth", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r", "delta", "delta_s", "n")
+"""Channels whose names an FMU's variables may get."""
+_FREE = 4
+"""Parameters that a first study frees where nothing tells which. Chosen here [S]."""
 _FORCES, _CURRENT = frozenset(FORCES), frozenset((*EARTH, *BODY))
 
 
@@ -22,8 +32,59 @@ def recordable(model: Model) -> list[Channel]:
     return [channel for channel in model.inputs if channel.name not in _FORCES | _CURRENT]
 
 
-def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
-    """Lines of the table [model] for an FMU; none for another model. `missing` are the inputs that no column holds."""
+def with_names(model: Model, columns: Iterable[str]) -> tuple[Model, dict[str, str]]:
+    """An FMU whose variables have standard names, where their own say what they are, and those names; else the model.
+
+    A variable that says nothing, but ends as a column of the log is called, gets that column's name: "nav.v_lat" that
+    of the column "v_lat".
+    """
+    if not isinstance(model, FMU):
+        return model, {}
+    variables = model.description.of("input", "output")
+    taken = {one.name for one in variables}
+    proposed: dict[str, str] = {}
+    for causality, wanted in (("input", ("delta", "delta_s", "n")), ("output", _STANDARD[:-3])):
+        titles = {_titled(one): one.name for one in variables if one.causality == causality}
+        channels = [STANDARD_CHANNELS[name] for name in wanted if name not in taken]
+        no_numbers = np.empty(0)
+        hits = infer_columns(dict.fromkeys(titles, no_numbers), channels, orders=wanted)
+        proposed |= {name: titles[hit.column] for name, hit in hits.items() if titles[hit.column] != name}
+    ends = {_end(column) for column in columns} - {""}
+    for one in variables:
+        end = _end(one.name)
+        if one.name not in proposed.values() and "." in one.name and end in ends and end not in {*proposed, *taken}:
+            proposed[end] = one.name
+    return (load_fmu(model.description.path, names=proposed), proposed) if proposed else (model, {})
+
+
+def free_parameters(model: FMU) -> list[str]:
+    """Numbers of an FMU that a first study frees: its first ones that are not 0, which initial values mostly are."""
+    floats = {one.name for one in model.description.of("parameter", kinds=FLOATS)}
+    real = [
+        parameter.name
+        for parameter in model.parameters
+        # What is no identifier stands in the description.
+        if parameter.value != 0.0 and {parameter.name, parameter.description.partition(":")[0]} & floats
+    ]
+    return real[:_FREE]
+
+
+def _titled(variable: Variable) -> str:
+    """A variable's name with its unit, as a column of a log has it, for `infer_columns`."""
+    return f"{variable.name} [{variable.unit}]" if variable.unit else variable.name
+
+
+def _end(name: str) -> str:
+    """The last part of a dotted name, or a column's name without its unit, as an identifier: "nav.v_lat" -> "v_lat"."""
+    words = split_header(name.rpartition(".")[2])[0].replace(" ", "_")
+    return words if re.fullmatch(r"[a-z][a-z0-9_]*", words) else ""
+
+
+def simulator_lines(model: Model, missing: Sequence[Channel], names: Mapping[str, str]) -> list[str]:
+    """Lines of the table [model] for an FMU; none for another model.
+
+    `missing` are the inputs that no column holds, `names` those that are proposed for variables.
+    """
     if not isinstance(model, FMU):
         return []
     absent = {channel.name for channel in missing}
@@ -40,7 +101,7 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
     return [
         *lines,
         f"# The simulator has: {_listed(channels)}.",
-        '# names = { delta = "VARIABLE", psi = "-VARIABLE" }   # with standard names, effects know what they are',
+        *_names(names),
         f"# ports = {{ {ports} }}   # inputs that take outside forces (body axes) and a current",
         *_starts(model),
         '# kind = "ship"   # which effects can act: ship, auv, glider, planing',
@@ -48,6 +109,16 @@ def simulator_lines(model: Model, missing: Sequence[Channel]) -> list[str]:
         '# actuators = { port = { input = "VARIABLE", full = 20.0, at = [-1, -0.4, 0.2], towards = [1, 0, 0] } }',
         "# dimensions = { length = 100.0, breadth = 20.0, draft = 6.0, mass = 8e6 }   # for wind, waves, hull",
     ]
+
+
+def _names(proposed: Mapping[str, str]) -> list[str]:
+    """The table of names: what is proposed, or how it is written."""
+    if not proposed:
+        return [
+            '# names = { delta = "VARIABLE", psi = "-VARIABLE" }   # with standard names, effects know what they are'
+        ]
+    entries = ", ".join(f"{name} = {json.dumps(variable)}" for name, variable in proposed.items())
+    return [f'names = {{ {entries} }}   # as they are called; a minus, as "-nav.yaw", turns a sign']
 
 
 def _starts(model: FMU) -> list[str]:
