@@ -87,9 +87,9 @@ class Settings:
     model_form: float = 0.053
     """What is added to the temperature for each nat that the best hypothesis explains: the form of an effect is never
     exact, and one whose amplitude is 20 % off leaves 0.2^2 = 4 % of its signature to its rivals. [C]"""
-    unseen_form: float = 6.0
+    unseen_form: float = 5.67
     """Nats of a wrong form that missing forces do not show beside an effect: they must pay for their freedom. [C]"""
-    form_beside: float = 0.64
+    form_beside: float = 0.847
     """Part of what fewer effects explain that is counted so for a further effect beside them. [C]"""
     name_threshold: float = 0.6
     """Probability from which a cause is named, at whatever level of the tree reaches it. [S]"""
