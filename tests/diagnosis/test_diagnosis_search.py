@@ -258,6 +258,67 @@ def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
     assert spoilt.fits[key, False].ahead < 0.5
 
 
+def test_a_set_that_is_far_behind_but_promises_the_lead_is_not_given_up(found: Search) -> None:
+    """A foreign boat's constant current stopped 995 nats short: one that changes with time was named in its place."""
+    key: Key = ("rudder_offset",)
+    good, problem = found.fits[key, False], found.problem
+    shared = good.point.shared.copy()
+    shared[problem.columns["rudder_offset"]] *= 0.8
+    point = Point(shared, good.point.initial, good.point.forces)
+    short = fit_at(problem, key, point, good.sizes, found.known, discrepancy=False, settled=True)
+    rival = replace(found.fits[("gyro_bias",), False], evidence=good.evidence - 10.0)
+    assert short.evidence < rival.evidence - problem.settings.hopeless
+    assert short.promised > rival.evidence
+    others = {place: fit for place, fit in found.fits.items() if place[0] != key}
+    fits = {**others, (("gyro_bias",), False): rival, (key, False): short}
+    spoilt = Search(problem, found.known, fits=fits)
+    search_module._fit_to_the_end(spoilt, 1)
+    assert spoilt.leader.effects == key
+
+
+def test_where_runs_stray_forces_alone_are_fitted_from_the_end_of_the_leader(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the rival of all effects, an unknown cause, may stand at a worse optimum than they."""
+    key: Key = ("rudder_offset",)
+    begun: list[tuple[Key, bool]] = []
+
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str) -> None:
+        assert not on or sizes.discrepancy
+        begun.append((key, on))
+
+    monkeypatch.setattr(search_module, "fit_once", watched)
+    for behind, on in ((0.0, False), (1e4, True)):
+        begun.clear()
+        nothing = found.fits[(), True].evidence
+        leading = replace(found.fits[key, False], evidence=nothing + 500.0)
+        plain = replace(found.fits[(), False], evidence=nothing - behind)
+        fits = {**found.fits, (key, False): leading, ((), False): plain}
+        search_module._refit_parts(Search(found.problem, found.known, fits=fits))
+        assert (((), True) in begun) == on
+
+
+def test_a_set_is_tried_without_forces_from_where_they_held_the_runs(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a lost thruster: a fit of runs that stray ended elsewhere, 1700 nats behind, and a sensor was blamed."""
+    key: Key = ("rudder_offset",)
+    bare, loose = found.fits[key, False], found.fits[key, True]
+    begun: list[tuple[bool, str]] = []
+
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first") -> Fit:
+        begun.append((on, attempt))
+        return loose if on else replace(bare, evidence=loose.evidence - 2000.0)
+
+    monkeypatch.setattr(hypothesis_fits, "fit_once", watched)
+    near = found.fits[(), True]
+    again = Search(found.problem, found.known, fits={((), True): near, ((), False): found.fits[(), False]})
+    again.rival = near.evidence
+    monkeypatch.setattr(hypothesis_fits, "_fit_bare", lambda *_: (bare.point, replace(bare, evidence=-1e6)))
+    hypothesis_fits._fit_forward(again, key, near)
+    assert begun[-1] == (False, "from its fit with discrepancy")
+
+
 def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     found: Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:
