@@ -83,15 +83,16 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
 def _left_by_the_form(search: Search, leader: Fit) -> float:
     """Nats that the form of the leading set can leave to its rivals, as missing forces beside its effects tell."""
     forces, null = search.fits.get(((), True)), search.fits.get(((), False))
+    # Where forces alone were not worth a fit, their linearized evidence stands for them.
+    alone = forces.evidence if forces is not None else search.screened.get(((), True), -math.inf)
     beside = [
         fit.evidence + fit.ahead for (key, on), fit in search.fits.items() if on and key and {*key} <= {*leader.effects}
     ]
-    if forces is None or null is None or not beside:
+    if null is None or not beside:
         return math.inf
-    alone = search.fits.get((leader.effects, False), null).evidence
+    without = search.fits.get((leader.effects, False), null).evidence
     unseen = search.problem.settings.unseen_form + max(0.0, leader.ahead)
-    explained, by_forces = (fit.evidence - null.evidence for fit in (leader, forces))
-    return form_limit(explained, by_forces, max(beside) - alone, unseen)
+    return form_limit(leader.evidence - null.evidence, alone - null.evidence, max(beside) - without, unseen)
 
 
 def _leader(search: Search) -> Fit:
