@@ -241,18 +241,23 @@ def test_discrepancy_that_went_astray_is_fitted_again_from_the_model_without_it(
 REPEATED = "from its fit without discrepancy"
 
 
+def short_of_its_end(found: Search, key: Key, part: float) -> Fit:
+    """The fit of one effect where its magnitude is only this part of the best one."""
+    good, problem = found.fits[key, False], found.problem
+    shared = good.point.shared.copy()
+    shared[problem.columns[key[0]]] *= part
+    point = Point(shared, good.point.initial, good.point.forces)
+    return fit_at(problem, key, point, good.sizes, found.known, discrepancy=False, settled=True)
+
+
 def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
     """A part of the offset is left, as where steps bring nothing in a curved valley."""
     key: Key = ("rudder_offset",)
-    good, problem = found.fits[key, False], found.problem
-    shared = good.point.shared.copy()
-    shared[problem.columns["rudder_offset"]] *= 0.996
-    point = Point(shared, good.point.initial, good.point.forces)
-    short = fit_at(problem, key, point, good.sizes, found.known, discrepancy=False, settled=True)
+    good, short = found.fits[key, False], short_of_its_end(found, key, 0.996)
     assert short.ahead > 1.0
     assert short.evidence == pytest.approx(good.evidence - short.ahead, abs=0.5), "what is ahead is not credited"
     others = {place: fit for place, fit in found.fits.items() if place[0] != key}
-    spoilt = Search(problem, found.known, fits={**others, (key, False): short})
+    spoilt = Search(found.problem, found.known, fits={**others, (key, False): short})
     search_module._fit_to_the_end(spoilt, 1)
     assert spoilt.fits[key, False].evidence == pytest.approx(good.evidence, abs=0.5)
     assert spoilt.fits[key, False].ahead < 0.5
@@ -261,17 +266,13 @@ def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
 def test_a_set_that_is_far_behind_but_promises_the_lead_is_not_given_up(found: Search) -> None:
     """A foreign boat's constant current stopped 995 nats short: one that changes with time was named in its place."""
     key: Key = ("rudder_offset",)
-    good, problem = found.fits[key, False], found.problem
-    shared = good.point.shared.copy()
-    shared[problem.columns["rudder_offset"]] *= 0.8
-    point = Point(shared, good.point.initial, good.point.forces)
-    short = fit_at(problem, key, point, good.sizes, found.known, discrepancy=False, settled=True)
+    good, short = found.fits[key, False], short_of_its_end(found, key, 0.8)
     rival = replace(found.fits[("gyro_bias",), False], evidence=good.evidence - 10.0)
-    assert short.evidence < rival.evidence - problem.settings.hopeless
+    assert short.evidence < rival.evidence - found.problem.settings.hopeless
     assert short.promised > rival.evidence
     others = {place: fit for place, fit in found.fits.items() if place[0] != key}
     fits = {**others, (("gyro_bias",), False): rival, (key, False): short}
-    spoilt = Search(problem, found.known, fits=fits)
+    spoilt = Search(found.problem, found.known, fits=fits)
     search_module._fit_to_the_end(spoilt, 1)
     assert spoilt.leader.effects == key
 
