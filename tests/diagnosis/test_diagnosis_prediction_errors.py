@@ -32,7 +32,8 @@ def named(found: Search) -> Simulated:
 
 
 def measure(found: Search, left: int, named: Simulated) -> PredictionErrors:
-    return PredictionErrors(found.problem, noise_deviation(found.problem, found.leader.sizes), left, named)
+    others = [k for k in range(len(found.problem.trials)) if k != left]
+    return PredictionErrors(found.problem, noise_deviation(found.problem, found.leader.sizes), left, others, named)
 
 
 def at_the_others(found: Search, fit: Fit, left: int) -> Point:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,6 +77,26 @@ def false_alarms(seeds: Iterable[int]) -> list[str]:
 
 def test_right_logs_of_all_vehicles_raise_no_false_alarm() -> None:
     assert false_alarms(range(9)) == []
+
+
+def test_noise_that_is_rounded_is_no_held_sensor() -> None:
+    """Depth in whole centimetres with 2.5 cm of noise repeats a value now and then, on the way as well."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        t = 0.2 * np.arange(1000.0)
+        z = np.round(5.0 + 4.0 * np.sin(0.05 * t) + 0.025 * rng.standard_normal(t.size), 2)
+        found = check_trials([Trial("dive", t, {"n": 10.0 + rng.standard_normal(t.size)}, {"z": z})])
+        assert "held" not in {finding.code for finding in found}, seed
+
+
+def test_blanks_of_a_slower_sensor_are_not_missing() -> None:
+    """A receiver of 1 Hz in a table of 5 Hz has a value in every fifth row, and loses one now and then."""
+    whole = zigzag(rate=5.0)
+    rng = np.random.default_rng(1)
+    blank = np.ones(len(whole), dtype=np.bool_)
+    blank[::5] = rng.random(len(whole))[::5] < 0.03
+    slower = {name: np.where(blank, np.nan, values) for name, values in whole.outputs.items() if name in ("x", "y")}
+    assert codes(check_trials([replace(whole, outputs={**whole.outputs, **slower})])) == codes(check_trials([whole]))
 
 
 def test_a_vehicle_that_does_not_turn_shows_no_lever_arm() -> None:

@@ -43,6 +43,19 @@ def test_a_combination_that_is_not_seen_is_named() -> None:
     assert found["condition"] > 1e8
 
 
+def test_what_cancels_is_lost_however_little_of_it_takes_part() -> None:
+    """Of a scale that cancels, an inertia that hardly moves the outputs is as undetermined as the rest."""
+    rng = np.random.default_rng(4)
+    J = rng.standard_normal((200, 3))
+    J[:, 2] = 1e-3 * rng.standard_normal(200)
+    # A fourth column, which the first two and a little of the third make up for.
+    J = np.column_stack([J, -J @ np.array([1.0, 2.0, 3.0])])
+    rows = ResidualBlock("data", "run", "r", np.arange(200), np.arange(200.0), np.arange(200))
+    found = covariance(rng.standard_normal(200), np.column_stack([J, rng.standard_normal(200)]), [rows])
+    assert found.unidentifiable.tolist() == [True, True, True, True, False]
+    assert np.isfinite(found.stderr[4])
+
+
 def test_what_cancels_is_named_however_little_of_its_range_it_takes() -> None:
     """A common factor of drag, thrust and mass: the mass within its bounds makes up for a small part of the others."""
     rng = np.random.default_rng(1)

@@ -19,9 +19,15 @@ _RESTS = 0.5
 
 
 def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem) -> list[Finding]:
-    """The findings without those that ask whether an input is an order, where the study says so."""
+    """The findings without those that ask for what the study says: an input is an order, initial states are free."""
     ordered = {servo.input for servo in problem.model.servos}
-    return [finding for finding in findings if not (finding.code == "input-jumps" and finding.channel in ordered)]
+    free = isinstance(problem.cost, TrajectoryOptions) and problem.cost.initial == "free"
+    return [
+        finding
+        for finding in findings
+        if not (finding.code == "input-jumps" and finding.channel in ordered)
+        and not (finding.code == "output-late" and free)
+    ]
 
 
 def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:

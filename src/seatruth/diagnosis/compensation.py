@@ -74,7 +74,7 @@ def _changes(problem: Problem, point: Point, states: list[Array], shared: Array)
         before, after, beside = evaluate_rhs(model, candidates, names, nominal, motion, inputs, t, trial=own)[..., rows]
         both = np.concatenate([after - before, (beside - before) / _SLOPE], axis=1)
         finite = np.isfinite(both).all(axis=1)
-        basis = hats(t[finite], model.spacing, problem.settings.knots)
+        basis = hats(t[finite] - t[0], model.spacing, problem.settings.knots)
         gram = basis.T @ basis
         # Knots beyond the end of a trial hold nothing.
         gram[np.diag_indices_from(gram)] += _RIDGE * max(float(np.trace(gram)), 1.0)

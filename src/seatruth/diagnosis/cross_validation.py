@@ -25,6 +25,7 @@ from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import counted, log_prior
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.sections import left_out_together
 from seatruth.statistics.ratios import ratio_interval
 
 _BLOCKS = 4
@@ -79,12 +80,13 @@ def lower_bound(gains: Array, level: float) -> float:
 def _predictive(problem: Problem, at: Fit) -> Array:
     """Log predictive density of each trial, or of each block of a single one, given others, as `predictive_gains`."""
     if len(problem.trials) > 1:
-        count = len(problem.trials)
+        groups = left_out_together(problem.trials)
 
         def of_trials(given: Sequence[int]) -> float:
-            return at.likelihood.log_likelihood(at.sizes, at.effects, given)
+            every = sorted(trial for number in given for trial in groups[number])
+            return at.likelihood.log_likelihood(at.sizes, at.effects, every)
 
-        return averaged_over_givens(count, of_trials)
+        return averaged_over_givens(len(groups), of_trials)
     edges = np.quantile(problem.time_of, np.linspace(0.0, 1.0, _BLOCKS + 1))
     block = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, _BLOCKS - 1)
     here = at.linearized(problem)
@@ -146,16 +148,19 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
     deviation = noise_deviation(problem, search.leader.sizes)
-    gains = np.zeros(count)
+    groups = left_out_together(problem.trials)
+    group_of = {trial: number for number, group in enumerate(groups) for trial in group}
+    gains = np.zeros(len(groups))
     for name in shown:
         found = predictive_gains(search, name, shown)
-        gains = gains + found if len(found) == count else gains
+        gains = gains + found if len(found) == len(groups) else gains
     folds = []
     for left in range(count):
         say(f"trial {problem.trials[left].name} left out", left, count)
-        others = [k for k in range(count) if k != left]
+        group = groups[group_of[left]]
+        others = [k for k in range(count) if k not in group]
         try:
-            errors = PredictionErrors(problem, deviation, left, named)
+            errors = PredictionErrors(problem, deviation, left, others, named)
             of = [errors.of(refit), errors.of(named), errors.of(control), errors.noise(search.leader), errors.left_open]
         except np.linalg.LinAlgError:
             of = [math.inf] * 5
@@ -163,7 +168,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
             Fold(
                 problem.trials[left].name, _selected(search, others),
                 error_refit=of[0], error_effects=of[1], error_discrepancy=of[2], error_noise=of[3], left_open=of[4],
-                predictive_gain=float(gains[left]),
+                predictive_gain=float(gains[group_of[left]]) / len(group),
             )
         )  # fmt: skip
     return summary(folds)

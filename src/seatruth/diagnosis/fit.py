@@ -18,6 +18,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.sections import RunsBend
 from seatruth.diagnosis.size_search import OfSizes, maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
@@ -47,6 +48,8 @@ _SAME_SIZES = 1.0
 """nats that new sizes must bring, or leave ahead of the point, for it to be sought again under them. [S]"""
 _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
+_CRAWL = 0.25
+"""Part of what a step promises below which it crawls: steps that fit bring more than half. [S]"""
 _KEPT_PROMISE = 0.1
 """Part of what derivatives lent from another point promise below which they are computed anew. [S]"""
 _PROPOSALS = 2
@@ -117,11 +120,13 @@ def fit(
     *,
     discrepancy: bool,
     rival: float = -math.inf,
+    most_crawls: float = math.inf,
 ) -> Fit:
     """Fits a hypothesis from a point.
 
     `rival` is the evidence of the best hypothesis so far: a fit that cannot come near it is broken off. Raises
-    LinAlgError where the linear algebra fails at the end; its evidence is -inf where the model diverges.
+    LinAlgError where the linear algebra fails at the end; its evidence is -inf where the model diverges. Raises
+    RunsBend where more than `most_crawls` steps brought little of what they promised.
     """
     settings, effects = problem.settings, tuple(effects)
     channels = sorted({series.channel for series in problem.series})
@@ -130,7 +135,7 @@ def fit(
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
     point, sizes = _approached(problem, effects, point, sizes)
-    reached, left = -math.inf, 0.0
+    reached, left, crawls = -math.inf, 0.0, 0
     for round_ in range(_ROUNDS):
         last, settled, highest, still, fallen = -math.inf, False, -math.inf, 0, 0.0
         for number in range(settings.fit_steps):
@@ -153,9 +158,14 @@ def fit(
                 break
             point, fall = step(problem, at, sizes, likelihood)
             fallen += fall
-            if problem.lent and _misled(problem, at, sizes, likelihood, fall):
+            kept = _kept_promise(problem, at, sizes, likelihood, fall)
+            # Derivatives of another point may lead astray; those of runs that bend hold for tiny steps only.
+            if problem.lent and kept < _KEPT_PROMISE:
                 problem.renew()
                 continue
+            crawls += kept < _CRAWL
+            if crawls > most_crawls:
+                raise RunsBend
             if fall < settings.settled:
                 settled = True
                 break
@@ -197,11 +207,11 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
     return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
 
 
-def _misled(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, fall: float) -> bool:
-    """Whether a step brought little of what the derivatives promised: those of another point may lead astray."""
+def _kept_promise(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, fall: float) -> float:
+    """Part that a step brought of what the derivatives promised; 1 where they promised too little to count."""
     promised = objective(problem, at.point, at.errors, sizes, at.effects, likelihood)
     promised -= likelihood.least(sizes, at.effects)
-    return promised > _SAME_SIZES and fall < _KEPT_PROMISE * promised
+    return fall / promised if promised > _SAME_SIZES else 1.0
 
 
 def _final_sizes(

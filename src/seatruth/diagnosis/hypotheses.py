@@ -34,6 +34,8 @@ class Search:
     """Finished fits and screens, for a run that goes on."""
     rival: float = -math.inf
     """Evidence that a fit has to come near; it changes between fits that run at once, never beside them."""
+    may_cut: bool = False
+    """Whether its trials can be cut into sections where whole ones cannot be fitted."""
     bare: bool = False
     """Whether sets are fitted without discrepancy only: forces of a black box cost many runs, see `forces_beside`."""
     interrupted: bool = False

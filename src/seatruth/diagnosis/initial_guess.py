@@ -62,7 +62,7 @@ def from_equation_error(problem: Problem) -> Point | None:
             states[valid, order.index(servo.state)] = inputs[:, order_column]
         rates = evaluate_rhs(model, theta, names, values, states[valid], inputs, t, trial=own)
         slopes = evaluate_rhs_jacobian(model, theta, names, values, states[valid], inputs, t, trial=own)
-        basis = hats(t, model.spacing, knots)
+        basis = hats(t - float(trial.t[0]), model.spacing, knots)
         blocks = max(2, round(trial.duration / model.spacing * _BLOCKS))
         edges = np.unique(np.linspace(0, len(t) - 1, blocks + 1).astype(int))
         for a, b in itertools.pairwise(edges):

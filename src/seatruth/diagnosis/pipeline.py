@@ -26,6 +26,7 @@ from seatruth.diagnosis.preconditions import (
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.search import search
+from seatruth.diagnosis.sections import finding as in_sections_finding
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.errors import BadInput, SeatruthError
@@ -115,7 +116,7 @@ def diagnose(
             try:
                 # The fits of a black box share derivatives, and its runs go on at once within each of them.
                 many = workers if problem.few_runs is None else 1
-                found = search(problem, say("Hypotheses"), store, many, widen=effects is None)
+                found = search(problem, say("Hypotheses"), store, many, widen=effects is None, may_cut=True)
             except OutOfRuns:
                 raise BadInput(
                     f"{evaluations} evaluations are too few to fit the model alone",
@@ -128,6 +129,9 @@ def diagnose(
                     where=f"study {study.name!r}",
                     do="`seatruth simulate` shows from where it diverges; check units, signs and the first samples.",
                 ) from None
+        problem = found.problem
+        if problem.settings.sections > 1:
+            findings.append(in_sections_finding(study.trials, problem.settings.sections))
         findings += _set_aside(found)
         findings += unseen(study, reasons)
         assembly = Assembly(study, found, seed)

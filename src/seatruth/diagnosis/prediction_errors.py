@@ -11,6 +11,7 @@ model is wrong. Shapes: n samples of a trial, over all channels, k unknowns, I i
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,14 +57,16 @@ class PredictionErrors:
     The initial state is fitted to the trial itself.
     """
 
-    def __init__(self, problem: Problem, deviation: Array, left: int, reference: Simulated) -> None:
-        """`deviation` (C,) of each channel's noise; `left` the trial; what is left open is taken of `reference`.
+    def __init__(
+        self, problem: Problem, deviation: Array, left: int, others: Sequence[int], reference: Simulated
+    ) -> None:
+        """`deviation` (C,) of each channel's noise; `left` the trial; what `others` leave open is that of `reference`.
 
         Raises LinAlgError where the algebra fails.
         """
         self.problem = problem
         self._here = problem.trial_of == left
-        self._others = [k for k in range(len(problem.trials)) if k != left]
+        self._others = list(others)
         self._weight = 1.0 / deviation[problem.channel_of[self._here]]
         self._starts = self._rows(reference.starts)
         self._curvature = self._starts.T @ self._starts + np.diag(1.0 / problem.initial_sd**2)

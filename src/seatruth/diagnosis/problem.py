@@ -22,6 +22,7 @@ from seatruth.costs.parameter_space import ParameterSpace
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
 from seatruth.diagnosis.few_runs import FewRuns
+from seatruth.diagnosis.sections import in_sections
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
 from seatruth.effects import Effect, with_effects
@@ -93,7 +94,7 @@ class Problem:
         self.study, self.settings = study, settings
         self.effects = {effect.name: effect for effect in effects}
         self.outputs = [channel.name for channel in study.model.outputs]
-        trials = [from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
+        trials = in_sections([from_zero(trial) for trial in decimate(list(study.trials), self.outputs)], settings)
         model: Model = with_effects(study.model, effects)
         self.discrepancy: DiscrepancyModel | DiscrepancyBlackBox | None = None
         if can_carry(study.model):
@@ -104,7 +105,7 @@ class Problem:
                     model, *shape, inertias_of(model, trials, study.space.nominal(), shape[2])
                 )
             else:
-                model = self.discrepancy = DiscrepancyModel(model, *shape)
+                model = self.discrepancy = DiscrepancyModel(model, *shape, since=settings.sections > 1)
             trials = [with_forces(trial, self.discrepancy) for trial in trials]
         self.model, self.trials = model, Trials(trials)
         self.equations = list(self.discrepancy.equations) if self.discrepancy else []
@@ -136,6 +137,11 @@ class Problem:
             self.initial_mean.copy(),
             np.zeros((len(self.trials), len(self.equations), settings.knots)),
         )
+
+    def in_sections(self, sections: int) -> Problem:
+        """The same with its longest trial cut into so many sections. Not for a black box, whose runs are counted."""
+        settings = replace(self.settings, sections=sections)
+        return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
 
     def with_knots(self, knots: int) -> Problem:
         """The same with each trial's own forces between so many knots. Not for a black box, whose runs are counted."""

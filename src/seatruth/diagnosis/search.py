@@ -26,6 +26,7 @@ from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import screen
+from seatruth.diagnosis.sections import RunsBend, can_be_cut
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
 from seatruth.simulate import OutOfRuns
@@ -47,11 +48,19 @@ Say = Callable[[str, int, int], None]
 
 
 def search(
-    problem: Problem, say: Say, store: Checkpoint | None = None, workers: int = 1, *, widen: bool = False
+    problem: Problem,
+    say: Say,
+    store: Checkpoint | None = None,
+    workers: int = 1,
+    *,
+    widen: bool = False,
+    may_cut: bool = False,
 ) -> Search:
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
-    With `widen`, where a fault of a single actuator leads, its other faults join the library.
+    With `widen`, where a fault of a single actuator leads, its other faults join the library. With `may_cut`,
+    trials are cut into ever shorter sections where the model alone, with forces, cannot be fitted to its end
+    (`sections.py`).
 
     Finished fits are kept in `store` and read from there. An interrupt, or the end of the runs that a black box may
     cost, after the model alone is fitted ends the search with what there is. Raises LinAlgError where the model alone
@@ -59,12 +68,11 @@ def search(
     suffice for the model alone.
     """
     settings = problem.settings
-    found = Search(problem, noise_prior(problem), store=Checkpoint(None, "") if store is None else store)
     say = _rising(say)
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
-    found.bare = problem.few_runs is not None and problem.discrepancy is not None
-    fit_null(found)
+    found = _begun(problem, Checkpoint(None, "") if store is None else store, say, expected, may_cut=may_cut)
+    problem = found.problem
     try:
         if problem.few_runs is None:
             found = with_faults_of(found, _screened_first(found)) if widen else found
@@ -95,6 +103,28 @@ def search(
         # With any forces whatever a model can be held near its record; without them there is nothing to report of it.
         raise np.linalg.LinAlgError("without forces that hold it near its record, the model diverges")
     return found
+
+
+def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_cut: bool) -> Search:
+    """A search with the model alone fitted: to whole trials, or to the longest sections in which it can be.
+
+    Where it cannot be fitted to any, it is not the length of the runs, and they stay whole.
+    """
+    whole, sections = problem, 1
+    while True:
+        found = Search(problem, noise_prior(problem), store=store)
+        found.bare = problem.few_runs is not None and problem.discrepancy is not None
+        possible = may_cut and problem.few_runs is None and can_be_cut(whole.trials, 2 * sections)
+        found.may_cut = possible or sections > 1
+        try:
+            fit_null(found)
+            return found
+        except RunsBend:
+            pass
+        sections, may_cut = (2 * sections, may_cut) if possible else (1, False)
+        problem = whole if sections == 1 else whole.in_sections(sections)
+        if sections > 1:
+            say(f"trials in {sections} sections", 0, expected)
 
 
 def _rising(say: Say) -> Say:
@@ -301,7 +331,7 @@ def _with_forces(found: Search, at: Fit, key: Key) -> list[bool]:
 def _strays(found: Search) -> bool:
     """Whether runs of the model alone are so far from their records that forces must hold them."""
     plain = found.fits.get(((), False))
-    return plain is not None and plain.evidence < found.null.evidence - HOPE
+    return plain is not None and bool(plain.evidence < found.null.evidence - HOPE)
 
 
 def _elsewhere(problem: Problem, part: Fit, whole: Fit) -> bool:

@@ -27,6 +27,8 @@ class Settings:
     fifths of the prior beyond twice the typical magnitude."""
     initial_width: float = 10.0
     """Prior standard deviation of an initial state over the spread of its record. [S] As good as unknown."""
+    sections: int = 1
+    """Sections of the longest trial; a search sets it where whole runs cannot be fitted (`sections.py`)."""
     knots: int = 12
     """Knots of the forces of each trial over the longest one, to begin with. [S] A gap that changes within a twelfth of
     a trial is left to terms and noise, unless forces explain much: then the trials choose (`refinement.py`)."""

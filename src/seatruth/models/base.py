@@ -64,6 +64,8 @@ class Environment(NamedTuple):
 
 
 Equations = Callable[..., tuple[Any, ...]]
+SECTION = ", section "
+"""Between the name of a trial and the number of a section of it."""
 OTHER_TRIAL = -1.0
 """`e.trial` of a trial that is not among `Model.trials`."""
 
@@ -175,8 +177,9 @@ class Model:
         return self.standard.get(channel, (channel, 1))
 
     def number_of(self, trial: str) -> float:
-        """`e.trial` of a trial, by its name."""
-        return float(self.trials.index(trial)) if trial in self.trials else OTHER_TRIAL
+        """`e.trial` of a trial, or of a section of it, by its name."""
+        whole = trial if trial in self.trials else trial.partition(SECTION)[0]
+        return float(self.trials.index(whole)) if whole in self.trials else OTHER_TRIAL
 
     def first_state(
         self, outputs: Mapping[str, float], inputs: Mapping[str, float], parameters: Mapping[str, float]

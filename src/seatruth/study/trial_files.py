@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import fnmatch
 import os
 from collections.abc import Mapping, Sequence, Set
@@ -126,7 +127,7 @@ def _read_one(
     if any({first, other} <= maps.keys() for first, other in POSITIONS):
         wanted = [name for name in wanted if name in maps or name not in ("x", "y")]
     wanted += [name for name in maps if name not in inputs and name not in wanted and name not in table.without]
-    return read_trial(
+    trial = read_trial(
         recording.path,
         time=clock(time),
         inputs=inputs,
@@ -143,6 +144,7 @@ def _read_one(
         progress=progress,
         **file.files.reading,
     )
+    return dataclasses.replace(trial, absent=tuple(table.without))
 
 
 def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:

@@ -38,6 +38,7 @@ class Trial:
         source: the file it came from.
         synthetic: True if a simulator made it.
         lines: line (n,) of the source file of each sample, 0 where there is none.
+        absent: outputs that the run is known not to have recorded.
 
     Raises:
         BadInput: shapes differ, or time does not increase.
@@ -58,6 +59,7 @@ class Trial:
     source: str = ""
     synthetic: bool = False
     lines: NDArray[np.int64] | None = None
+    absent: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", _frozen(self.t))

@@ -26,8 +26,10 @@ Rounding leaves about 1e-15 times the number of parameters; chosen here [S] with
 _AT_BOUND = 1e-6
 """Distance from a bound, over the range, below which a parameter is at the bound. Chosen here [S]."""
 _NULL_SPACE_SHARE = 1e-4
-"""A parameter is unidentifiable if this share of it (squared length) lies in undetermined directions. Chosen here [S]:
-one per cent of its length."""
+"""A parameter is unidentifiable if this share of it (squared length) lies in undetermined directions, or less where
+rounding cannot give as much. Chosen here [S]: one per cent of its length."""
+_ABOVE_ROUNDING = 10.0
+"""Times what rounding may give from which a share is one. Chosen here [S]."""
 _MIN_CORRELATION = 2.0
 """Correlation of two channels' innovations, in its standard errors 1/sqrt(n), below which it is taken as zero: the
 usual two-sided 5 % test."""
@@ -146,8 +148,20 @@ def _inverse(information: Array) -> tuple[Array, Flags]:
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     determined = values > _RANK_TOLERANCE * max(1.0, float(values.max(initial=0.0)))
     inverse = (vectors[:, determined] / values[determined]) @ vectors[:, determined].T / np.outer(scale, scale)
-    in_null_space = (vectors[:, ~determined] ** 2).sum(axis=1) > _NULL_SPACE_SHARE
+    in_null_space = (vectors[:, ~determined] ** 2).sum(axis=1) > _least_share(values, determined)
     return np.asarray(inverse), without_effect | in_null_space
+
+
+def _least_share(values: Array, determined: Flags) -> float:
+    """Share of a parameter in the undetermined directions (squared length) from which it is not one of rounding.
+
+    Rounding that leaves an eigenvalue e in the place of 0 turns its direction towards that of an eigenvalue v by
+    sqrt(e / v) at most: changes d of the derivatives leave e = d^2, and turn it by d / sqrt(v).
+    """
+    if determined.all() or not determined.any():
+        return _NULL_SPACE_SHARE
+    left = max(float(np.abs(values[~determined]).max()), len(values) * np.finfo(float).eps * float(values.max()))
+    return min(_NULL_SPACE_SHARE, _ABOVE_ROUNDING * left / float(values[determined].min()))
 
 
 def _meat(

@@ -26,7 +26,7 @@ _MEMBER = 0.25
 """Part of the largest coefficient from which a parameter is named in a combination."""
 _UNDETERMINED = 1e3
 """Standard error along a combination, in plausible ranges, from which the data say nothing about it."""
-_CANCELLING_MEMBER = 0.02
+_CANCELLING_MEMBER = 1e-3
 """Part of the largest share in the outputs' change from which a parameter is named in an undetermined combination."""
 _WEAK_COMBINATION = 0.5
 """Standard error along a combination, in plausible ranges, from which it is called weak."""

@@ -42,6 +42,7 @@ class MissingForces:
         knot_names: the parameters of each equation's function of time, by state.
         terms: the terms of all equations; each has a parameter of its name.
         scales: usual size of each motion and input, which makes the terms dimensionless.
+        since: whether a trial's time begins elsewhere than at zero, as that of a section does; an input holds where.
     """
 
     equations: dict[str, str]
@@ -50,21 +51,23 @@ class MissingForces:
     knot_names: dict[str, tuple[str, ...]]
     terms: tuple[Term, ...]
     scales: dict[str, float]
+    since: bool
 
     def declare(
-        self, base: Model, knots: int, duration: float, scales: Mapping[str, float]
+        self, base: Model, knots: int, duration: float, scales: Mapping[str, float], *, since: bool = False
     ) -> tuple[list[Channel], list[Parameter]]:
         """Sets the attributes; returns the inputs and parameters that `base` gets besides its own.
 
         `duration` (s) is that of the longest trial.
         """
-        self.equations, self.terms = equations(base), tuple(terms_of(base))
+        self.equations, self.terms, self.since = equations(base), tuple(terms_of(base)), since
         self.knots, self.spacing, self.scales = knots, duration / (knots - 1), dict(scales)
         self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
         units = {state: acceleration_unit(base, state) for state in self.equations}
         parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
         parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
-        return [Channel(force_input(state), unit) for state, unit in units.items()], parameters
+        inputs = [Channel(force_input(state), unit) for state, unit in units.items()]
+        return [*inputs, *([Channel(START, "s")] if since else [])], parameters
 
 
 class DiscrepancyModel(MissingForces, ModelWrapper):
@@ -75,10 +78,13 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         knots: how many knots span the longest trial.
         duration: s, of the longest trial.
         scales: usual size of each state and input, which makes the terms dimensionless.
+        since: whether a trial's time begins elsewhere than at zero.
     """
 
-    def __init__(self, base: Model, knots: int, duration: float, scales: Mapping[str, float]) -> None:
-        inputs, parameters = self.declare(base, knots, duration, scales)
+    def __init__(
+        self, base: Model, knots: int, duration: float, scales: Mapping[str, float], *, since: bool = False
+    ) -> None:
+        inputs, parameters = self.declare(base, knots, duration, scales, since=since)
         super().__init__(base, inputs=inputs, parameters=parameters)
         # Held forces would lag the knots, by which derivatives are taken, by half a sample.
         self.linear = (*base.linear, *(channel.name for channel in inputs))
@@ -127,7 +133,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         order = [channel.name for channel in self.base.states]
         rows = [order.index(state) for state in self.equations]
         standard = self.base.standard_of
-        knots, spacing, scales, terms = self.knots, self.spacing, self.scales, self.terms
+        knots, spacing, scales, terms, since = self.knots, self.spacing, self.scales, self.terms, self.since
         term_rows = [order.index(term.state) for term in terms]
         currents = {name: (_CURRENTS[of], sign) for name in order for of, sign in [standard(name)] if of in _CURRENTS}
 
@@ -143,10 +149,11 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         def lacking(s: Any, i: Any, p: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
             i, e = (i, e) if surroundings is None else surroundings(s, i, p, e)
             found = []
+            t = e.t - forces[-1] if since else e.t
             for place, (row, force) in enumerate(zip(rows, forces)):
                 total = force
                 for k in range(knots):
-                    total = total + own[place * knots + k] * max(0.0, 1.0 - abs(e.t / spacing - float(k)))
+                    total = total + own[place * knots + k] * max(0.0, 1.0 - abs(t / spacing - float(k)))
                 found.append((row, total))
             for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
                 product = coefficient
@@ -156,6 +163,10 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
             return found
 
         return lacking
+
+
+START = "section_start"
+"""Name of the input that holds the time at which a section of a trial begins, s."""
 
 
 def force_input(state: str) -> str:
@@ -170,11 +181,14 @@ def hats(t: Array, spacing: float, knots: int) -> Array:
 
 def with_forces(trial: Trial, model: MissingForces, forces: Array | None = None) -> Trial:
     """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None."""
-    basis = hats(np.asarray(trial.t), model.spacing, model.knots)
+    start = float(trial.t[0])
+    basis = hats(np.asarray(trial.t) - start, model.spacing, model.knots)
     extra = {
         force_input(state): np.zeros(len(trial)) if forces is None else basis @ forces[k]
         for k, state in enumerate(model.equations)
     }
+    if model.since:
+        extra[START] = np.full(len(trial), start)
     return dataclasses.replace(trial, inputs={**trial.inputs, **extra})
 
 

@@ -57,9 +57,23 @@ def on_own_clock(trial: Trial, name: str) -> bool:
     return any(name in step.options.get("own_clocks", ()) for step in trial.steps)
 
 
+def is_slower(trial: Trial, name: str) -> bool:
+    """Whether an output has values at its own times alone: it has a clock of its own, or every so many samples a value.
+
+    The second is how a logger writes a slower sensor into the table of a quicker one: blanks in between.
+    """
+    if on_own_clock(trial, name):
+        return True
+    steps = np.diff(np.flatnonzero(np.isfinite(trial.outputs[name])))
+    if steps.size < limits.FEW_SAMPLES:
+        return False
+    usual = float(np.median(steps))
+    return usual >= 2.0 and float(np.mean(np.abs(steps - usual) <= 1.0)) >= limits.REGULAR_PART
+
+
 def own_samples(trial: Trial, name: str) -> Trial:
-    """The samples of an output's own clock as a trial of their own; the trial itself where channels share one clock."""
-    return trial.samples(np.flatnonzero(np.isfinite(trial.outputs[name]))) if on_own_clock(trial, name) else trial
+    """The samples of an output's own times as a trial of their own; the trial itself where it has a value at all."""
+    return trial.samples(np.flatnonzero(np.isfinite(trial.outputs[name]))) if is_slower(trial, name) else trial
 
 
 def own_step(t: Array, values: Array) -> float:
@@ -80,13 +94,13 @@ def pauses(trial: Trial) -> tuple[NDArray[np.intp], float]:
 
 
 def at_all_times(trial: Trial, name: str) -> Array:
-    """A channel (n,) to integrate: an output with a clock of its own is linear between its samples, but over no pause.
+    """A channel (n,) to integrate: an output at its own times alone is linear between its samples, but over no pause.
 
     Elsewhere it is as recorded. An angle that jumps by a turn is unwrapped first, for the line would cross the turn.
     """
     values = trial.channel(name)
     there = np.flatnonzero(np.isfinite(values))
-    if name not in trial.outputs or not on_own_clock(trial, name) or there.size < 2:
+    if name not in trial.outputs or not is_slower(trial, name) or there.size < 2:
         return values
     t, known = trial.t[there], values[there]
     if is_angle(name) and (np.abs(np.diff(known)) > WRAP_JUMP).any():

@@ -11,6 +11,8 @@ MISSING_PART = 0.5
 """A channel that is mostly not valid hardly constrains anything."""
 LONG_MISSING_PART = 0.05
 """A single stretch without valid samples this long, as a part of the trial, is worth knowing."""
+REGULAR_PART = 0.8
+"""Part of a channel's steps that are as long as its usual one, to a sample: a slower sensor that lost a few."""
 LATE_START = 5
 """Samples without a value at a trial's start: an initial state from a later sample is then another moment's."""
 
@@ -105,6 +107,8 @@ HELD_PART = 0.01
 """Part of the samples in fast motion (the fastest quarter) that repeat the one before exactly."""
 MIN_HOLDS = 8
 """Smallest number of holds in fast motion from which the step after a hold can be estimated."""
+HELD_EXCESS = 2.0
+"""Repeats over steps of one resolution, up or down: noise that is rounded gives as many of either, a hold many more."""
 HELD_CATCH_UP = 1.25
 """Step after a repeated value over the usual step: 2 after one held sample, 1 if rounding made the repeat."""
 STUCK_PART = 0.1

@@ -84,6 +84,7 @@ def held_samples(values: Array) -> NDArray[np.int64]:
 
     Rounding repeats values where a channel moves slowly, less than its resolution a sample, and the step after them is
     one resolution like any other. A held value repeats at any speed, and the step after it is twice the usual.
+    Rounded noise repeats values at any speed as well, but no oftener than it moves them by one resolution.
     """
     nothing = np.empty(0, dtype=np.int64)
     steps = np.abs(np.diff(values))
@@ -102,6 +103,9 @@ def held_samples(values: Array) -> NDArray[np.int64]:
     usual = (steps > 0) & fast & ~catching_up
     held = np.flatnonzero(same & fast) + 1
     enough = catching_up.sum() >= limits.MIN_HOLDS and held.size > limits.HELD_PART * fast.sum()
+    # Noise that is rounded repeats a value now and then, as often as it moves it by one resolution.
+    one = np.abs(steps - resolution(values)) < 0.5 * resolution(values)
+    enough = enough and held.size > limits.HELD_EXCESS * float((one & fast).sum())
     if not enough or not usual.any():
         return nothing
     ratio = float(np.median(steps[catching_up]) / np.median(steps[usual]))
@@ -193,6 +197,8 @@ def _comes_back(values: Array, k: int) -> bool:
 
 def _jumps(trial: Trial, name: str, values: Array, outliers: NDArray[np.int64]) -> Iterator[Finding]:
     steps = np.diff(values) / np.diff(trial.t)
+    if not np.isfinite(steps).any():
+        return
     typical = typical_step(steps)
     bad, median = hampel_outliers(steps, 21, limits.JUMP_SIGMAS, limits.JUMP_STEPS * typical)
     # A vehicle that gathers way from one sample to the next does not jump.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.errors import nearest
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, make_finding, on_own_clock, pauses
+from seatruth.trials.check.helpers import Channels, is_slower, make_finding, on_own_clock, pauses
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
@@ -98,7 +98,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
 
 
 def _output_missing(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
-    found = _at_usual_steps(trial.t, values) if on_own_clock(trial, name) else _among_all(values)
+    found = _at_usual_steps(trial.t, values) if is_slower(trial, name) else _among_all(values)
     if found.part > limits.MISSING_PART:
         yield make_finding(
             trial,
@@ -200,7 +200,7 @@ def check_model_channels(trial: Trial, model: Channels) -> Iterator[Finding]:
                 channel=channel.name,
             )
     for channel in model.outputs:
-        if channel.name not in trial.outputs:
+        if channel.name not in trial.outputs and channel.name not in trial.absent:
             yield make_finding(
                 trial,
                 "warning",

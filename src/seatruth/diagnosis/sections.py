@@ -1,0 +1,84 @@
+"""Trials in sections, for a vehicle whose whole runs no fit follows.
+
+Of a course-unstable boat that nothing holds, errors grow along a run. Over minutes its motion bends so strongly with
+each coefficient that steps towards a fit become tiny (`steps.py`), and what stops short says nothing of any cause. Cut
+into sections, each with initial states of its own, the same record is followed easily: that is multiple shooting (Bock
+and Plitt 1984, IFAC Proceedings 17(2), 1603-1608) without its conditions that sections meet, which leave little where
+the states are measured. What is lost is what only the ends of long runs show, such as a drift far below the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from seatruth.diagnosis.settings import Settings
+from seatruth.models.base import SECTION
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+MOST = 8
+"""Sections of the longest trial at most. [S]"""
+_FEWEST = 50
+"""Samples of a section at least. [S] Initial states and forces take some twenty unknowns of each."""
+
+
+class RunsBend(Exception):
+    """Runs bend so much with the unknowns that the model alone, with forces, could not be fitted to its end."""
+
+
+def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
+    """Trials cut into sections of about the same time, so many of the longest; their times go on.
+
+    Example:
+        >>> import numpy as np
+        >>> from seatruth import Trial
+        >>> t = np.arange(101.0)
+        >>> runs = [Trial("turn", t, {}, {"r": t}), Trial("stop", t[:51], {}, {"r": t[:51]})]
+        >>> [(part.name, len(part), float(part.t[0])) for part in in_sections(runs, Settings(sections=2))]
+        [('turn, section 1', 50, 0.0), ('turn, section 2', 51, 50.0), ('stop', 51, 0.0)]
+    """
+    if settings.sections == 1:
+        return list(trials)
+    length = max(trial.duration for trial in trials) / settings.sections
+    found: list[Trial] = []
+    for trial in trials:
+        count = max(1, min(round(trial.duration / length), len(trial) // _FEWEST))
+        ends = [round(k * len(trial) / count) for k in range(count + 1)]
+        names = [trial.name] if count == 1 else [f"{trial.name}{SECTION}{k + 1}" for k in range(count)]
+        found += [trial.section(ends[k], ends[k + 1], name) for k, name in enumerate(names)]
+    return found
+
+
+def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:
+    """Places of the trials, or sections, that are predicted from the others together: sections of one trial.
+
+    Of a single trial each section stands alone.
+
+    Example:
+        >>> import numpy as np
+        >>> from seatruth import Trial
+        >>> t = np.arange(101.0)
+        >>> runs = [Trial("turn", t, {}, {"r": t}), Trial("stop", t[:51], {}, {"r": t[:51]})]
+        >>> left_out_together(in_sections(runs, Settings(sections=2)))
+        [[0, 1], [2]]
+    """
+    groups: dict[str, list[int]] = {}
+    for number, trial in enumerate(trials):
+        groups.setdefault(trial.name.partition(SECTION)[0], []).append(number)
+    return list(groups.values()) if len(groups) > 1 else [[number] for number in range(len(trials))]
+
+
+def can_be_cut(trials: Sequence[Trial], sections: int) -> bool:
+    """Whether the longest of these trials, whole, can be cut into so many sections."""
+    return sections <= MOST and max(len(trial) for trial in trials) >= sections * _FEWEST
+
+
+def finding(trials: Sequence[Trial], sections: int) -> Finding:
+    """What is said of trials that were cut into sections, of these."""
+    seconds = max(trial.duration for trial in trials) / sections
+    text = (
+        "Over whole trials no fit of the model came to its end: a small change of a coefficient turns a long run into "
+        f"another one. Trials were cut into sections of about {seconds:.2g} s with initial states of their own."
+    )
+    do = "What only the ends of long runs show, such as a slow drift, is lost. Errors are those of the sections."
+    return Finding("note", "trials-in-sections", text, "trials", do)

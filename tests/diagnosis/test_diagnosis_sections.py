@@ -1,0 +1,116 @@
+"""Trials in sections: the same samples, times and forces, and how a search comes to them."""
+
+from __future__ import annotations
+
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import seatruth.sample
+from seatruth.diagnosis import hypothesis_fits
+from seatruth.diagnosis import search as searching
+from seatruth.diagnosis.discrepancy.model import force_input
+from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sections import RunsBend, can_be_cut, finding, in_sections, left_out_together
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import load_effects
+from seatruth.effects.each_trial import TrialCurrent
+from seatruth.storage.checkpoint import Checkpoint
+from seatruth.trials.trial import Trial
+
+
+def run(name: str, samples: int) -> Trial:
+    t = 0.5 * np.arange(float(samples))
+    return Trial(name, t, {"delta": t}, {"r": t})
+
+
+@given(st.lists(st.integers(2, 400), min_size=1, max_size=4), st.sampled_from([1, 2, 4, 8]))
+def test_sections_hold_every_sample_once_with_its_time(sizes: list[int], sections: int) -> None:
+    whole = [run(f"run {k}", size) for k, size in enumerate(sizes)]
+    parts = in_sections(whole, Settings(sections=sections))
+    for trial in whole:
+        own = [part for part in parts if part.name.partition(", section")[0] == trial.name]
+        assert np.array_equal(np.concatenate([part.t for part in own]), trial.t)
+        assert np.array_equal(np.concatenate([part.outputs["r"] for part in own]), trial.outputs["r"])
+        assert len(own) == 1 or min(len(part) for part in own) >= 49
+    assert sorted(k for group in left_out_together(parts) for k in group) == list(range(len(parts)))
+
+
+def test_sections_of_one_trial_are_left_out_together_and_those_of_a_single_one_apart() -> None:
+    one, other = run("turn", 400), run("stop", 200)
+    assert left_out_together(in_sections([one, other], Settings(sections=4))) == [[0, 1, 2, 3], [4, 5]]
+    assert left_out_together(in_sections([one], Settings(sections=4))) == [[0], [1], [2], [3]]
+    assert can_be_cut([one], 8)
+    assert not can_be_cut([one], 16)
+    assert not can_be_cut([other], 8)
+
+
+def test_a_section_has_the_values_of_its_trial() -> None:
+    """A current of its own in each trial is the same in all sections of one."""
+    study = seatruth.sample.load("diagnose.toml")
+    names = [trial.name for trial in study.trials]
+    problem = Problem(study, [TrialCurrent().of_trials(names)], Settings(sections=2))
+    numbers = [problem.model.number_of(trial.name) for trial in problem.trials]
+    assert numbers == [float(names.index(trial.name.partition(", section")[0])) for trial in problem.trials]
+    assert problem.model.number_of("another run, section 2") == -1.0
+
+
+def test_forces_of_a_section_begin_where_it_does() -> None:
+    """The derivative by a knot is that of the force which the run itself feels, and time goes on for effects."""
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings(sections=2, knots=4))
+    later = next(k for k, trial in enumerate(problem.trials) if trial.t[0] > 0.0)
+    start = problem.start
+    at = problem.linearize(start, (), discrepancy=True)
+    for equation in range(len(problem.equations)):
+        size = 1e-4 * problem.usual[equation]
+        forces = start.forces.copy()
+        forces[later, equation, 1] = size
+        moved = problem.errors(Point(start.shared, start.initial, forces)) - at.errors
+        here = problem.trial_of == later
+        column = len(problem.initial_names) + 4 * equation + 1
+        expected = at.local[here, column] * size
+        assert np.abs(expected).max() > 0.0
+        assert moved[here] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+        assert not moved[~here].any()
+    assert force_input(next(iter(problem.discrepancy.equations))) in problem.trials[later].inputs
+
+
+@pytest.mark.parametrize(("fits_at", "sections"), [(1, 1), (2, 2), (4, 4), (99, 1)])
+def test_trials_are_cut_until_the_model_alone_can_be_fitted(
+    fits_at: int, sections: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no section is short enough it is not their length, and the trials stay whole."""
+    study = seatruth.sample.load("diagnose.toml")
+
+    def fitted(found: searching.Search) -> None:
+        if found.may_cut and found.problem.settings.sections < fits_at:
+            raise RunsBend
+
+    monkeypatch.setattr(searching, "fit_null", fitted)
+    problem = Problem(study, load_effects(["current"]), Settings())
+    found = searching._begun(problem, Checkpoint(None, ""), lambda *_: None, 10, may_cut=True)
+    assert found.problem.settings.sections == sections
+    longest = max(len(trial) for trial in problem.trials)
+    assert len(found.problem.trials) == len(problem.trials) if sections == 1 else longest >= 50 * sections
+    assert "sections of about" in finding(study.trials, 2).message
+
+
+def test_a_fit_that_crawls_gives_up_only_where_trials_can_be_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings())
+    asked: list[float] = []
+
+    def fit(*args: object, most_crawls: float, **more: object) -> None:
+        asked.append(most_crawls)
+        raise np.linalg.LinAlgError("enough")
+
+    monkeypatch.setattr(hypothesis_fits, "fit", fit)
+    found = searching.Search(problem, searching.noise_prior(problem))
+    for may_cut in (False, True):
+        found.may_cut = may_cut
+        for key, on in (((), False), ((), True), (("current",), True)):
+            hypothesis_fits.fit_once(found, key, on, problem.start, hypothesis_fits.first_sizes(problem, found.known))
+    assert [np.isfinite(most) for most in asked] == [False] * 3 + [False, True, False]
