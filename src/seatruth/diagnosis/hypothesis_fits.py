@@ -56,6 +56,15 @@ _MOST_CRAWLS = 10
 """Steps of the model alone, with forces, that bring little of what they promise, from which its runs bend too much to
 be fitted whole. [S] Four foreign vehicles that were fitted in few steps took none to two of these, a catamaran and a
 ROV that hold no course 32 to 61."""
+_MOST_OF_SECTIONS = 3
+"""The same of runs that are cut already: sections are to be short enough for sets with effects as well. [S]"""
+
+
+def _most_crawls(found: Search) -> float:
+    """Steps that may crawl before the model alone is taken to bend too much; no limit where nothing can be cut."""
+    if not found.may_cut:
+        return math.inf
+    return _MOST_CRAWLS if found.problem.settings.sections == 1 else _MOST_OF_SECTIONS
 
 
 def fit_null(found: Search) -> None:
@@ -166,7 +175,7 @@ def fit_once(
     try:
         got = fit(
             found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival,
-            most_crawls=_MOST_CRAWLS if found.may_cut and not key and discrepancy else math.inf,
+            most_crawls=_most_crawls(found) if not key and discrepancy else math.inf,
         )  # fmt: skip
     except np.linalg.LinAlgError as trouble:
         found.failed.setdefault(key, str(trouble))
