@@ -12,7 +12,7 @@ from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis import search as searching
 from seatruth.diagnosis.discrepancy.model import force_input
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sections import RunsBend, can_be_cut, finding, in_sections, left_out_together
+from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
 from seatruth.effects.each_trial import TrialCurrent
@@ -41,9 +41,7 @@ def test_sections_of_one_trial_are_left_out_together_and_those_of_a_single_one_a
     one, other = run("turn", 400), run("stop", 200)
     assert left_out_together(in_sections([one, other], Settings(sections=4))) == [[0, 1, 2, 3], [4, 5]]
     assert left_out_together(in_sections([one], Settings(sections=4))) == [[0], [1], [2], [3]]
-    assert can_be_cut([one], 8)
-    assert not can_be_cut([one], 16)
-    assert not can_be_cut([other], 8)
+    assert [most_sections([run("any", samples)]) for samples in (40, 120, 400, 4000)] == [1, 2, 8, 8]
 
 
 def test_a_section_has_the_values_of_its_trial() -> None:
@@ -77,11 +75,11 @@ def test_forces_of_a_section_begin_where_it_does() -> None:
     assert force_input(next(iter(problem.discrepancy.equations))) in problem.trials[later].inputs
 
 
-@pytest.mark.parametrize(("fits_at", "sections"), [(1, 1), (2, 2), (4, 4), (99, 1)])
-def test_trials_are_cut_until_the_model_alone_can_be_fitted(
+@pytest.mark.parametrize(("fits_at", "sections"), [(1, 1), (2, 8), (99, 1)])
+def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     fits_at: int, sections: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where no section is short enough it is not their length, and the trials stay whole."""
+    """Where it cannot be fitted to sections either it is not their length, and the trials stay whole."""
     study = seatruth.sample.load("diagnose.toml")
 
     def fitted(found: searching.Search) -> None:

@@ -56,15 +56,14 @@ _MOST_CRAWLS = 10
 """Steps of the model alone, with forces, that bring little of what they promise, from which its runs bend too much to
 be fitted whole. [S] Four foreign vehicles that were fitted in few steps took none to two of these, a catamaran and a
 ROV that hold no course 32 to 61."""
-_MOST_OF_SECTIONS = 3
-"""The same of runs that are cut already: sections are to be short enough for sets with effects as well. [S]"""
 
 
 def _most_crawls(found: Search) -> float:
-    """Steps that may crawl before the model alone is taken to bend too much; no limit where nothing can be cut."""
-    if not found.may_cut:
-        return math.inf
-    return _MOST_CRAWLS if found.problem.settings.sections == 1 else _MOST_OF_SECTIONS
+    """Steps that may crawl before the runs of the model alone are taken to bend too much.
+
+    No limit where nothing can be cut, nor of sections: what is far from its record may crawl there before it fits.
+    """
+    return _MOST_CRAWLS if found.may_cut and found.problem.settings.sections == 1 else math.inf
 
 
 def fit_null(found: Search) -> None:

@@ -26,7 +26,7 @@ from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import screen
-from seatruth.diagnosis.sections import RunsBend, can_be_cut
+from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
 from seatruth.simulate import OutOfRuns
@@ -59,8 +59,7 @@ def search(
     """Fits hypotheses. `say` gets what is done next, how many sets are done, and how many are expected.
 
     With `widen`, where a fault of a single actuator leads, its other faults join the library. With `may_cut`,
-    trials are cut into ever shorter sections where the model alone, with forces, cannot be fitted to its end
-    (`sections.py`).
+    trials are cut into sections where the model alone, with forces, cannot be fitted to whole ones (`sections.py`).
 
     Finished fits are kept in `store` and read from there. An interrupt, or the end of the runs that a black box may
     cost, after the model alone is fitted ends the search with what there is. Raises LinAlgError where the model alone
@@ -106,25 +105,21 @@ def search(
 
 
 def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_cut: bool) -> Search:
-    """A search with the model alone fitted: to whole trials, or to the longest sections in which it can be.
+    """A search with the model alone fitted: to whole trials, or to sections of them where no fit follows whole ones.
 
-    Where it cannot be fitted to any, it is not the length of the runs, and they stay whole.
+    Where it cannot be fitted to sections either, it is not the length of the runs, and they stay whole.
     """
-    whole, sections = problem, 1
-    while True:
-        found = Search(problem, noise_prior(problem), store=store)
-        found.bare = problem.few_runs is not None and problem.discrepancy is not None
-        possible = may_cut and problem.few_runs is None and can_be_cut(whole.trials, 2 * sections)
-        found.may_cut = possible or sections > 1
+    sections = most_sections(problem.trials) if may_cut and problem.few_runs is None else 1
+    for count, cut in ((1, sections > 1), (sections, True), (1, False)):
+        at = problem if count == 1 else problem.in_sections(count)
+        found = Search(at, noise_prior(at), store=store, may_cut=cut)
+        found.bare = at.few_runs is not None and at.discrepancy is not None
         try:
             fit_null(found)
-            return found
+            break
         except RunsBend:
-            pass
-        sections, may_cut = (2 * sections, may_cut) if possible else (1, False)
-        problem = whole if sections == 1 else whole.in_sections(sections)
-        if sections > 1:
-            say(f"trials in {sections} sections", 0, expected)
+            say(f"trials in {sections} sections" if count == 1 else "whole trials", 0, expected)
+    return found
 
 
 def _rising(say: Say) -> Say:

@@ -17,7 +17,8 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 MOST = 8
-"""Sections of the longest trial at most. [S]"""
+"""Sections of the longest trial at most. [S] Of a catamaran whose runs of 120 to 200 s could not be fitted, every fit
+came to its end in sections of 25 s, and half of them in sections of 50 s."""
 _FEWEST = 50
 """Samples of a section at least. [S] Initial states and forces take some twenty unknowns of each."""
 
@@ -68,9 +69,9 @@ def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:
     return list(groups.values()) if len(groups) > 1 else [[number] for number in range(len(trials))]
 
 
-def can_be_cut(trials: Sequence[Trial], sections: int) -> bool:
-    """Whether the longest of these trials, whole, can be cut into so many sections."""
-    return sections <= MOST and max(len(trial) for trial in trials) >= sections * _FEWEST
+def most_sections(trials: Sequence[Trial]) -> int:
+    """Sections into which the longest of these trials, whole, is cut at most; 1 where none is long enough."""
+    return min(MOST, max(len(trial) for trial in trials) // _FEWEST) or 1
 
 
 def finding(trials: Sequence[Trial], sections: int) -> Finding:
