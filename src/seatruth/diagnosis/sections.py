@@ -82,4 +82,4 @@ def finding(trials: Sequence[Trial], sections: int) -> Finding:
         f"another one. Trials were cut into sections of about {seconds:.2g} s with initial states of their own."
     )
     do = "What only the ends of long runs show, such as a slow drift, is lost. Errors are those of the sections."
-    return Finding("note", "trials-in-sections", text, "trials", do)
+    return Finding("warning", "trials-in-sections", text, "trials", do)
