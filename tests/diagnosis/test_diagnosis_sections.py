@@ -11,8 +11,9 @@ import seatruth.sample
 from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis import search as searching
 from seatruth.diagnosis.discrepancy.model import force_input
+from seatruth.diagnosis.localization import in_time
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections
+from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections, whole_name
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
 from seatruth.effects.each_trial import TrialCurrent
@@ -30,7 +31,7 @@ def test_sections_hold_every_sample_once_with_its_time(sizes: list[int], section
     whole = [run(f"run {k}", size) for k, size in enumerate(sizes)]
     parts = in_sections(whole, Settings(sections=sections))
     for trial in whole:
-        own = [part for part in parts if part.name.partition(", section")[0] == trial.name]
+        own = [part for part in parts if whole_name(part.name) == trial.name]
         assert np.array_equal(np.concatenate([part.t for part in own]), trial.t)
         assert np.array_equal(np.concatenate([part.outputs["r"] for part in own]), trial.outputs["r"])
         assert len(own) == 1 or min(len(part) for part in own) >= 49
@@ -44,14 +45,26 @@ def test_sections_of_one_trial_are_left_out_together_and_those_of_a_single_one_a
     assert [most_sections([run("any", samples)]) for samples in (40, 120, 400, 4000)] == [1, 2, 8, 8]
 
 
+def test_what_is_left_stands_where_it_is_in_the_whole_trial() -> None:
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings(sections=2))
+    parts = in_time(problem, problem.errors(problem.start))
+    for trial in study.trials:
+        own = parts[parts["trial"] == trial.name]
+        assert own["from_s"].min() == 0.0
+        assert own["to_s"].max() == pytest.approx(trial.duration)
+        assert own["from_s"].is_monotonic_increasing
+    assert int(parts["n"].sum()) == problem.count
+
+
 def test_a_section_has_the_values_of_its_trial() -> None:
     """A current of its own in each trial is the same in all sections of one."""
     study = seatruth.sample.load("diagnose.toml")
     names = [trial.name for trial in study.trials]
     problem = Problem(study, [TrialCurrent().of_trials(names)], Settings(sections=2))
     numbers = [problem.model.number_of(trial.name) for trial in problem.trials]
-    assert numbers == [float(names.index(trial.name.partition(", section")[0])) for trial in problem.trials]
-    assert problem.model.number_of("another run, section 2") == -1.0
+    assert numbers == [float(names.index(whole_name(trial.name))) for trial in problem.trials]
+    assert problem.model.number_of("another run §2") == -1.0
 
 
 def test_forces_of_a_section_begin_where_it_does() -> None:

@@ -19,6 +19,7 @@ from scipy.special import chdtrc
 from seatruth.arrays import Array, Indices
 from seatruth.diagnosis.parts import Shares
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sections import whole_name
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -84,20 +85,24 @@ def whitened(problem: Problem, errors: Array, sizes: Sizes) -> Array:
 
 
 def in_time(problem: Problem, errors: Array) -> pd.DataFrame:
-    """Misfit of each trial in equal parts of its time, with the probability of more under noise alone."""
+    """Misfit of each trial in equal parts of its time, with the probability of more under noise alone.
+
+    Parts of sections stand where they are in the whole trial.
+    """
     rows: list[dict[str, Any]] = []
     squares = errors**2
+    blocks = max(1, BLOCKS // problem.settings.sections)
     for number, trial in enumerate(problem.trials):
-        edges = np.linspace(0.0, trial.duration, BLOCKS + 1)
-        part = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, BLOCKS - 1)
-        for k in range(BLOCKS):
+        edges = np.linspace(float(trial.t[0]), float(trial.t[-1]), blocks + 1)
+        part = np.clip(np.searchsorted(edges, problem.time_of, side="right") - 1, 0, blocks - 1)
+        for k in range(blocks):
             here = (problem.trial_of == number) & (part == k)
             n = int(here.sum())
             if n:
                 total = float(squares[here].sum())
                 rows.append(
                     {
-                        "trial": trial.name,
+                        "trial": whole_name(trial.name),
                         "from_s": float(edges[k]),
                         "to_s": float(edges[k + 1]),
                         "n": n,

@@ -36,7 +36,7 @@ def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
         >>> t = np.arange(101.0)
         >>> runs = [Trial("turn", t, {}, {"r": t}), Trial("stop", t[:51], {}, {"r": t[:51]})]
         >>> [(part.name, len(part), float(part.t[0])) for part in in_sections(runs, Settings(sections=2))]
-        [('turn, section 1', 50, 0.0), ('turn, section 2', 51, 50.0), ('stop', 51, 0.0)]
+        [('turn §1', 50, 0.0), ('turn §2', 51, 50.0), ('stop', 51, 0.0)]
     """
     if settings.sections == 1:
         return list(trials)
@@ -48,6 +48,11 @@ def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
         names = [trial.name] if count == 1 else [f"{trial.name}{SECTION}{k + 1}" for k in range(count)]
         found += [trial.section(ends[k], ends[k + 1], name) for k, name in enumerate(names)]
     return found
+
+
+def whole_name(name: str) -> str:
+    """Name of the trial of which this is one, or a section."""
+    return name.partition(SECTION)[0]
 
 
 def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:
@@ -65,7 +70,7 @@ def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:
     """
     groups: dict[str, list[int]] = {}
     for number, trial in enumerate(trials):
-        groups.setdefault(trial.name.partition(SECTION)[0], []).append(number)
+        groups.setdefault(whole_name(trial.name), []).append(number)
     return list(groups.values()) if len(groups) > 1 else [[number] for number in range(len(trials))]
 
 

@@ -64,7 +64,7 @@ class Environment(NamedTuple):
 
 
 Equations = Callable[..., tuple[Any, ...]]
-SECTION = ", section "
+SECTION = " §"
 """Between the name of a trial and the number of a section of it."""
 OTHER_TRIAL = -1.0
 """`e.trial` of a trial that is not among `Model.trials`."""
