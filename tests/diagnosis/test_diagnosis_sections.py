@@ -11,10 +11,12 @@ import seatruth.sample
 from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis import search as searching
 from seatruth.diagnosis.discrepancy.model import force_input
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.localization import in_time
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections, whole_name
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.effects import load_effects
 from seatruth.effects.each_trial import TrialCurrent
 from seatruth.storage.checkpoint import Checkpoint
@@ -95,7 +97,7 @@ def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     """Where it cannot be fitted to sections either it is not their length, and the trials stay whole."""
     study = seatruth.sample.load("diagnose.toml")
 
-    def fitted(found: searching.Search) -> None:
+    def fitted(found: Search) -> None:
         if found.may_cut and found.problem.settings.sections < fits_at:
             raise RunsBend
 
@@ -118,9 +120,9 @@ def test_a_fit_that_crawls_gives_up_only_where_trials_can_be_cut(monkeypatch: py
         raise np.linalg.LinAlgError("enough")
 
     monkeypatch.setattr(hypothesis_fits, "fit", fit)
-    found = searching.Search(problem, searching.noise_prior(problem))
+    found = Search(problem, noise_prior(problem))
     for may_cut in (False, True):
         found.may_cut = may_cut
         for key, on in (((), False), ((), True), (("current",), True)):
-            hypothesis_fits.fit_once(found, key, on, problem.start, hypothesis_fits.first_sizes(problem, found.known))
+            hypothesis_fits.fit_once(found, key, on, problem.start, first_sizes(problem, found.known))
     assert [np.isfinite(most) for most in asked] == [False] * 3 + [False, True, False]
