@@ -14,11 +14,12 @@ from seatruth.diagnosis.discrepancy.model import force_input
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.localization import in_time
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections, whole_name
+from seatruth.diagnosis.sections import RunsBend, finding, in_sections, left_out_together, most_sections
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.effects import load_effects
 from seatruth.effects.each_trial import TrialCurrent
+from seatruth.models.base import whole_name
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 

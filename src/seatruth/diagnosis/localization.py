@@ -19,8 +19,8 @@ from scipy.special import chdtrc
 from seatruth.arrays import Array, Indices
 from seatruth.diagnosis.parts import Shares
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sections import whole_name
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
+from seatruth.models.base import whole_name
 from seatruth.statistics.state_space_noise import whiten
 
 BLOCKS = 12

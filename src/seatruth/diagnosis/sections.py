@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seatruth.diagnosis.settings import Settings
-from seatruth.models.base import SECTION
+from seatruth.models.base import SECTION, whole_name
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -48,11 +48,6 @@ def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
         names = [trial.name] if count == 1 else [f"{trial.name}{SECTION}{k + 1}" for k in range(count)]
         found += [trial.section(ends[k], ends[k + 1], name) for k, name in enumerate(names)]
     return found
-
-
-def whole_name(name: str) -> str:
-    """Name of the trial of which this is one, or a section."""
-    return name.partition(SECTION)[0]
 
 
 def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:

@@ -70,6 +70,17 @@ OTHER_TRIAL = -1.0
 """`e.trial` of a trial that is not among `Model.trials`."""
 
 
+def whole_name(name: str) -> str:
+    """Name of the trial of which this is one, or a section.
+
+    Example:
+        >>> whole_name("turn §2"), whole_name("turn § 35 deg")
+        ('turn', 'turn § 35 deg')
+    """
+    whole, mark, number = name.rpartition(SECTION)
+    return whole if mark and number.isdigit() else name
+
+
 class Model:
     """Base of every model: names and units as class attributes, equations as static functions.
 
@@ -178,7 +189,7 @@ class Model:
 
     def number_of(self, trial: str) -> float:
         """`e.trial` of a trial, or of a section of it, by its name."""
-        whole = trial if trial in self.trials else trial.partition(SECTION)[0]
+        whole = trial if trial in self.trials else whole_name(trial)
         return float(self.trials.index(whole)) if whole in self.trials else OTHER_TRIAL
 
     def first_state(
