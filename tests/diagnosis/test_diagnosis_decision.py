@@ -7,8 +7,9 @@ import math
 
 import pytest
 
-from seatruth.diagnosis.decision import Decision, decide, without_small
+from seatruth.diagnosis.decision import Decision, decide, without_outdone, without_small
 from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
@@ -131,6 +132,22 @@ def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() 
     assert said.probability == pytest.approx(0.98)
     assert decided(*sets, ((), 0.02)).clusters == ()
     assert decided(*sets, ((), 0.02), near={**same, frozenset(("bank", "rudder_offset")): 30.0}).clusters == ()
+
+
+def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_not_shrink_surely() -> None:
+    entries = (("wind",), 0.9, True), (("wind",), 0.05), ((), 0.05)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def checked(explained: float, lower: float, control: float) -> Decision:
+        return without_outdone(said, found, Validation((), explained, lower, 1.5, control))
+
+    unknown = checked(0.24, -0.21, 0.84)
+    assert (unknown.kind, unknown.clusters, unknown.shown, unknown.outdone) == ("unknown", (), (), ("wind",))
+    assert unknown.probability == pytest.approx(0.9)
+    # A right cause may close less than terms that can take its shape, or not surely: not both.
+    for kept in (checked(0.84, 0.46, 0.97), checked(0.45, -0.56, 0.11), checked(math.nan, math.nan, math.nan)):
+        assert kept == said
+    assert without_outdone(said, found, None) == said
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:

@@ -320,6 +320,20 @@ def test_a_set_is_tried_without_forces_from_where_they_held_the_runs(
     assert begun[-1] == (False, "from its fit with discrepancy")
 
 
+def test_runs_that_are_simulated_are_fitted_without_the_forces_that_held_them(found: Search) -> None:
+    key: Key = ("rudder_offset",)
+    loose, plain = found.fits[key, True], found.fits[(), False]
+    again = Search(found.problem, found.known, fits={(key, True): loose, ((), False): plain, ((), True): found.null})
+    got = hypothesis_fits.without_forces(again, key)
+    assert not got.discrepancy
+    assert got.evidence == pytest.approx(found.fits[key, False].evidence, abs=0.5)
+    # What is fitted already stays as it is, and the model alone is part of every set.
+    assert hypothesis_fits.without_forces(found, key) is found.fits[key, False]
+    behind = replace(found.fits[key, False], evidence=plain.evidence - 100.0)
+    better = hypothesis_fits.without_forces(replace(found, fits={**found.fits, (key, False): behind}), key)
+    assert better.evidence > plain.evidence
+
+
 def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     found: Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:

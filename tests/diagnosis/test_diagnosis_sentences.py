@@ -165,6 +165,12 @@ def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like(
     assert "one course" not in said("unknown")
 
 
+def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() -> None:
+    text = said("unknown", outdone=["wind", "lag of the rudder"])
+    assert "It looks like wind and lag of the rudder, but trials left out are predicted better by a model of" in text
+    assert "predicted better" not in said("unknown")
+
+
 def test_values_of_each_trial_are_given_as_their_range() -> None:
     def of(name: str, value: float, unit: str = "m/s") -> EffectParameter:
         return EffectParameter(name, unit, value, 0.1, 0.0, 0.0, 0.0, 0.1)

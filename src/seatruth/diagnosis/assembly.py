@@ -11,8 +11,8 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
-from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats, without_small
+from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, predicts_worse, validate
+from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats, without_outdone, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import Fit, without_discrepancy
@@ -47,6 +47,10 @@ _VISIBLE = 9.0
 """Noncentrality of an effect itself from which that is asked: z = 3."""
 
 
+def _silent(_message: str, _done: int, _total: int) -> None:
+    """Says nothing."""
+
+
 class Assembly:
     """Decides on a finished search, and describes it."""
 
@@ -59,6 +63,7 @@ class Assembly:
         self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
         self._gaps: dict[Key, Gap] = {}
+        self._validations: dict[Key, Validation | None] = {}
 
     @cached_property
     def decision(self) -> Decision:
@@ -76,7 +81,8 @@ class Assembly:
         )
         if not self._leaves_a_gap:
             return said  # nothing is small beside a gap that is noise
-        return without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
+        said = without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
+        return without_outdone(said, self.hypotheses, self._validated(said.shown) if said.clusters else None)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -97,7 +103,9 @@ class Assembly:
             return False
         if fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
-        return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
+        if not lower_bound(self.gains(name, key), self.settings.significance) > 0.0:
+            return False
+        return not predicts_worse(self.search, name, key)
 
     def gains(self, name: str, key: Key) -> Array:
         """Log predictive density of trials left out, with an effect of a set less without it."""
@@ -123,7 +131,12 @@ class Assembly:
 
     def validation(self, say: Callable[[str, int, int], None]) -> Validation | None:
         """Each trial predicted from the others."""
-        return validate(self.search, self.decision.shown, say)
+        return self._validated(self.decision.shown, say)
+
+    def _validated(self, key: Key, say: Callable[[str, int, int], None] = _silent) -> Validation | None:
+        if key not in self._validations:
+            self._validations[key] = validate(self.search, key, say)
+        return self._validations[key]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
@@ -156,6 +169,7 @@ class Assembly:
             form=[problem.effects[name].title for name in self.decision.form],
             along=[problem.effects[name].title for name in self.decision.along],
             small=[problem.effects[name].title for name in self.decision.small],
+            outdone=[problem.effects[name].title for name in self.decision.outdone],
             stopped=self.search.interrupted,
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))

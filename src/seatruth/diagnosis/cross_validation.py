@@ -19,7 +19,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import ensure
+from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import counted, log_prior
@@ -63,6 +63,33 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
     if without is None:
         return np.zeros(0)
     return _predictive(search.problem, with_it) - _predictive(search.problem, without)
+
+
+def predicts_worse(search: Search, name: str, key: Key) -> bool:
+    """Whether simulated runs predict trials left out worse with an effect of a set than without it.
+
+    In the sum over trials, and in more than half of them; one trial that goes astray is not enough. Beside forces, an
+    effect may gain likelihood on trials left out, and lead the simulated run away: it is then no part of the gap.
+    """
+    problem = search.problem
+    if len(problem.trials) < 2:
+        return False
+    rest = tuple(n for n in key if n != name)
+    for part in (rest, key):
+        if search.best(part) is None:
+            return False
+    without, with_it = (Simulated.of(problem, without_forces(search, part)) for part in (rest, key))
+    deviation = noise_deviation(problem, search.leader.sizes)
+    errors = list[tuple[float, float]]()
+    for left in range(len(problem.trials)):
+        try:
+            fold = PredictionErrors(problem, deviation, left, _others(problem, left), with_it)
+            errors.append((fold.of(with_it), fold.of(without)))
+        except np.linalg.LinAlgError:
+            continue
+    # Of two runs that diverge nobody can say which is worse.
+    growth = np.array([a - b for a, b in errors if math.isfinite(a) or math.isfinite(b)])
+    return bool(growth.sum() > _NO_GAP * len(growth) and 2 * (growth > 0.0).sum() > len(growth))
 
 
 def lower_bound(gains: Array, level: float) -> float:
@@ -143,8 +170,8 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     count = len(problem.trials)
     if count < 2:
         return None
-    refit = Simulated.of(problem, _plain(search, ()))
-    named = Simulated.of(problem, _plain(search, shown)) if shown else refit
+    refit = Simulated.of(problem, without_forces(search, ()))
+    named = Simulated.of(problem, without_forces(search, shown)) if shown else refit
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
     deviation = noise_deviation(problem, search.leader.sizes)
@@ -157,8 +184,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
     folds = []
     for left in range(count):
         say(f"trial {problem.trials[left].name} left out", left, count)
-        group = groups[group_of[left]]
-        others = [k for k in range(count) if k not in group]
+        group, others = groups[group_of[left]], _others(problem, left)
         try:
             errors = PredictionErrors(problem, deviation, left, others, named)
             of = [errors.of(refit), errors.of(named), errors.of(control), errors.noise(search.leader), errors.left_open]
@@ -195,10 +221,10 @@ def _explained(explained: Array, gap: Array) -> float:
     return total / whole if whole > _NO_GAP * len(gap) else math.nan
 
 
-def _plain(search: Search, key: Key) -> Fit:
-    """A set's fit without discrepancy, which is what is simulated; with it where there is no other."""
-    found = search.fits.get((key, False)) or search.fits.get((key, True))
-    return found if found is not None else search.null
+def _others(problem: Problem, left: int) -> list[int]:
+    """The trials from which one is predicted: all but it, and the other sections of it."""
+    group = next(group for group in left_out_together(problem.trials) if left in group)
+    return [trial for trial in range(len(problem.trials)) if trial not in group]
 
 
 def _selected(search: Search, trials: Sequence[int]) -> Key:

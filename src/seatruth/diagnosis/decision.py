@@ -19,6 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
@@ -82,6 +83,8 @@ class Decision:
     """Effects that keep their direction on the earth, and are not named since all trials are on one course."""
     small: Key = ()
     """Effects that are significant beside a cause that is not in the library, but close next to none of the gap."""
+    outdone: Key = ()
+    """Effects that explain the trials, but not surely those left out, which terms in the equations predict better."""
 
 
 def decide(
@@ -164,6 +167,21 @@ def without_small(
         return decision
     lacking = sum(one.probability for one in found if one.discrepancy)
     return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, tuple(names))
+
+
+def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
+    """The decision, where what it names predicts trials left out as well as terms of no name do.
+
+    Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
+    shrink it more, then a model of another form explains it, and the named effects only take its shape.
+    """
+    if not decision.clusters or validation is None or validation.lower > 0.0:
+        return decision
+    if not validation.control > validation.gap_explained:
+        return decision
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    names = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters)
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=names)
 
 
 def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:

@@ -12,7 +12,7 @@ import pandas as pd
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.hypothesis_fits import ensure
+from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.problem import Point, Problem
 
 _REFITS = 3
@@ -59,8 +59,8 @@ class Gap:
     def points(self) -> dict[str, Point]:
         """The declared model, the refitted one, and that with the effects of the answer: all without discrepancy."""
         problem = self.problem
-        plain = self.search.fits.get(((), False)) or self.search.null
-        named = (self.search.fits.get((self.key, False)) or self.shown) if self.key else plain
+        plain = without_forces(self.search, ())
+        named = without_forces(self.search, self.key) if self.key else plain
         return {
             "before": refit_initial_states(problem, problem.start, self.deviation),
             "refit": without_discrepancy(problem, plain.point),

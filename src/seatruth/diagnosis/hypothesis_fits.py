@@ -147,6 +147,25 @@ def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
     return fit_once(found, key, near.discrepancy, point, near.sizes)
 
 
+def without_forces(found: Search, key: Key) -> Fit:
+    """The fit of a set without discrepancy, whose runs can be simulated, at least as good as those of its parts.
+
+    A set that leads beside forces may never have been fitted without them: what its fit beside them gives once they are
+    taken away is no measure of it. The fit beside them where there is no other.
+    """
+    problem = found.problem
+    loose, got = found.fits.get((key, True)), found.fits.get((key, False))
+    if got is None and loose is not None:
+        bare = without_discrepancy(problem, loose.point)
+        got = fit_once(found, key, False, bare, loose.sizes, attempt="from its fit with discrepancy")
+    sets = [tuple(n for n in key if n != name) for name in key] + [()]
+    parts = [found.fits[part, False] for part in sets if (part, False) in found.fits]
+    parent = max(parts, key=lambda fit: fit.evidence, default=None)
+    if parent is not None and key and (got is None or got.evidence < parent.evidence - _NESTED):
+        fit_once(found, key, False, parent.point, parent.sizes, attempt="from its best part, without forces")
+    return found.fits.get((key, False)) or loose or found.null
+
+
 def fit_once(
     found: Search,
     key: Key,

@@ -48,6 +48,7 @@ def verdict_sentence(
     form: Sequence[str] = (),
     along: Sequence[str] = (),
     small: Sequence[str] = (),
+    outdone: Sequence[str] = (),
     stopped: bool = False,
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
@@ -64,6 +65,8 @@ def verdict_sentence(
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
             course.
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
+        outdone: titles of effects that explain the trials, but predict those left out worse than terms in the
+            equations do.
         stopped: whether the search ended before all effects were compared.
 
     Returns:
@@ -78,7 +81,7 @@ def verdict_sentence(
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
-        return _joined(first, said, _of_another_form(form), _on_one_course(along), beside)
+        return _joined(first, said, _of_another_form(form), _on_one_course(along), _outdone(outdone), beside)
     return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial))
 
 
@@ -240,6 +243,16 @@ def _on_one_course(titles: Sequence[str]) -> str:
     if not titles:
         return ""
     return f"It looks like {listed(titles)}, which trials on one course cannot tell from forces that the model lacks."
+
+
+def _outdone(titles: Sequence[str]) -> str:
+    """What explains the trials, where a model of another form predicts those left out better."""
+    if not titles:
+        return ""
+    return (
+        f"It looks like {listed(titles)}, but trials left out are predicted better by a model of another form: free "
+        "terms in its equations."
+    )
 
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
