@@ -119,7 +119,7 @@ def validation(names: tuple[str, ...], kind: str) -> Validation:
     """Trials left out."""
     poor = kind == "not_predictive"
     folds = tuple(
-        Fold(trial, names, 2.8, 2.9 if poor else 1.1, 2.6, 1.0, 0.2, -0.5 if poor else 10.0) for trial in TRIALS
+        Fold(trial, names, 2.8, 2.9 if poor else 1.1, 2.6, 1.05, 1.0, 0.2, -0.5 if poor else 10.0) for trial in TRIALS
     )
     if poor:
         return Validation(folds, 0.08, -0.4, 0.56, 0.1)

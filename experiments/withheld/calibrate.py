@@ -32,7 +32,9 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered
+from seatruth.diagnosis.posterior import errors_of_sensors
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered
+from seatruth.effects import available
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
@@ -95,6 +97,8 @@ class Case:
     """Whether a hypothesis has no effect of the best one's; None where no forces were fitted beside its effects."""
     forces: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """nats: what the best one explains, what forces alone explain of it, and what they add to it."""
+    by_sensors: tuple[Array, NDArray[np.intp]] | None = None
+    """What errors of sensors among the effects of each hypothesis explain by themselves, and how many they are."""
 
 
 def calibrate(
@@ -162,6 +166,11 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         np.array([key in accepted for key in answers]),
         _explained(rows),
         *_beside_forces(rows, keys),
+        sensors_alone(
+            np.array([float(row["log_evidence"]) for row in rows]),
+            [tuple(row["effects"]) for row in rows],
+            errors_of_sensors(available()),
+        ),
     )
 
 
@@ -201,6 +210,7 @@ def posterior(case: Case, constants: Constants) -> Array:
         temperature=constants.temperature,
         model_form=constants.model_form,
         beside=constants.form_beside,
+        by_sensors=case.by_sensors,
     )
     if case.apart is not None:
         limit = form_limit(*case.forces, constants.unseen_form)

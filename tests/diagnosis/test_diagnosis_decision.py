@@ -9,7 +9,7 @@ import pytest
 
 from seatruth.diagnosis.decision import Decision, decide, without_outdone, without_small
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.parts import Validation
+from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
@@ -138,8 +138,9 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     entries = (("wind",), 0.9, True), (("wind",), 0.05), ((), 0.05)
     said, found = decided(*entries), hypotheses(*entries)
 
-    def checked(explained: float, lower: float, control: float) -> Decision:
-        return without_outdone(said, found, Validation((), explained, lower, 1.5, control))
+    def checked(explained: float, lower: float, control: float, both: float = 1.3) -> Decision:
+        fold = Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0)
+        return without_outdone(said, found, Validation((fold,), explained, lower, 1.5, control))
 
     unknown = checked(0.24, -0.21, 0.84)
     assert (unknown.kind, unknown.clusters, unknown.shown, unknown.outdone) == ("unknown", (), (), ("wind",))
@@ -147,6 +148,9 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     # A right cause may close less than terms that can take its shape, or not surely: not both.
     for kept in (checked(0.84, 0.46, 0.97), checked(0.45, -0.56, 0.11), checked(math.nan, math.nan, math.nan)):
         assert kept == said
+    # It may close nothing where the form is far off: beside the terms it is seen.
+    assert checked(0.0, -0.5, 0.8, both=1.2) == said
+    assert checked(0.0, -0.5, 0.8, both=math.nan) == unknown
     assert without_outdone(said, found, None) == said
 
 

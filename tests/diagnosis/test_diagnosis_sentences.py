@@ -34,7 +34,7 @@ FORCE = replace(
 BIAS = replace(
     CURRENT, title="an offset of a gyro", effects=("gyro_bias",), in_words="bias 0.01 +- 0.001 deg/s", small=True
 )
-FOLDS = (Fold("a", ("current",), 3.0, 1.1, 2.8, 1.0, 0.2, 9.0),)
+FOLDS = (Fold("a", ("current",), 3.0, 1.1, 2.8, 1.0, 1.0, 0.2, 9.0),)
 PREDICTS = Validation(FOLDS, 0.93, 0.85, 1.0, 0.1)
 FAILS = Validation(FOLDS, 0.1, -0.3, 0.5, 0.1)
 

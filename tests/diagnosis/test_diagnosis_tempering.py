@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered, tempered_deviation
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered, tempered_deviation
 
 COUNTS = np.array([0, 1, 1, 2, 2, 3])
 
@@ -31,6 +31,24 @@ def test_a_further_effect_is_not_asked_for_what_the_first_one_leaves() -> None:
     assert found[3] - found[4] == pytest.approx(20.0 / further)
     plain = counted([0.0, 100.0, 90.0, 140.0, 120.0, 0.0], beside=1.0)
     assert plain == pytest.approx(np.array([0.0, 100.0, 90.0, 140.0, 120.0, 0.0]) / whole)
+
+
+def test_what_a_sensor_explains_is_not_asked_of_what_acts_on_the_vehicle() -> None:
+    """A delay of a position explains 100 nats: a wind is not asked for what its form leaves, a bias of a gyro is."""
+    keys = [(), ("delay",), ("wind",), ("delay", "wind"), ("bias", "delay"), ("bias", "delay", "wind")]
+    evidence, counts = np.array([0.0, 100.0, 30.0, 140.0, 140.0, 140.0]), np.array([len(key) for key in keys])
+
+    def of(sensors: set[str]) -> Array:
+        by = sensors_alone(evidence, keys, sensors)
+        return tempered(evidence, counts, 0.0, temperature=2.0, model_form=0.02, beside=0.5, by_sensors=by)
+
+    found, plain = of({"delay", "bias"}), of(set())
+    whole, further = 2.0 + 0.02 * 140.0, 2.0 + 0.02 * (0.5 * 100.0 + 40.0)
+    assert plain[3:] == pytest.approx(np.full(3, 100.0 / whole + 40.0 / further))
+    assert found[3] == pytest.approx(100.0 / whole + 40.0 / (2.0 + 0.02 * 40.0))
+    assert found[[0, 1, 2, 4]] == pytest.approx(plain[[0, 1, 2, 4]])
+    # Two sensors explain all of it: the wind beside them has nothing of its own.
+    assert found[5] == pytest.approx(found[4])
 
 
 def test_two_effects_that_only_explain_what_one_does_count_as_it_does() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
-from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, predicts_worse, validate
+from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
 from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats, without_outdone, without_small
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
@@ -25,11 +25,12 @@ from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Valid
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
+from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
-from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
+from seatruth.models.base import whole_name
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.check.excitation import narrow_headings
@@ -103,9 +104,7 @@ class Assembly:
             return False
         if fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
-        if not lower_bound(self.gains(name, key), self.settings.significance) > 0.0:
-            return False
-        return not predicts_worse(self.search, name, key)
+        return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 
     def gains(self, name: str, key: Key) -> Array:
         """Log predictive density of trials left out, with an effect of a set less without it."""
@@ -201,16 +200,7 @@ class Assembly:
             next_trial=suggestion,
             augmented=self._augmented(),
             unavailable=dict(unavailable),
-            trials=[
-                {
-                    "name": trial.name,
-                    "samples": len(trial),
-                    "duration_s": trial.duration,
-                    "conditions": dict(trial.conditions),
-                    "steps": [{"name": step.name, "effect": step.effect} for step in trial.steps],
-                }
-                for trial in problem.trials
-            ],
+            trials=self._trials(),
             outcome=outcome,
             traces=self.gap.traces(),
             findings=findings,
@@ -236,8 +226,8 @@ class Assembly:
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
     def _deviation_of(self, fit: Fit) -> Array:
-        """Posterior standard deviation of the shared unknowns (S,), what the trials say of them being tempered."""
-        return tempered_deviation(fit.stderr(self.problem), self.problem.sd, self.settings.size_temperature)
+        """Standard errors of the shared unknowns (S,)."""
+        return size_errors(self.problem, fit)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
         fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
@@ -345,6 +335,25 @@ class Assembly:
             for k in self.problem.coefficients
             for q in (self.problem.unknowns[k],)
         )
+
+    def _trials(self) -> list[dict[str, Any]]:
+        """The trials, or what the sections of each are together."""
+        trials: dict[str, dict[str, Any]] = {}
+        for trial in self.problem.trials:
+            name = whole_name(trial.name) if self.settings.sections > 1 else trial.name
+            known = trials.setdefault(
+                name,
+                {
+                    "name": name,
+                    "samples": 0,
+                    "duration_s": 0.0,
+                    "conditions": dict(trial.conditions),
+                    "steps": [{"name": step.name, "effect": step.effect} for step in trial.steps],
+                },
+            )
+            known["samples"] += len(trial)
+            known["duration_s"] += trial.duration
+        return list(trials.values())
 
     def _augmented(self) -> dict[str, Any]:
         """The named effects at their reported values, and nothing else."""

@@ -26,6 +26,7 @@ from seatruth.diagnosis.posterior import counted, log_prior
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sections import left_out_together
+from seatruth.models.base import whole_name
 from seatruth.statistics.ratios import ratio_interval
 
 _BLOCKS = 4
@@ -63,33 +64,6 @@ def predictive_gains(search: Search, name: str, key: Key) -> Array:
     if without is None:
         return np.zeros(0)
     return _predictive(search.problem, with_it) - _predictive(search.problem, without)
-
-
-def predicts_worse(search: Search, name: str, key: Key) -> bool:
-    """Whether simulated runs predict trials left out worse with an effect of a set than without it.
-
-    In the sum over trials, and in more than half of them; one trial that goes astray is not enough. Beside forces, an
-    effect may gain likelihood on trials left out, and lead the simulated run away: it is then no part of the gap.
-    """
-    problem = search.problem
-    if len(problem.trials) < 2:
-        return False
-    rest = tuple(n for n in key if n != name)
-    for part in (rest, key):
-        if search.best(part) is None:
-            return False
-    without, with_it = (Simulated.of(problem, without_forces(search, part)) for part in (rest, key))
-    deviation = noise_deviation(problem, search.leader.sizes)
-    errors = list[tuple[float, float]]()
-    for left in range(len(problem.trials)):
-        try:
-            fold = PredictionErrors(problem, deviation, left, _others(problem, left), with_it)
-            errors.append((fold.of(with_it), fold.of(without)))
-        except np.linalg.LinAlgError:
-            continue
-    # Of two runs that diverge nobody can say which is worse.
-    growth = np.array([a - b for a, b in errors if math.isfinite(a) or math.isfinite(b)])
-    return bool(growth.sum() > _NO_GAP * len(growth) and 2 * (growth > 0.0).sum() > len(growth))
 
 
 def lower_bound(gains: Array, level: float) -> float:
@@ -167,34 +141,34 @@ def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) 
 def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -> Validation | None:
     """Predicts each trial from the others, without effects and with those of the answer; None for a single trial."""
     problem = search.problem
-    count = len(problem.trials)
-    if count < 2:
+    if len(problem.trials) < 2:
         return None
     refit = Simulated.of(problem, without_forces(search, ()))
     named = Simulated.of(problem, without_forces(search, shown)) if shown else refit
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
+    beside = search.fits.get((shown, True)) if shown else None
+    both = control if beside is None else Simulated.of(problem, beside, terms=True)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
     deviation = noise_deviation(problem, search.leader.sizes)
     groups = left_out_together(problem.trials)
-    group_of = {trial: number for number, group in enumerate(groups) for trial in group}
     gains = np.zeros(len(groups))
     for name in shown:
         found = predictive_gains(search, name, shown)
         gains = gains + found if len(found) == len(groups) else gains
     folds = []
-    for left in range(count):
-        say(f"trial {problem.trials[left].name} left out", left, count)
-        group, others = groups[group_of[left]], _others(problem, left)
-        try:
-            errors = PredictionErrors(problem, deviation, left, others, named)
-            of = [errors.of(refit), errors.of(named), errors.of(control), errors.noise(search.leader), errors.left_open]
-        except np.linalg.LinAlgError:
-            of = [math.inf] * 5
+    for number, group in enumerate(groups):
+        trials = [problem.trials[k] for k in group]
+        title = trials[0].name if len(group) == 1 else whole_name(trials[0].name)
+        say(f"trial {title} left out", number, len(groups))
+        others = [k for k in range(len(problem.trials)) if k not in group]
+        errors = [_errors_left_out(search, deviation, left, others, [named, refit, control, both]) for left in group]
+        of = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
         folds.append(
             Fold(
-                problem.trials[left].name, _selected(search, others),
-                error_refit=of[0], error_effects=of[1], error_discrepancy=of[2], error_noise=of[3], left_open=of[4],
-                predictive_gain=float(gains[group_of[left]]) / len(group),
+                title, _selected(search, others),
+                error_refit=of[1], error_effects=of[0], error_discrepancy=of[2],
+                error_both=math.nan if beside is None else of[3], error_noise=of[4], left_open=of[5],
+                predictive_gain=float(gains[number]),
             )
         )  # fmt: skip
     return summary(folds)
@@ -221,10 +195,18 @@ def _explained(explained: Array, gap: Array) -> float:
     return total / whole if whole > _NO_GAP * len(gap) else math.nan
 
 
-def _others(problem: Problem, left: int) -> list[int]:
-    """The trials from which one is predicted: all but it, and the other sections of it."""
-    group = next(group for group in left_out_together(problem.trials) if left in group)
-    return [trial for trial in range(len(problem.trials)) if trial not in group]
+def _errors_left_out(
+    search: Search, deviation: Array, left: int, others: Sequence[int], models: Sequence[Simulated]
+) -> list[float]:
+    """Errors of one trial predicted from others by some models, what is noise, and what the others leave open.
+
+    What they leave open is that of the first model. All are infinite where the algebra fails.
+    """
+    try:
+        errors = PredictionErrors(search.problem, deviation, left, others, models[0])
+        return [*(errors.of(model) for model in models), errors.noise(search.leader), errors.left_open]
+    except np.linalg.LinAlgError:
+        return [math.inf] * (len(models) + 2)
 
 
 def _selected(search: Search, trials: Sequence[int]) -> Key:

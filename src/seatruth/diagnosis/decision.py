@@ -170,18 +170,26 @@ def without_small(
 
 
 def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
-    """The decision, where what it names predicts trials left out as well as terms of no name do.
+    """The decision, where what it names adds to what terms of no name predict of trials left out.
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
-    shrink it more, then a model of another form explains it, and the named effects only take its shape.
+    shrink it more, and no less than they do together with the named effects, then a model of another form explains the
+    trials, and the effects only take its shape.
     """
     if not decision.clusters or validation is None or validation.lower > 0.0:
         return decision
-    if not validation.control > validation.gap_explained:
+    if not validation.control > validation.gap_explained or _adds(validation):
         return decision
     lacking = sum(one.probability for one in found if one.discrepancy)
     names = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters)
     return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=names)
+
+
+def _adds(validation: Validation) -> bool:
+    """Whether effects predict trials left out better beside free terms than the terms do alone, in the mean."""
+    pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
+    finite = [(alone, both) for alone, both in pairs if math.isfinite(alone) and math.isfinite(both)]
+    return sum(alone - both for alone, both in finite) > 0.0
 
 
 def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:

@@ -126,7 +126,7 @@ def fit(
 
     `rival` is the evidence of the best hypothesis so far: a fit that cannot come near it is broken off. Raises
     LinAlgError where the linear algebra fails at the end; its evidence is -inf where the model diverges. Raises
-    RunsBend where more than `most_crawls` steps brought little of what they promised.
+    RunsBend where it does not come to its end, and more than `most_crawls` steps brought little of what they promised.
     """
     settings, effects = problem.settings, tuple(effects)
     channels = sorted({series.channel for series in problem.series})
@@ -164,8 +164,6 @@ def fit(
                 problem.renew()
                 continue
             crawls += kept < _CRAWL
-            if crawls > most_crawls:
-                raise RunsBend
             if fall < settings.settled:
                 settled = True
                 break
@@ -178,7 +176,10 @@ def fit(
         if brought < _SAME_SIZES and (left < _SAME_SIZES or stuck):
             break
         reached = value
-    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+    found = fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+    if crawls > most_crawls and not found.settled:
+        raise RunsBend
+    return found
 
 
 def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:

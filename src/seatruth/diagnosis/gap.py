@@ -14,6 +14,7 @@ from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.models.base import whole_name
 
 _REFITS = 3
 """Gauss-Newton steps for initial states; they enter almost linearly."""
@@ -93,13 +94,12 @@ class Gap:
         simulated = {name: problem.simulate(point) for name, point in self.points.items()}
         frames = []
         for number, trial in enumerate(problem.trials):
+            name = whole_name(trial.name) if problem.settings.sections > 1 else trial.name
             for c, channel in enumerate(problem.outputs):
                 measured = np.asarray(trial.outputs.get(channel, np.full(len(trial), math.nan)))
                 columns = {name: y[number][:, c] for name, y in simulated.items()}
                 frames.append(
-                    pd.DataFrame(
-                        {"trial": trial.name, "t": trial.t, "channel": channel, "measured": measured, **columns}
-                    )
+                    pd.DataFrame({"trial": name, "t": trial.t, "channel": channel, "measured": measured, **columns})
                 )
         return pd.concat(frames, ignore_index=True)
 

@@ -132,6 +132,8 @@ class Fold:
     """The effects of the verdict as well, refitted to the other trials."""
     error_discrepancy: float
     """Control: discrepancy terms refitted to the other trials instead of effects."""
+    error_both: float
+    """Discrepancy terms and the effects of the verdict refitted to the other trials; NaN where they were not."""
     error_noise: float
     """What the best fit to all trials leaves of this one: noise."""
     left_open: float

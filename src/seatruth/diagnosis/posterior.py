@@ -11,13 +11,16 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, tempered
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
-from seatruth.effects.causes import ancestors
+from seatruth.effects.causes import ancestors, is_within
 
 _NEGLIGIBLE = 1e-3
 """Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
+
+_SENSOR = "sensor"
+"""Family of causes that change what a sensor says of the motion, and not the motion."""
 
 
 def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
@@ -75,9 +78,15 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
         model_form=settings.model_form,
         beside=settings.form_beside,
         ahead=leader.ahead,
+        by_sensors=sensors_alone(evidence, keys, errors_of_sensors(search.problem.effects)),
     )
     apart = np.array([not {*leader.effects} & {*key} for key in keys])
     return beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
+
+
+def errors_of_sensors(effects: Mapping[str, Effect]) -> set[str]:
+    """Names of the effects that are errors of a sensor, by their cause."""
+    return {name for name, effect in effects.items() if is_within(effect.cause, _SENSOR)}
 
 
 def _left_by_the_form(search: Search, leader: Fit) -> float:

@@ -22,7 +22,7 @@ from seatruth.costs.parameter_space import ParameterSpace
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
 from seatruth.diagnosis.few_runs import FewRuns
-from seatruth.diagnosis.sections import in_sections
+from seatruth.diagnosis.sections import in_sections, knots_of_section
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
 from seatruth.effects import Effect, with_effects
@@ -140,7 +140,8 @@ class Problem:
 
     def in_sections(self, sections: int) -> Problem:
         """The same with its longest trial cut into so many sections. Not for a black box, whose runs are counted."""
-        settings = replace(self.settings, sections=sections)
+        knots = knots_of_section(self.settings.knots, sections)
+        settings = replace(self.settings, sections=sections, knots=knots)
         return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
 
     def with_knots(self, knots: int) -> Problem:

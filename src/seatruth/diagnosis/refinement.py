@@ -21,6 +21,7 @@ from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import HOPE, Search
 from seatruth.diagnosis.hypothesis_fits import fit_again, fit_from_equation_error, fit_once
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sections import knots_of_section
 from seatruth.diagnosis.size_search import best_evidence
 from seatruth.diagnosis.sizes import NoisePrior, Sizes
 from seatruth.diagnosis.steps import likelihood_at
@@ -44,7 +45,8 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
     if coarse is None or explained < HOPE or first.discrepancy is None or first.few_runs is not None:
         return found
     knots, forces = 2 * first.settings.knots - 1, coarse.point.forces
-    while knots <= _MOST:
+    most = knots_of_section(_MOST, first.settings.sections)
+    while knots <= most:
         say(knots)
         # From the forces of a fit that did not converge, too: it says nothing of finer ones, with which the next may.
         forces, at, problem = between(forces), found.fits[(), True], first.with_knots(knots)

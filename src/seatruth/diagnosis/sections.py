@@ -22,6 +22,9 @@ came to its end in sections of 25 s, and half of them in sections of 50 s."""
 _FEWEST = 50
 """Samples of a section at least. [S] Initial states and forces take some twenty unknowns of each."""
 
+_LEAST_KNOTS = 3
+"""Knots of a section's forces at least: with two a force could not rise and fall again. [S]"""
+
 
 class RunsBend(Exception):
     """Runs bend so much with the unknowns that the model alone, with forces, could not be fitted to its end."""
@@ -48,6 +51,16 @@ def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
         names = [trial.name] if count == 1 else [f"{trial.name}{SECTION}{k + 1}" for k in range(count)]
         found += [trial.section(ends[k], ends[k + 1], name) for k, name in enumerate(names)]
     return found
+
+
+def knots_of_section(knots: int, sections: int) -> int:
+    """Knots of the forces of one section, about as far apart as so many over the whole trial: 3 or more.
+
+    Example:
+        >>> knots_of_section(12, 8), knots_of_section(45, 8)
+        (3, 6)
+    """
+    return max(_LEAST_KNOTS, 1 + (knots - 1) // sections)
 
 
 def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:

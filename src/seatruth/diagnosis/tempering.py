@@ -4,7 +4,9 @@ An effect of another form than reality's leaves a part of its signature unexplai
 explain all of that part, so the temperature by which sets are compared grows with what the best of them explains. A
 further effect beside it has a signature of its own, to which what is left of the first one hardly has a likeness. So
 evidence that no set of fewer effects reaches counts at a lower temperature: of what these sets explain, only the part
-`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one.
+`beside` enters it. What two effects explain that one effect explains as well counts as it does for the one. An error of
+a sensor of another form leaves marks in the channels of that sensor alone, which what acts on the vehicle cannot
+explain: beside it, nothing of what sensors explain enters the temperature of an effect of another kind.
 
 Where missing forces explain most of what a set does, they would show most of what its form leaves as well
 (`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
@@ -17,13 +19,14 @@ distribution off.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from seatruth.arrays import Array, Flags, Indices
 
 
-def tempered_deviation(deviation: Array, prior: Array, temperature: float) -> Array:
+def tempered_deviation(deviation: Array, prior: Array, temperature: Array | float) -> Array:
     """Posterior standard deviations, with what the data say divided by a temperature as evidence is.
 
     Evidence and sizes rest on the same likelihood: where it is too sure of the one, it is too sure of the other. On 48
@@ -32,7 +35,7 @@ def tempered_deviation(deviation: Array, prior: Array, temperature: float) -> Ar
     Args:
         deviation: posterior standard deviations (n,); 0 for what is fixed.
         prior: prior standard deviations (n,), which no tempered one exceeds.
-        temperature: divides the information of the data.
+        temperature: divides the information of the data, 1 or more, for all or for each (n,).
 
     Example:
         >>> import numpy as np
@@ -43,7 +46,7 @@ def tempered_deviation(deviation: Array, prior: Array, temperature: float) -> Ar
     found = np.zeros_like(deviation)
     from_prior = prior[known] ** -2.0
     from_data = np.maximum(deviation[known] ** -2.0 - from_prior, 0.0)
-    found[known] = (from_data / temperature + from_prior) ** -0.5
+    found[known] = (from_data / np.broadcast_to(temperature, deviation.shape)[known] + from_prior) ** -0.5
     return found
 
 
@@ -56,6 +59,7 @@ def tempered(
     model_form: float,
     beside: float,
     ahead: float = 0.0,
+    by_sensors: tuple[Array, Indices] | None = None,
 ) -> Array:
     """Evidence as it counts (H,) nats.
 
@@ -67,6 +71,8 @@ def tempered(
         model_form: is added to it for each nat that is explained.
         beside: part of what sets of fewer effects explain that is counted for a further effect.
         ahead: nats that the fit of the leading hypothesis did not reach; they count as explained.
+        by_sensors: what errors of sensors among the effects of each hypothesis explain by themselves, see
+            `sensors_alone`; None where there are none.
 
     Example:
         >>> import numpy as np
@@ -76,15 +82,36 @@ def tempered(
     """
     top = max(float(evidence.max()), lowest)
     last = temperature + model_form * (top - lowest + max(0.0, ahead))
-    found = evidence / last
+    found, last = evidence / last, np.full(len(evidence), last)
+    sensed, sensors = by_sensors or (np.full(len(evidence), -math.inf), counts)
     for number in range(2, int(counts.max()) + 1):
         reached = max(float(evidence[counts < number].max(initial=lowest)), lowest)
-        explained = beside * (reached - lowest) + top - reached + max(0.0, ahead)
+        apart = np.where(sensors < number, np.clip(sensed - lowest, 0.0, reached - lowest), 0.0)
+        explained = beside * (reached - lowest - apart) + top - reached + max(0.0, ahead)
         now = temperature + model_form * explained
         above = np.where(counts >= number, np.maximum(evidence - reached, 0.0), 0.0)
         found += above * (1.0 / now - 1.0 / last)
         last = now
     return found
+
+
+def sensors_alone(evidence: Array, keys: Sequence[tuple[str, ...]], sensors: Collection[str]) -> tuple[Array, Indices]:
+    """Log-evidence (H,) nats of the errors of sensors among the effects of each hypothesis, and their number (H,).
+
+    -inf where all of its effects are errors of sensors, none is, or they were not fitted by themselves.
+
+    Example:
+        >>> import numpy as np
+        >>> keys = [("wind",), ("gyro_bias",), ("gyro_bias", "wind")]
+        >>> sensors_alone(np.array([1.0, 20.0, 28.0]), keys, {"gyro_bias"})
+        (array([-inf, -inf,  20.]), array([0, 1, 1]))
+    """
+    best: dict[tuple[str, ...], float] = {}
+    for key, value in zip(keys, evidence.tolist()):
+        best[key] = max(value, best.get(key, -math.inf))
+    own = [tuple(name for name in key if name in sensors) for key in keys]
+    alone = [best.get(part, -math.inf) if part and part != key else -math.inf for part, key in zip(own, keys)]
+    return np.array(alone), np.array([len(part) for part in own], dtype=np.intp)
 
 
 def form_limit(explained: float, by_forces: float, beside: float, unseen: float) -> float:

@@ -1,0 +1,58 @@
+"""Standard errors of sizes, where trials disagree about them more than noise allows.
+
+Of a model of another form than the vehicle each trial asks for a size of its own, and the likelihood, which takes the
+form for granted, is too sure of the size that serves all best. How far an estimate moves as a trial is left out says
+so: if the model were right, the variance of that move would be the rise of the posterior variance (Hausman 1978,
+Econometrica 46, 1251-1271). The root of what the moves are over what they should be multiplies the error, as where
+measurements of one constant disagree (Birge 1932, Physical Review 40, 207-227).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from seatruth.arrays import Array
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.sections import left_out_together
+from seatruth.diagnosis.tempering import tempered_deviation
+
+_ROUNDING = 1e-9
+"""Rise of the posterior variance, as a part of it, below which a trial says nothing of an unknown."""
+
+
+def size_errors(problem: Problem, fit: Fit) -> Array:
+    """Standard errors of the shared unknowns (S,), 0 for those that are fixed.
+
+    What the trials say is divided by a temperature, and by the square of `disagreement` where that is larger.
+    """
+    temperature = np.fmax(problem.settings.size_temperature, disagreement(problem, fit) ** 2)
+    return tempered_deviation(fit.stderr(problem), problem.sd, temperature)
+
+
+def disagreement(problem: Problem, fit: Fit) -> Array:
+    """How far trials disagree about each shared unknown, over what noise explains (S,).
+
+    The root of the sum over trials of the squared moves of the estimate as one is left out, over the sum of the rises
+    of its posterior variance; 1 in the mean where the model is right, NaN for what no trial or a single one tells of.
+    """
+    groups, count = left_out_together(problem.trials), len(problem.unknowns)
+    moved, risen, telling = np.zeros(count), np.zeros(count), np.zeros(count)
+    whole = fit.stderr(problem) ** 2
+    for group in groups if len(groups) > 1 else []:
+        others = [trial for trial in range(len(problem.trials)) if trial not in group]
+        try:
+            step = fit.likelihood.solve(fit.sizes, fit.effects, others)
+        except np.linalg.LinAlgError:
+            continue
+        variance = np.zeros(count)
+        variance[step.free] = np.diag(step.covariance)
+        rise = np.maximum(variance - whole, 0.0)
+        tells = rise > _ROUNDING * whole
+        moved += np.where(tells, step.shared**2, 0.0)
+        risen += np.where(tells, rise, 0.0)
+        telling += tells
+    with np.errstate(all="ignore"):
+        return np.where((telling > 1) & (risen > 0.0), np.sqrt(moved / risen), math.nan)

@@ -1,0 +1,70 @@
+"""Standard errors of sizes, where trials agree about them and where they do not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypothesis_fits import fit_once
+from seatruth.diagnosis.search import search
+from seatruth.diagnosis.size_errors import disagreement, size_errors
+from seatruth.diagnosis.sizes import first_sizes, noise_prior
+from seatruth.diagnosis.tempering import tempered_deviation
+from seatruth.trials.trial import Trial
+
+KEY = ("rudder_offset",)
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path, offset_runs: list[Trial]) -> Search:
+    return search(small.problem(ship_folder, offset_runs), small.silent)
+
+
+def test_trials_of_the_right_model_agree(found: Search) -> None:
+    problem, fit = found.problem, found.fits[KEY, False]
+    shared = [*problem.coefficients, *problem.columns["rudder_offset"]]
+    assert (disagreement(problem, fit)[shared] < 2.0).all()
+    # What is fixed has no error, nor do trials say anything of it.
+    fixed = np.setdiff1d(np.arange(len(problem.unknowns)), shared)
+    assert np.isnan(disagreement(problem, fit)[fixed]).all()
+    assert (size_errors(problem, fit)[fixed] == 0.0).all()
+
+
+def test_the_moves_are_what_their_variance_says_where_the_model_is_right(ship_folder: Path) -> None:
+    """Over twelve draws of the noise the mean square is 1, and its standard error 0.2."""
+    squares = []
+    for seed in range(12):
+        runs = small.trials(ship_folder, {"rudder_offset_angle": small.OFFSET}, specs=["rudder_offset"], seed=seed)
+        problem = small.problem(ship_folder, runs, KEY)
+        again = Search(problem, noise_prior(problem))
+        fit = fit_once(again, KEY, False, problem.start, first_sizes(problem, again.known))
+        assert fit is not None
+        squares += (disagreement(problem, fit)[problem.columns["rudder_offset"]] ** 2).tolist()
+    assert 0.5 < np.mean(squares) < 1.6
+
+
+def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(ship_folder: Path) -> None:
+    """A rudder that stands off by 0.01, 0.02 and 0.03 rad: the mean is known to 0.004, and noise alone says 0.0002."""
+    runs = []
+    for number, angle in enumerate((0.01, 0.03, 0.02, 0.02)):
+        made = small.trials(ship_folder, {"rudder_offset_angle": angle}, specs=["rudder_offset"])
+        runs.append(made[number])
+    mixed = search(small.problem(ship_folder, runs, KEY), small.silent)
+    problem, fit = mixed.problem, mixed.fits[KEY, False]
+    (column,) = problem.columns["rudder_offset"]
+    error = size_errors(problem, fit)[column]
+    temperature = problem.settings.size_temperature
+    assert error > 2.0 * tempered_deviation(fit.stderr(problem), problem.sd, temperature)[column]
+    assert abs(fit.point.shared[column] - 0.02) < 2.0 * error < 0.02
+
+
+def test_a_single_trial_agrees_with_itself(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    alone = search(small.problem(ship_folder, offset_runs[:1], KEY), small.silent)
+    problem, fit = alone.problem, alone.fits[KEY, False]
+    assert np.isnan(disagreement(problem, fit)).all()
+    expected = tempered_deviation(fit.stderr(problem), problem.sd, problem.settings.size_temperature)
+    assert size_errors(problem, fit) == pytest.approx(expected)
