@@ -148,6 +148,8 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     # A right cause may close less than terms that can take its shape, or not surely: not both.
     for kept in (checked(0.84, 0.46, 0.97), checked(0.45, -0.56, 0.11), checked(math.nan, math.nan, math.nan)):
         assert kept == said
+    # What makes the gap grow is not named because terms do worse still.
+    assert checked(-1.06, -3.5, -8.9) == unknown
     # It may close nothing where the form is far off: beside the terms it is seen.
     assert checked(0.0, -0.5, 0.8, both=1.2) == said
     assert checked(0.0, -0.5, 0.8, both=math.nan) == unknown

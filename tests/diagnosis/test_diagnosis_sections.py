@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -127,3 +129,19 @@ def test_a_fit_that_crawls_gives_up_only_where_trials_can_be_cut(monkeypatch: py
         for key, on in (((), False), ((), True), (("current",), True)):
             hypothesis_fits.fit_once(found, key, on, problem.start, first_sizes(problem, found.known))
     assert [np.isfinite(most) for most in asked] == [False] * 3 + [False, True, False]
+
+
+def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:
+    """Of a catamaran that holds no course, a fit came to its end with a noise of 24 deg in heading."""
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings())
+    first = first_sizes(problem, noise_prior(problem))
+    assert hypothesis_fits._follows(problem, first, first)
+    motion = [np.sqrt(np.mean([np.nanvar(t.outputs[name]) for t in problem.trials])) for name in problem.outputs]
+    large = np.maximum(np.log(0.3 * np.array(motion)), first.white + np.log(4.0))
+    for missed in range(1, len(large) + 1):
+        white = np.where(np.arange(len(large)) < missed, large, first.white)
+        follows = hypothesis_fits._follows(problem, replace(first, white=white), first)
+        assert follows == (2 * missed < len(large))
+    # What the record itself shows as white noise is noise, however large beside the motion.
+    assert hypothesis_fits._follows(problem, replace(first, white=large), replace(first, white=large))

@@ -167,7 +167,7 @@ def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like(
 
 def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", outdone=["wind", "lag of the rudder"])
-    assert "It looks like wind and lag of the rudder, but trials left out are predicted better by a model of" in text
+    assert "It looks like wind and lag of the rudder, but trials left out are predicted better without them:" in text
     assert "predicted better" not in said("unknown")
 
 

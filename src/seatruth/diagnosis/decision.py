@@ -170,15 +170,15 @@ def without_small(
 
 
 def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
-    """The decision, where what it names adds to what terms of no name predict of trials left out.
+    """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
-    shrink it more, and no less than they do together with the named effects, then a model of another form explains the
-    trials, and the effects only take its shape.
+    shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
+    of another form explains the trials, and the effects only take its shape.
     """
     if not decision.clusters or validation is None or validation.lower > 0.0:
         return decision
-    if not validation.control > validation.gap_explained or _adds(validation):
+    if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
         return decision
     lacking = sum(one.probability for one in found if one.discrepancy)
     names = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters)

@@ -250,8 +250,8 @@ def _outdone(titles: Sequence[str]) -> str:
     if not titles:
         return ""
     return (
-        f"It looks like {listed(titles)}, but trials left out are predicted better by a model of another form: free "
-        "terms in its equations."
+        f"It looks like {listed(titles)}, but trials left out are predicted better without "
+        f"{'it' if len(titles) == 1 else 'them'}: the model is of another form."
     )
 
 
@@ -260,8 +260,8 @@ def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -
     if meets_noise(shares):
         multiple = math.sqrt(max(shares.misfit_refit, 0.0))
         text = (
-            f"What the refitted model leaves is small: its error is {multiple:.2f} times the noise. It is more than "
-            f"noise, and its cause is not in the library {sure}."
+            f"What the refitted model leaves is small: its error is {multiple:.2f} times the noise. It does not look "
+            f"like noise, and its cause is not in the library {sure}."
         )
     else:
         text = f"Something acts that is not in the library {sure}."

@@ -81,8 +81,8 @@ def tempered(
         array([ 0.  , 15.  , 29.29])
     """
     top = max(float(evidence.max()), lowest)
-    last = temperature + model_form * (top - lowest + max(0.0, ahead))
-    found, last = evidence / last, np.full(len(evidence), last)
+    last = np.full(len(evidence), temperature + model_form * (top - lowest + max(0.0, ahead)))
+    found = evidence / last
     sensed, sensors = by_sensors or (np.full(len(evidence), -math.inf), counts)
     for number in range(2, int(counts.max()) + 1):
         reached = max(float(evidence[counts < number].max(initial=lowest)), lowest)
