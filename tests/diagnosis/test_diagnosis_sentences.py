@@ -169,6 +169,9 @@ def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() ->
     text = said("unknown", outdone=["wind", "lag of the rudder"])
     assert "It looks like wind and lag of the rudder, but trials left out are predicted better without them:" in text
     assert "predicted better" not in said("unknown")
+    assert "The rest looks like wind, but trials left out are predicted better without it" in said(
+        "effects", CURRENT, outdone=["wind"]
+    )
 
 
 def test_values_of_each_trial_are_given_as_their_range() -> None:

@@ -83,7 +83,10 @@ class Assembly:
         if not self._leaves_a_gap:
             return said  # nothing is small beside a gap that is noise
         said = without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
-        return without_outdone(said, self.hypotheses, self._validated(said.shown) if said.clusters else None)
+        left = without_outdone(said, self.hypotheses, self._validated(said.shown) if said.clusters else None)
+        if left.shown and self.search.best(left.shown) is None:
+            ensure(self.search, left.shown, self._gap_of(said.shown).shown)
+        return left
 
     @cached_property
     def _leaves_a_gap(self) -> bool:

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
-from seatruth.diagnosis.posterior import answers, none_and_unknown
+from seatruth.diagnosis.posterior import SENSOR, answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
@@ -127,9 +127,8 @@ def decide(
     for _ in range(_ROUNDS):
         answer = _answer(left, effects, settings, near, helps, one_course)
         if answer.clusters:
-            single = all(len(cluster.effects) == 1 for cluster in answer.clusters)
             return Decision(
-                "effects" if single else "inseparable",
+                _kind(answer.clusters),
                 answer.clusters,
                 min(cluster.probability for cluster in answer.clusters),
                 answer.lacking,
@@ -174,15 +173,27 @@ def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation:
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
     shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
-    of another form explains the trials, and the effects only take its shape.
+    of another form explains the trials, and the effects only take its shape. Errors of a sensor stay: they change what
+    one sensor says, which no term can without moving the others, and are small beside what runs of another form miss.
     """
     if not decision.clusters or validation is None or validation.lower > 0.0:
         return decision
     if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
         return decision
+    kept = tuple(cluster for cluster in decision.clusters if is_within(cluster.cause, SENSOR))
+    shown = tuple(sorted(cluster.member_in(decision.shown) for cluster in kept))
+    outdone = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters if cluster not in kept)
+    if not outdone:
+        return decision
+    if kept:
+        sure = min(cluster.probability for cluster in kept)
+        return Decision(_kind(kept), kept, sure, True, shown, decision.form, decision.along, outdone=outdone)
     lacking = sum(one.probability for one in found if one.discrepancy)
-    names = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=names)
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=outdone)
+
+
+def _kind(clusters: Sequence[Cluster]) -> Kind:
+    return "effects" if all(len(cluster.effects) == 1 for cluster in clusters) else "inseparable"
 
 
 def _adds(validation: Validation) -> bool:

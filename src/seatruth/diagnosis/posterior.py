@@ -19,7 +19,7 @@ from seatruth.effects.causes import ancestors, is_within
 _NEGLIGIBLE = 1e-3
 """Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
 
-_SENSOR = "sensor"
+SENSOR = "sensor"
 """Family of causes that change what a sensor says of the motion, and not the motion."""
 
 
@@ -86,7 +86,7 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
 
 def errors_of_sensors(effects: Mapping[str, Effect]) -> set[str]:
     """Names of the effects that are errors of a sensor, by their cause."""
-    return {name for name, effect in effects.items() if is_within(effect.cause, _SENSOR)}
+    return {name for name, effect in effects.items() if is_within(effect.cause, SENSOR)}
 
 
 def _left_by_the_form(search: Search, leader: Fit) -> float:

@@ -81,8 +81,12 @@ def verdict_sentence(
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
-        return _joined(first, said, _of_another_form(form), _on_one_course(along), _outdone(outdone), beside)
-    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial))
+        return _joined(
+            first, said, _of_another_form(form), _on_one_course(along), _outdone(outdone, beside=False), beside
+        )
+    return _joined(
+        first, _named(causes, probability, discrepancy, shares, validation, one_trial), _outdone(outdone, beside=True)
+    )
 
 
 def chance(probability: float) -> str:
@@ -245,13 +249,14 @@ def _on_one_course(titles: Sequence[str]) -> str:
     return f"It looks like {listed(titles)}, which trials on one course cannot tell from forces that the model lacks."
 
 
-def _outdone(titles: Sequence[str]) -> str:
-    """What explains the trials, where a model of another form predicts those left out better."""
+def _outdone(titles: Sequence[str], *, beside: bool) -> str:
+    """What explains the trials, alone or beside named causes, where those left out are predicted better without it."""
     if not titles:
         return ""
+    subject, them = "The rest" if beside else "It", "it" if len(titles) == 1 else "them"
     return (
-        f"It looks like {listed(titles)}, but trials left out are predicted better without "
-        f"{'it' if len(titles) == 1 else 'them'}: the model is of another form."
+        f"{subject} looks like {listed(titles)}, but trials left out are predicted better without {them}: the model is "
+        "of another form."
     )
 
 

@@ -82,7 +82,7 @@ def tempered(
     """
     top = max(float(evidence.max()), lowest)
     last = np.full(len(evidence), temperature + model_form * (top - lowest + max(0.0, ahead)))
-    found = evidence / last
+    found: Array = evidence / last
     sensed, sensors = by_sensors or (np.full(len(evidence), -math.inf), counts)
     for number in range(2, int(counts.max()) + 1):
         reached = max(float(evidence[counts < number].max(initial=lowest)), lowest)
