@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
@@ -15,10 +16,11 @@ from seatruth.diagnosis import hypothesis_fits, noise_sharing
 from seatruth.diagnosis import search as search_module
 from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import Sizes, noise_prior
+from seatruth.effects import available
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 
@@ -402,3 +404,16 @@ def test_a_fit_starts_from_likely_values_too(ship_folder: Path, monkeypatch: pyt
     assert ends["first"].point.shared[column] < 0.8
     assert ends["from likely value 0 of wavy"].evidence > ends["first"].evidence + 100.0
     assert leader.point.shared[column] == pytest.approx(1.0, abs=3.0 * leader.stderr(problem)[column])
+
+
+def test_currents_that_point_anywhere_are_tried_without_a_common_one() -> None:
+    """Days whose currents cancel in the mean: no current that is the same in all leads there."""
+    model, truth = boat.Boat(), {}
+    own = available()["trial_current"].of_trials([f"run_{k}" for k in range(4)])
+    for k, (north, east) in enumerate([(0.2, 0.0), (-0.2, 0.02), (0.0, 0.2), (0.02, -0.2)]):
+        truth |= {f"trial_current_north_run_{k}": north, f"trial_current_east_run_{k}": east}
+    angles = [{"delta": boat.zigzag(40, 0.3, 8.0)} for _ in range(4)]
+    runs = boat.trials(model, angles, headings=(0.0, 2.0, 4.0, 5.0), effects=truth, specs=(own,))
+    settings = Settings(most_effects=1)
+    problem = Problem(boat.study(model, runs), [available()["current"], own], settings, threads=1)
+    assert search(problem, small.silent).leader.effects == ("trial_current",)

@@ -180,6 +180,9 @@ def test_values_of_each_trial_are_given_as_their_range() -> None:
 
     found = size_in_words([of("north_out", 0.3), of("east_out", -0.03), of("north_back", 0.4), of("east_back", 0.04)])
     assert found == "0.3 to 0.4 m/s towards 354 to 6 deg"
+    sides = [(0.1, 0.0), (0.0, 0.2), (-0.1, -0.1)]
+    around = [of(f"{way}_{k}", value) for k, pair in enumerate(sides) for way, value in zip(("north", "east"), pair)]
+    assert size_in_words(around) == "0.1 to 0.2 m/s, in each trial in another direction"
     both = replace(FORCE, effects=("trial_current", "current"), in_words=found)
     assert "towards 354 to 6 deg, which may differ" in cause_in_words(both)
     assert (

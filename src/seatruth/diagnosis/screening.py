@@ -16,9 +16,12 @@ from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
 from seatruth.diagnosis.steps import objective
+from seatruth.effects.causes import is_within
 
 _MAGNITUDES = (1.0, 2.5)
 """Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
+
+_MOVING_WATER = "environment.moving_water"
 
 
 def screen(found: Search, at: Fit) -> list[str]:
@@ -78,6 +81,27 @@ def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
     if not at.discrepancy or fit is None or fit.evidence < at.evidence - HOPE:
         return {}
     return beside(found, fit, others)
+
+
+def currents_in_each_trial(found: Search, at: Fit) -> list[str]:
+    """Currents of their own in each trial whose linearized evidence is above that of all fits, the highest first.
+
+    Values of their own follow whatever differs between trials. They are asked for alone where they explain more than
+    anything that is the same in all: currents of several days may point anywhere, and have no part in common.
+    """
+    problem, effects = found.problem, found.problem.effects
+    names = [name for name, effect in effects.items() if effect.each_trial and is_within(effect.cause, _MOVING_WATER)]
+    if not names:
+        return []
+    scores = _alone(found, at, names)
+    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *names), discrepancy=at.discrepancy))
+    for sizes in [at.sizes.shrunk(part) for part in PARTS] if at.discrepancy else [at.sizes]:
+        prior = log_prior(problem.settings, sizes, found.known) - at.price
+        for name in names:
+            value = likelihood.evidence(sizes, (*at.effects, name)) + prior
+            scores[name] = max(scores.get(name, -math.inf), value)
+    least = found.leader.evidence + problem.settings.worth_fitting
+    return sorted((name for name in names if scores[name] > least), key=lambda name: -scores[name])
 
 
 def beside(found: Search, fit: Fit, others: Sequence[str]) -> dict[str, float]:

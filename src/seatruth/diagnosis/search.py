@@ -25,7 +25,7 @@ from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
 from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
-from seatruth.diagnosis.screening import screen
+from seatruth.diagnosis.screening import currents_in_each_trial, screen
 from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
@@ -155,11 +155,14 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     # With discrepancy the runs are near their records, where one linearization serves all effects.
     near = found.fits.get(((), True)) or found.null
     singles = _singles(found, near)
+    count = len(singles)
     # The leader first: what it reaches tells which of the others are hopeless.
     for batch in (singles[:1], singles[1:]):
         _fit_at_once(found, batch, near, say, expected, workers)
+    for name in currents_in_each_trial(found, near):
+        say(f"effect {name}", count, expected)
+        fit_both(found, (name,), near)
     share_noise(found, 1)
-    count = len(singles)
     for size in range(2, settings.most_effects + 1):
         fewer = [fit for fit in found.sets() if len(fit.effects) < size]
         smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]

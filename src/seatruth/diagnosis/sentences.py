@@ -142,7 +142,10 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
 
 
 def _across_trials(parameters: Sequence[EffectParameter]) -> str:
-    """Components of each trial as a range: "0.35 to 0.44 m/s towards 47 to 68 deg"; empty where it has none."""
+    """Components of each trial as a range: "0.35 to 0.44 m/s towards 47 to 68 deg"; empty where it has none.
+
+    Directions over more than half of the compass have no range that says anything.
+    """
     east = {q.name.removeprefix("east_"): q.value for q in parameters if q.name.startswith("east_")}
     pairs = [(q.value, east[q.name.removeprefix("north_")]) for q in parameters if q.name.startswith("north_")]
     if not pairs:
@@ -150,6 +153,8 @@ def _across_trials(parameters: Sequence[EffectParameter]) -> str:
     sizes, unit = [math.hypot(*pair) for pair in pairs], next(q.unit for q in parameters if q.name.startswith("north_"))
     middle = math.degrees(math.atan2(sum(e for _, e in pairs), sum(n for n, _ in pairs)))
     off = [(math.degrees(math.atan2(e, n)) - middle + 180.0) % 360.0 - 180.0 for n, e in pairs]
+    if max(off) - min(off) > 180.0:
+        return f"{min(sizes):.2g} to {max(sizes):.2g} {unit}, in each trial in another direction"
     ends = [f"{(middle + one) % 360.0:.0f}" for one in (min(off), max(off))]
     return f"{min(sizes):.2g} to {max(sizes):.2g} {unit} towards {ends[0]} to {ends[1]} deg"
 
