@@ -113,22 +113,21 @@ def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     assert "sections of about" in finding(study.trials, 2).message
 
 
-def test_a_fit_that_crawls_gives_up_only_where_trials_can_be_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_trials_are_cut_where_the_fit_of_the_model_alone_ends_far_short(monkeypatch: pytest.MonkeyPatch) -> None:
     study = seatruth.sample.load("diagnose.toml")
     problem = Problem(study, load_effects(["current"]), Settings())
-    asked: list[float] = []
-
-    def fit(*args: object, most_crawls: float, **more: object) -> None:
-        asked.append(most_crawls)
-        raise np.linalg.LinAlgError("enough")
-
-    monkeypatch.setattr(hypothesis_fits, "fit", fit)
     found = Search(problem, noise_prior(problem))
-    for may_cut in (False, True):
-        found.may_cut = may_cut
-        for key, on in (((), False), ((), True), (("current",), True)):
-            hypothesis_fits.fit_once(found, key, on, problem.start, first_sizes(problem, found.known))
-    assert [np.isfinite(most) for most in asked] == [False] * 3 + [False, True, False]
+    loose = hypothesis_fits.fit_once(found, (), True, problem.start, first_sizes(problem, found.known))
+    assert loose is not None
+    for may_cut, ahead, cut in ((False, 1e4, False), (True, 0.01, False), (True, 0.1, True)):
+        short = replace(loose, ahead=ahead * problem.count, settled=False)
+        monkeypatch.setattr(hypothesis_fits, "fit_once", lambda *_, **__: short)  # noqa: B023
+        again = Search(problem, found.known, fits={((), True): short, ((), False): loose}, may_cut=may_cut)
+        if cut:
+            with pytest.raises(RunsBend):
+                hypothesis_fits.fit_null(again)
+        else:
+            hypothesis_fits.fit_null(again)
 
 
 def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:

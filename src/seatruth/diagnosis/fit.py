@@ -18,7 +18,6 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
-from seatruth.diagnosis.sections import RunsBend
 from seatruth.diagnosis.size_search import OfSizes, maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
@@ -48,8 +47,6 @@ _SAME_SIZES = 1.0
 """nats that new sizes must bring, or leave ahead of the point, for it to be sought again under them. [S]"""
 _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
-_CRAWL = 0.25
-"""Part of what a step promises below which it crawls: steps that fit bring more than half. [S]"""
 _KEPT_PROMISE = 0.1
 """Part of what derivatives lent from another point promise below which they are computed anew. [S]"""
 _PROPOSALS = 2
@@ -120,13 +117,11 @@ def fit(
     *,
     discrepancy: bool,
     rival: float = -math.inf,
-    most_crawls: float = math.inf,
 ) -> Fit:
     """Fits a hypothesis from a point.
 
     `rival` is the evidence of the best hypothesis so far: a fit that cannot come near it is broken off. Raises
-    LinAlgError where the linear algebra fails at the end; its evidence is -inf where the model diverges. Raises
-    RunsBend where it does not come to its end, and more than `most_crawls` steps brought little of what they promised.
+    LinAlgError where the linear algebra fails at the end; its evidence is -inf where the model diverges.
     """
     settings, effects = problem.settings, tuple(effects)
     channels = sorted({series.channel for series in problem.series})
@@ -135,7 +130,7 @@ def fit(
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
     point, sizes = _approached(problem, effects, point, sizes)
-    reached, left, crawls = -math.inf, 0.0, 0
+    reached, left = -math.inf, 0.0
     for round_ in range(_ROUNDS):
         last, settled, highest, still, fallen = -math.inf, False, -math.inf, 0, 0.0
         for number in range(settings.fit_steps):
@@ -163,7 +158,6 @@ def fit(
             if problem.lent and kept < _KEPT_PROMISE:
                 problem.renew()
                 continue
-            crawls += kept < _CRAWL
             if fall < settings.settled:
                 settled = True
                 break
@@ -176,10 +170,7 @@ def fit(
         if brought < _SAME_SIZES and (left < _SAME_SIZES or stuck):
             break
         reached = value
-    found = fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
-    if crawls > most_crawls and not found.settled:
-        raise RunsBend
-    return found
+    return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 
 def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
