@@ -65,6 +65,7 @@ class Assembly:
         self._gains: dict[tuple[str, Key], Array] = {}
         self._gaps: dict[Key, Gap] = {}
         self._validations: dict[Key, Validation | None] = {}
+        self._say: Callable[[str, int, int], None] = _silent
 
     @cached_property
     def decision(self) -> Decision:
@@ -133,11 +134,15 @@ class Assembly:
 
     def validation(self, say: Callable[[str, int, int], None]) -> Validation | None:
         """Each trial predicted from the others."""
-        return self._validated(self.decision.shown, say)
+        self._say = say  # the decision may ask for it first
+        try:
+            return self._validated(self.decision.shown)
+        finally:
+            self._say = _silent
 
-    def _validated(self, key: Key, say: Callable[[str, int, int], None] = _silent) -> Validation | None:
+    def _validated(self, key: Key) -> Validation | None:
         if key not in self._validations:
-            self._validations[key] = validate(self.search, key, say)
+            self._validations[key] = validate(self.search, key, self._say)
         return self._validations[key]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
