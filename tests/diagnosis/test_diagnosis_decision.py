@@ -154,6 +154,10 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     assert checked(0.0, -0.5, 0.8, both=1.2) == said
     assert checked(0.0, -0.5, 0.8, both=math.nan) == unknown
     assert without_outdone(said, found, None) == said
+    # One trial that it does not help to predict is not enough to refuse it.
+    folds = [Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0) for both in (1.2, 1.25, 2.3)]
+    assert without_outdone(said, found, Validation(tuple(folds), 0.1, -0.5, 1.5, 0.8)) == said
+    assert without_outdone(said, found, Validation(tuple(folds[1:]), 0.1, -0.5, 1.5, 0.8)) == unknown
 
 
 def test_an_error_of_a_sensor_stays_where_terms_of_no_name_predict_better() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -84,7 +86,23 @@ class Assembly:
         if not self._leaves_a_gap:
             return said  # nothing is small beside a gap that is noise
         said = without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
-        left = without_outdone(said, self.hypotheses, self._validated(said.shown) if said.clusters else None)
+        return self._predicting(said)
+
+    def _predicting(self, said: Decision) -> Decision:
+        """The decision less what trials left out are predicted better without.
+
+        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it.
+        """
+        if not said.clusters:
+            return said
+        alike = [cluster.effects for cluster in said.clusters]
+        keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
+        tried = []
+        for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
+            tried.append(without_outdone(replace(said, shown=key), self.hypotheses, self._validated(key)))
+            if not tried[-1].outdone:
+                return tried[-1]
+        left = tried[0]
         if left.shown and self.search.best(left.shown) is None:
             ensure(self.search, left.shown, self._gap_of(said.shown).shown)
         return left
