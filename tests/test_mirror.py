@@ -123,9 +123,7 @@ ELSEWHERE = {
     # Stages of the search, tested by the hypotheses that it fits.
     "diagnosis/test_diagnosis_search.py": (
         "diagnosis/hypotheses",
-        "diagnosis/hypothesis_fits",
         "diagnosis/noise_sharing",
-        "diagnosis/screening",
     ),
     "diagnosis/test_diagnosis_sizes.py": ("diagnosis/size_search",),
     # What the tables of a diagnosis are made of.

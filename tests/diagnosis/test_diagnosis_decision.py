@@ -6,39 +6,11 @@ import itertools
 import math
 
 import pytest
+from decided_by_hand import SETTINGS, decided
 
-from seatruth.diagnosis.decision import Decision, decide, without_outdone, without_small
-from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.parts import Fold, Validation
-from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
-
-SETTINGS = Settings()
-
-
-def hypotheses(*entries: tuple[Key, float] | tuple[Key, float, bool]) -> list[Hypothesis]:
-    found = [
-        Hypothesis(entry[0], len(entry) == 3, 0.0, 0.0, entry[1], True) for entry in entries
-    ]  # evidence and priors play no part in the decision
-    return sorted(found, key=lambda one: -one.probability)
-
-
-def decided(
-    *entries: tuple[Key, float] | tuple[Key, float, bool],
-    near: dict[frozenset[str], float] | None = None,
-    refused: tuple[str, ...] = (),
-    underpowered: bool = False,
-) -> Decision:
-    distances = near or {}
-    return decide(
-        hypotheses(*entries),
-        available(),
-        SETTINGS,
-        near=lambda a, b: distances.get(frozenset((a, b)), math.inf),
-        helps=lambda name, key: name not in refused,
-        underpowered=underpowered,
-    )
 
 
 def test_one_effect_that_holds_the_probability_is_named() -> None:
@@ -132,62 +104,6 @@ def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() 
     assert said.probability == pytest.approx(0.98)
     assert decided(*sets, ((), 0.02)).clusters == ()
     assert decided(*sets, ((), 0.02), near={**same, frozenset(("bank", "rudder_offset")): 30.0}).clusters == ()
-
-
-def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_not_shrink_surely() -> None:
-    entries = (("wind",), 0.9, True), (("wind",), 0.05), ((), 0.05)
-    said, found = decided(*entries), hypotheses(*entries)
-
-    def checked(explained: float, lower: float, control: float, both: float = 1.3) -> Decision:
-        fold = Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0)
-        return without_outdone(said, found, Validation((fold,), explained, lower, 1.5, control))
-
-    unknown = checked(0.24, -0.21, 0.84)
-    assert (unknown.kind, unknown.clusters, unknown.shown, unknown.outdone) == ("unknown", (), (), ("wind",))
-    assert unknown.probability == pytest.approx(0.9)
-    # A right cause may close less than terms that can take its shape, or not surely: not both.
-    for kept in (checked(0.84, 0.46, 0.97), checked(0.45, -0.56, 0.11), checked(math.nan, math.nan, math.nan)):
-        assert kept == said
-    # What makes the gap grow is not named because terms do worse still.
-    assert checked(-1.06, -3.5, -8.9) == unknown
-    # It may close nothing where the form is far off: beside the terms it is seen.
-    assert checked(0.0, -0.5, 0.8, both=1.2) == said
-    assert checked(0.0, -0.5, 0.8, both=math.nan) == unknown
-    assert without_outdone(said, found, None) == said
-    # One trial that it does not help to predict is not enough to refuse it.
-    folds = [Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0) for both in (1.2, 1.25, 2.3)]
-    assert without_outdone(said, found, Validation(tuple(folds), 0.1, -0.5, 1.5, 0.8)) == said
-    assert without_outdone(said, found, Validation(tuple(folds[1:]), 0.1, -0.5, 1.5, 0.8)) == unknown
-
-
-def test_an_error_of_a_sensor_stays_where_terms_of_no_name_predict_better() -> None:
-    """Of a ship whose turning rate is off by 0.03 deg/s, in runs that a model of another form misses by far more."""
-    fold = Fold("turn", ("gyro_bias",), 3.0, 3.0, 1.3, 1.3, 1.0, 0.1, 5.0)
-    checked = Validation((fold,), 0.0, -0.2, 0.2, 0.85)
-    entries = (("gyro_bias",), 0.9, True), ((), 0.1, True)
-    said = decided(*entries)
-    assert without_outdone(said, hypotheses(*entries), checked) == said
-    entries = (("gyro_bias", "wind"), 0.9, True), ((), 0.1, True)
-    both = decided(*entries)
-    assert [cluster.effects for cluster in both.clusters] == [("gyro_bias",), ("wind",)]
-    left = without_outdone(both, hypotheses(*entries), checked)
-    assert [cluster.effects for cluster in left.clusters] == [("gyro_bias",)]
-    assert (left.kind, left.shown, left.outdone, left.discrepancy) == ("effects", ("gyro_bias",), ("wind",), True)
-
-
-def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
-    found = hypotheses((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
-    said = decided((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
-    assert said.discrepancy
-    unknown = without_small(said, found, {"current": 0.01}.__getitem__, SETTINGS)
-    assert unknown.kind == "unknown"
-    assert unknown.clusters == ()
-    assert unknown.small == ("current",)
-    assert unknown.probability == pytest.approx(0.9)
-    for share in (0.3, math.nan):
-        assert without_small(said, found, {"current": share}.__getitem__, SETTINGS) == said
-    alone = decided((("current",), 0.95), ((), 0.05))
-    assert without_small(alone, found, {"current": 0.01}.__getitem__, SETTINGS) == alone
 
 
 def test_nothing_is_named_that_does_not_predict() -> None:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
@@ -16,11 +15,10 @@ from seatruth.diagnosis import hypothesis_fits, noise_sharing
 from seatruth.diagnosis import search as search_module
 from seatruth.diagnosis.fit import Fit, fit_at
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import Sizes, noise_prior
-from seatruth.effects import available
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.trials.trial import Trial
 
@@ -358,62 +356,3 @@ def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     monkeypatch.setattr(search_module, "fit_once", watched)
     search_module._refit_parts(Search(problem, found.known, fits={**found.fits, (key, False): leading}))
     assert (key, "from the end of rudder_offset, 0") in begun
-
-
-WAVY = """
-import math
-
-from seatruth.effects import Effect
-from seatruth.models import Parameter
-
-
-class Wavy(Effect):
-    name = "wavy"
-    title = "a gyro whose error has valleys before its whole size"
-    cause = "sensor"
-    source = "chosen here"
-    acts_on = ("sensor:r",)
-    needs_outputs = ("r",)
-    parameters = (Parameter("share", 1.0, "1", min=-0.5, max=1.5),)
-    null = {"share": 0.0}
-    likely = ({"share": 1.0},)
-
-    @staticmethod
-    def measured_outputs(y, s, i, q, e):
-        return y._replace(r=y.r + 0.6 * (q.share + 0.25 * math.sin(4.0 * math.pi * q.share)) * s.r)
-"""
-
-
-def test_a_fit_starts_from_likely_values_too(ship_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the null the first fit ends in a valley on the way."""
-    (ship_folder / "wavy.py").write_text(WAVY)
-    runs = small.trials(ship_folder, {"wavy_share": 1.0}, specs=["wavy.py:Wavy"])
-    problem = small.problem(ship_folder, runs, ["wavy.py:Wavy"])
-    (column,) = problem.columns["wavy"]
-    ends: dict[str, Fit] = {}
-    whole = hypothesis_fits.fit_once
-
-    def noted(found: Search, key: Key, discrepancy: bool, *given: object, **named: object) -> Fit | None:
-        end = whole(found, key, discrepancy, *given, **named)
-        if key and not discrepancy:
-            ends[str(named.get("attempt", "first"))] = end
-        return end
-
-    monkeypatch.setattr(hypothesis_fits, "fit_once", noted)
-    leader = search(problem, small.silent).leader
-    assert ends["first"].point.shared[column] < 0.8
-    assert ends["from likely value 0 of wavy"].evidence > ends["first"].evidence + 100.0
-    assert leader.point.shared[column] == pytest.approx(1.0, abs=3.0 * leader.stderr(problem)[column])
-
-
-def test_currents_that_point_anywhere_are_tried_without_a_common_one() -> None:
-    """Days whose currents cancel in the mean: no current that is the same in all leads there."""
-    model, truth = boat.Boat(), {}
-    own = available()["trial_current"].of_trials([f"run_{k}" for k in range(4)])
-    for k, (north, east) in enumerate([(0.2, 0.0), (-0.2, 0.02), (0.0, 0.2), (0.02, -0.2)]):
-        truth |= {f"trial_current_north_run_{k}": north, f"trial_current_east_run_{k}": east}
-    angles = [{"delta": boat.zigzag(40, 0.3, 8.0)} for _ in range(4)]
-    runs = boat.trials(model, angles, headings=(0.0, 2.0, 4.0, 5.0), effects=truth, specs=(own,))
-    settings = Settings(most_effects=1)
-    problem = Problem(boat.study(model, runs), [available()["current"], own], settings, threads=1)
-    assert search(problem, small.silent).leader.effects == ("trial_current",)

@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats, without_outdone, without_small
+from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import Fit, without_discrepancy
@@ -30,6 +30,7 @@ from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
+from seatruth.diagnosis.withdrawals import without_outdone, without_small
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.models.base import whole_name

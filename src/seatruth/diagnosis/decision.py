@@ -19,8 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.parts import Validation
-from seatruth.diagnosis.posterior import SENSOR, answers, none_and_unknown
+from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
@@ -128,7 +127,7 @@ def decide(
         answer = _answer(left, effects, settings, near, helps, one_course)
         if answer.clusters:
             return Decision(
-                _kind(answer.clusters),
+                kind_of(answer.clusters),
                 answer.clusters,
                 min(cluster.probability for cluster in answer.clusters),
                 answer.lacking,
@@ -152,62 +151,9 @@ def decide(
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
-def without_small(
-    decision: Decision, found: Sequence[Hypothesis], share: Callable[[str], float], settings: Settings
-) -> Decision:
-    """The decision, where what it names is worth naming.
-
-    Where the model also lacks something that no effect describes, and nothing that is named closes a part of the gap
-    that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
-    where nobody can say.
-    """
-    names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
-    if not names or not decision.discrepancy or _explains(names, share, settings):
-        return decision
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, tuple(names))
-
-
-def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
-    """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
-
-    Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
-    shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
-    of another form explains the trials, and the effects only take its shape. Errors of a sensor stay: they change what
-    one sensor says, which no term can without moving the others, and are small beside what runs of another form miss.
-    """
-    if not decision.clusters or validation is None or validation.lower > 0.0:
-        return decision
-    if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
-        return decision
-    kept = tuple(cluster for cluster in decision.clusters if is_within(cluster.cause, SENSOR))
-    shown = tuple(sorted(cluster.member_in(decision.shown) for cluster in kept))
-    outdone = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters if cluster not in kept)
-    if not outdone:
-        return decision
-    if kept:
-        sure = min(cluster.probability for cluster in kept)
-        return Decision(_kind(kept), kept, sure, True, shown, decision.form, decision.along, outdone=outdone)
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=outdone)
-
-
-def _kind(clusters: Sequence[Cluster]) -> Kind:
+def kind_of(clusters: Sequence[Cluster]) -> Kind:
+    """Whether each of these causes is one effect, or one is several that stand in each other's place."""
     return "effects" if all(len(cluster.effects) == 1 for cluster in clusters) else "inseparable"
-
-
-def _adds(validation: Validation) -> bool:
-    """Whether effects predict most trials left out better beside free terms than the terms do alone.
-
-    Not in the mean: in one trial that a model of another form misses by far, they may do no better.
-    """
-    pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
-    return 2 * sum(both < alone for alone, both in pairs) > len(pairs)
-
-
-def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
-    """Whether one of these effects closes a part of the gap that matters, as far as anybody can say."""
-    return any(not share(name) < settings.small_share for name in names)
 
 
 @dataclass(frozen=True)

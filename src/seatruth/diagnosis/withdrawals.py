@@ -1,0 +1,70 @@
+"""What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
+
+Of two things nothing is named: what is significant beside an unknown cause, but closes next to nothing, and what trials
+left out are predicted better without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from seatruth.diagnosis.decision import Decision, kind_of
+from seatruth.diagnosis.parts import Validation
+from seatruth.diagnosis.posterior import SENSOR
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.verdict import Hypothesis
+from seatruth.effects.causes import is_within
+
+
+def without_small(
+    decision: Decision, found: Sequence[Hypothesis], share: Callable[[str], float], settings: Settings
+) -> Decision:
+    """The decision, where what it names is worth naming.
+
+    Where the model also lacks something that no effect describes, and nothing that is named closes a part of the gap
+    that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
+    where nobody can say.
+    """
+    names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
+    if not names or not decision.discrepancy or _explains(names, share, settings):
+        return decision
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, tuple(names))
+
+
+def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
+    """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
+
+    Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
+    shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
+    of another form explains the trials, and the effects only take its shape. Errors of a sensor stay: they change what
+    one sensor says, which no term can without moving the others, and are small beside what runs of another form miss.
+    """
+    if not decision.clusters or validation is None or validation.lower > 0.0:
+        return decision
+    if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
+        return decision
+    kept = tuple(cluster for cluster in decision.clusters if is_within(cluster.cause, SENSOR))
+    shown = tuple(sorted(cluster.member_in(decision.shown) for cluster in kept))
+    outdone = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters if cluster not in kept)
+    if not outdone:
+        return decision
+    if kept:
+        sure = min(cluster.probability for cluster in kept)
+        return Decision(kind_of(kept), kept, sure, True, shown, decision.form, decision.along, outdone=outdone)
+    lacking = sum(one.probability for one in found if one.discrepancy)
+    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=outdone)
+
+
+def _adds(validation: Validation) -> bool:
+    """Whether effects predict most trials left out better beside free terms than the terms do alone.
+
+    Not in the mean: in one trial that a model of another form misses by far, they may do no better.
+    """
+    pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
+    return 2 * sum(both < alone for alone, both in pairs) > len(pairs)
+
+
+def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
+    """Whether one of these effects closes a part of the gap that matters, as far as anybody can say."""
+    return any(not share(name) < settings.small_share for name in names)
