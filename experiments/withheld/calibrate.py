@@ -144,14 +144,13 @@ def calibrate(
 
 def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
     """A case's hypotheses as arrays. No effect with a discrepancy is the answer "unknown"; with effects a discrepancy
-    does not change the answer."""
-    twin, rows = twins(), verdict["hypotheses"]
-    keys = [
-        tuple(one_name(row["effects"], twin)) or ((UNKNOWN,) if row["discrepancy"] else ())
-        for row in rows
-        if math.isfinite(row["log_evidence"])
-    ]
-    rows = [row for row in rows if math.isfinite(row["log_evidence"])]
+    does not change the answer. Terms that stand for a discrepancy of their form (`like`) count among the effects that
+    the evidence is of."""
+    twin = twins()
+    stated = [row for row in verdict["hypotheses"] if math.isfinite(row["log_evidence"])]
+    keys = [tuple(one_name(row["effects"], twin)) or ((UNKNOWN,) if row["discrepancy"] else ()) for row in stated]
+    rows = [{**row, "effects": [*row["effects"], *row.get("like", ())]} for row in stated]
+    fitted = [tuple(one_name(row["effects"], twin)) or key for row, key in zip(rows, keys, strict=True)]
     answers = sorted(set(keys))
     true = tuple(one_name(truth["effects"], twin))
     accepted = {true, ()} if truth["kind"] == "form" else {true}
@@ -165,7 +164,7 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         np.array([bool(key) and key != (UNKNOWN,) for key in answers]),
         np.array([key in accepted for key in answers]),
         _explained(rows),
-        *_beside_forces(rows, keys),
+        *_beside_forces(rows, fitted),
         sensors_alone(
             np.array([float(row["log_evidence"]) for row in rows]),
             [tuple(row["effects"]) for row in rows],

@@ -9,7 +9,7 @@ from typing import Any
 from seatruth import load_study
 from seatruth.diagnosis import Diagnosis, diagnose
 
-OF_HYPOTHESIS = ("effects", "discrepancy", "log_evidence", "log_prior")
+OF_HYPOTHESIS = ("effects", "discrepancy", "like", "log_evidence", "log_prior")
 """Fields of each hypothesis, from which constants are calibrated."""
 OF_DECISION = (
     *("temperature", "model_form", "form_beside"),
@@ -30,7 +30,7 @@ def diagnosed(study: Path) -> dict[str, Any]:
     found = diagnose(loaded, suggest=loaded.synthetic)
     said = dict(found.as_verdict(study.parent.name))
     said["hypotheses"] = [
-        {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects)}
+        {name: getattr(one, name) for name in OF_HYPOTHESIS} | {"effects": list(one.effects), "like": list(one.like)}
         for one in found.hypotheses
     ]
     said["settings"] = {name: found.outcome["settings"][name] for name in OF_DECISION}

@@ -23,13 +23,14 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
+from seatruth.diagnosis.other_forms import with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
-from seatruth.diagnosis.verdict import EffectParameter, EffectResult, NamedCause, Verdict
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import without_outdone, without_small
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
@@ -61,9 +62,7 @@ class Assembly:
     def __init__(self, study: Study, search: Search, seed: int) -> None:
         self.study, self.search, self.seed = study, search, seed
         self.problem, self.settings = search.problem, search.problem.settings
-        self.hypotheses = posterior.hypotheses(search, self.settings)
-        self.sets = posterior.answers(self.hypotheses)
-        self.inclusion = posterior.inclusion(self.hypotheses, list(self.problem.effects))
+        self._weighed = posterior.hypotheses(search, self.settings)
         self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
         self._gaps: dict[Key, Gap] = {}
@@ -71,10 +70,20 @@ class Assembly:
         self._say: Callable[[str, int, int], None] = _silent
 
     @cached_property
+    def hypotheses(self) -> list[Hypothesis]:
+        """With their probabilities as the decision leaves them."""
+        return with_other_forms(self._weighed, self.problem.effects, self.decision.outdone)
+
+    @cached_property
+    def inclusion(self) -> dict[str, float]:
+        """Probability that each effect acts, alone or with others."""
+        return posterior.inclusion(self.hypotheses, list(self.problem.effects))
+
+    @cached_property
     def decision(self) -> Decision:
         """What is said."""
         said = decide(
-            self.hypotheses,
+            self._weighed,
             self.problem.effects,
             self.settings,
             near=self.information.noncentrality_between,
@@ -86,7 +95,7 @@ class Assembly:
         )
         if not self._leaves_a_gap:
             return said  # nothing is small beside a gap that is noise
-        said = without_small(said, self.hypotheses, self._gap_of(said.shown).share, self.settings)
+        said = without_small(said, self._weighed, self._gap_of(said.shown).share, self.settings)
         return self._predicting(said)
 
     def _predicting(self, said: Decision) -> Decision:
@@ -100,7 +109,7 @@ class Assembly:
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            tried.append(without_outdone(replace(said, shown=key), self.hypotheses, self._validated(key)))
+            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key)))
             if not tried[-1].outdone:
                 return tried[-1]
         left = tried[0]
@@ -121,7 +130,7 @@ class Assembly:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
         fit = self.search.best(key)
         if fit is None:
-            whole = self.search.best(next(iter(self.sets)))
+            whole = self.search.best(next(iter(posterior.answers(self._weighed))))
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False
@@ -167,7 +176,9 @@ class Assembly:
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
         members = [name for cluster in self.decision.clusters for name in cluster.effects]
-        alone = [key[0] for key, p in self.sets.items() if len(key) == 1 and p > _HARDLY][:_SURVIVORS]
+        alone = [key[0] for key, p in posterior.answers(self.hypotheses).items() if len(key) == 1 and p > _HARDLY][
+            :_SURVIVORS
+        ]
         names = list(dict.fromkeys([*members, *alone]))
         fitted = {name: max(self.inclusion[name], _HARDLY) for name in names if self.search.best((name,)) is not None}
         return with_motion(next_trial(self.search, fitted, say), self.problem, self.gap.points["effects"])

@@ -19,6 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.other_forms import is_form
 from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
@@ -37,9 +38,6 @@ _MOST_ALIKE = 5
 a rudder's that stands off, a thruster's that points aside, or a propeller's: naming these four says what to look at."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
-_FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
-"""Causes that damping of another form shows as well. In the 154 opened cases of `experiments/withheld` (development and
-test set of 2026-11-22) such a term led 13 times: it was the cause three times, ten times it stood for other things."""
 _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth")
 """Causes that keep their direction on the earth, by which they are told from what turns with the vehicle."""
 _STRUCTURE = "hydrodynamics"
@@ -118,7 +116,7 @@ def decide(
         nothing = converged and not underpowered and none >= settings.name_threshold
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
     first: Key = next(iter(sets), ())
-    form = tuple(name for name in first if _is_form(name, effects))
+    form = tuple(name for name in first if is_form(name, effects))
     along: Key = ()
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
@@ -143,7 +141,7 @@ def decide(
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
     lacking = sum(
-        one.probability for one in found if one.discrepancy or any(_is_form(name, effects) for name in one.effects)
+        one.probability for one in found if one.discrepancy or any(is_form(name, effects) for name in one.effects)
     )
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
@@ -191,7 +189,7 @@ def _answer(
         probable = [
             name
             for name in likely
-            if not _is_form(name, effects)
+            if not is_form(name, effects)
             and not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
@@ -223,10 +221,6 @@ def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings:
     first, *others = cluster.effects
     alike = all(near(first, other) < settings.apart for other in others)
     return cluster.cause == ROOT and len(cluster.effects) > (_MOST_ALIKE if alike else _MOST_APART)
-
-
-def _is_form(name: str, effects: Mapping[str, Effect]) -> bool:
-    return any(is_within(effects[name].cause, form) for form in _FORMS)
 
 
 def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:

@@ -99,6 +99,8 @@ class Hypothesis:
     """Whether its fit converged."""
     fitted: bool = True
     """Whether it was fitted: if not, its log evidence is that of a linearization."""
+    like: tuple[str, ...] = ()
+    """Terms whose fit stands for its discrepancy: damping of another form than the model's, which shows the same."""
 
 
 @dataclass(frozen=True)

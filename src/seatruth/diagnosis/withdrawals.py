@@ -28,8 +28,8 @@ def without_small(
     names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
     if not names or not decision.discrepancy or _explains(names, share, settings):
         return decision
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, tuple(names))
+    lacking = _lacking(found)
+    return Decision("unknown", (), lacking, True, (), decision.form, decision.along, tuple(names))
 
 
 def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
@@ -52,8 +52,13 @@ def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation:
     if kept:
         sure = min(cluster.probability for cluster in kept)
         return Decision(kind_of(kept), kept, sure, True, shown, decision.form, decision.along, outdone=outdone)
-    lacking = sum(one.probability for one in found if one.discrepancy)
-    return Decision("unknown", (), min(1.0, lacking), True, (), decision.form, decision.along, outdone=outdone)
+    lacking = _lacking(found, outdone)
+    return Decision("unknown", (), lacking, True, (), decision.form, decision.along, outdone=outdone)
+
+
+def _lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
+    """Probability that the model lacks something that no effect describes: what is outdone stands for that as well."""
+    return min(1.0, sum(one.probability for one in found if one.discrepancy or {*outdone} & {*one.effects}))
 
 
 def _adds(validation: Validation) -> bool:

@@ -53,7 +53,7 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
     rows = [
         [
             text.in_titles(diagnosis, h.effects),
-            "yes" if h.discrepancy else "no",
+            f"yes, as {text.in_titles(diagnosis, h.like)}" if h.like else "yes" if h.discrepancy else "no",
             number(h.log_evidence, 4),
             number(h.log_prior, 3),
             chance(h.probability),
@@ -63,7 +63,11 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
     ]
     columns = [
         Column("effects", "long"),
-        Column("discrepancy", "text", "whether forces that the model's structure lacks act as well"),
+        Column(
+            "discrepancy",
+            "long",
+            "whether forces that the model's structure lacks act as well; as a term that damping of another form shows",
+        ),
         Column("log evidence", "number", "over that of the model without effects and discrepancy (nats)"),
         Column("log prior", "number"),
         Column("probability", "number", "from evidence and prior; all hypotheses sum to 1"),

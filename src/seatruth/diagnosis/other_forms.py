@@ -1,0 +1,58 @@
+"""Terms of the hull's forces that damping of another form shows as well, and what that leaves of their probability.
+
+A set of effects with cross-flow drag, or a speed loss in turns, has a twin: the same set without the term, on a vehicle
+whose damping has another form than its model's. The term stands for that form and fits the trials as well, so no
+evidence tells the two apart; how often each was the truth does. For what trials left out refuse it is taken to be the
+same [S].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
+
+from seatruth.diagnosis.verdict import Hypothesis
+from seatruth.effects import Effect
+from seatruth.effects.causes import is_within
+
+_FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
+"""Causes that damping of another form shows as well."""
+_LED, _ACTED = 19, 4
+"""Opened cases of `experiments/withheld` in which such a term led, and those in which it was the cause: 13 and 3 of the
+154 of the development and test set of 2026-11-22, 6 and 1 of the 78 blind ones of 2026-11-24 and 25."""
+ACTS = (_ACTED + 1) / (_LED + 2)
+"""Probability that such a term is the cause where it explains the trials: the rule of succession [L: Laplace 1774]."""
+
+
+def is_form(name: str, effects: Mapping[str, Effect]) -> bool:
+    """Whether an effect is a term that damping of another form shows as well."""
+    return any(is_within(effects[name].cause, form) for form in _FORMS)
+
+
+def with_other_forms(
+    found: Iterable[Hypothesis], effects: Mapping[str, Effect], outdone: Collection[str] = ()
+) -> list[Hypothesis]:
+    """The hypotheses, each that has such a term with its twin beside it; the most probable first.
+
+    The two share its probability; the twin is one with discrepancy, and `like` names what stands for that. `outdone`
+    are effects that terms of no name outdo on trials left out: they only take the shape of another form, and have twins
+    as well.
+    """
+    shared: list[Hypothesis] = []
+    for one in found:
+        like = tuple(name for name in one.effects if name in outdone or is_form(name, effects))
+        if not like:
+            shared.append(one)
+            continue
+        acts = replace(one, log_prior=one.log_prior + math.log(ACTS), probability=ACTS * one.probability)
+        twin = replace(
+            one,
+            effects=tuple(name for name in one.effects if name not in like),
+            discrepancy=True,
+            like=like,
+            log_prior=one.log_prior + math.log1p(-ACTS),
+            probability=(1.0 - ACTS) * one.probability,
+        )
+        shared += [acts, twin]
+    return sorted(shared, key=lambda one: (-one.probability, one.effects, one.discrepancy, one.like))

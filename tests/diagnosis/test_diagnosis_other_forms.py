@@ -1,0 +1,45 @@
+"""Terms that damping of another form shows as well share their probability with it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from seatruth.diagnosis.other_forms import ACTS, with_other_forms
+from seatruth.diagnosis.posterior import answers, inclusion, none_and_unknown
+from seatruth.diagnosis.verdict import Hypothesis
+from seatruth.effects import available
+
+EFFECTS = available()
+
+
+def _one(effects: tuple[str, ...], probability: float, *, discrepancy: bool = False) -> Hypothesis:
+    return Hypothesis(effects, discrepancy, 10.0, -2.0, probability, settled=True)
+
+
+def test_a_term_of_the_hull_is_mostly_another_form_of_damping() -> None:
+    found = with_other_forms([_one(("cross_flow",), 0.97), _one((), 0.03)], EFFECTS)
+
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    assert (found[0].effects, found[0].discrepancy, found[0].like) == ((), True, ("cross_flow",))
+    assert none_and_unknown(found) == pytest.approx((0.03, 0.97 * (1.0 - ACTS)))
+    assert inclusion(found, ["cross_flow"])["cross_flow"] == pytest.approx(0.97 * ACTS)
+    # The table of hypotheses can be followed: evidence, prior and probability fit together.
+    assert found[0].log_prior == pytest.approx(-2.0 + math.log1p(-ACTS))
+
+
+def test_what_acts_beside_it_keeps_its_probability() -> None:
+    found = with_other_forms([_one(("cross_flow", "current"), 0.9), _one(("current",), 0.1)], EFFECTS)
+
+    assert inclusion(found, ["current", "cross_flow"])["current"] == pytest.approx(1.0)
+    assert answers(found)["current",] == pytest.approx(0.1 + 0.9 * (1.0 - ACTS))
+
+
+def test_what_trials_left_out_refuse_stands_for_another_form_as_well() -> None:
+    before = [_one(("wind",), 0.8), _one(("current",), 0.2, discrepancy=True)]
+
+    assert with_other_forms(before, EFFECTS) == before
+    found = with_other_forms(before, EFFECTS, outdone=("wind",))
+    assert none_and_unknown(found)[1] == pytest.approx(0.8 * (1.0 - ACTS))
+    assert answers(found)["current",] == pytest.approx(0.2)
