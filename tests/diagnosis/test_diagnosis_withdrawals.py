@@ -66,3 +66,12 @@ def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -
         assert without_small(said, found, {"current": share}.__getitem__, SETTINGS) == said
     alone = decided((("current",), 0.95), ((), 0.05))
     assert without_small(alone, found, {"current": 0.01}.__getitem__, SETTINGS) == alone
+
+
+def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -> None:
+    fold = Fold("turn", ("wave_forces",), 3.0, 3.0, 1.3, 1.3, 1.0, 0.1, 5.0)
+    checked = Validation((fold,), 0.0, -0.2, 0.2, 0.85)
+    entries = (("wave_forces",), 0.9, True), ((), 0.1, True)
+    said = decided(*entries)
+    assert without_outdone(said, hypotheses(*entries), checked, own=["wave_forces"]) == said
+    assert without_outdone(said, hypotheses(*entries), checked).kind == "unknown"

@@ -105,11 +105,12 @@ class Assembly:
         """
         if not said.clusters:
             return said
+        own = [name for name, effect in self.problem.effects.items() if effect.each_trial and effect.stochastic]
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key)))
+            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key), own))
             if not tried[-1].outdone:
                 return tried[-1]
         left = tried[0]

@@ -28,6 +28,8 @@ class Search:
     """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
     starts: dict[str, Array] = field(default_factory=dict)
     """Finite values (k, n), the best first, from which an effect is fitted, where they are better than its null."""
+    waves: dict[str, Array] = field(default_factory=dict)
+    """Values (n,) from which effects of waves begin, where what the model alone leaves shows a narrow band."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))

@@ -16,6 +16,7 @@ from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
 from seatruth.diagnosis.steps import objective
+from seatruth.diagnosis.wave_search import wave_starts
 from seatruth.effects.causes import is_within
 
 _MAGNITUDES = (1.0, 2.5)
@@ -102,6 +103,41 @@ def currents_in_each_trial(found: Search, at: Fit) -> list[str]:
             scores[name] = max(scores.get(name, -math.inf), value)
     least = found.leader.evidence + problem.settings.worth_fitting
     return sorted((name for name in names if scores[name] > least), key=lambda name: -scores[name])
+
+
+def waves_beside(found: Search, at: Fit) -> list[str]:
+    """Effects of waves that a fit lacks and whose linearized evidence beside it is above that of all fits.
+
+    They are linearized where the spectrum of what the model alone leaves has them begin, if it shows a band: there with
+    the amplitudes that fit best, since at their null frequency and direction have no slope but that of their priors.
+    """
+    problem, names = found.problem, []
+    if not at.effects:
+        found.waves = wave_starts(problem, at)
+    for name, values in found.waves.items():
+        if name in at.effects:
+            continue
+        key = tuple(sorted((*at.effects, name)))
+        start = _with_amplitudes(found, at, key, name, values)
+        found.starts.setdefault(name, start[None])
+        scores = _score_from(found, at, key, name, start, at.sizes.without_discrepancy())
+        for on, score in zip((False, True), scores):
+            found.screened[key, on] = max(score, found.screened.get((key, on), -math.inf))
+        if max(scores) > found.leader.evidence + problem.settings.worth_fitting:
+            names.append(name)
+    return names
+
+
+def _with_amplitudes(found: Search, at: Fit, key: Key, name: str, values: Array) -> Array:
+    """These values of an effect with the magnitudes that fit best beside them, its form held."""
+    problem, columns = found.problem, found.problem.columns[name]
+    form = [int(k) for k, q in zip(columns, problem.effects[name].parameters) if q.prior is not None]
+    here = problem.linearize(started(problem, at, name, values), key, discrepancy=at.discrepancy)
+    if not np.isfinite(here.errors).all():
+        return values
+    low, high = problem.low[columns], problem.high[columns]
+    step = Likelihood(problem, here, held=form).solve(at.sizes, key).shared[columns]
+    return np.asarray(np.clip(values + step, low, high))
 
 
 def beside(found: Search, fit: Fit, others: Sequence[str]) -> dict[str, float]:

@@ -25,7 +25,7 @@ from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
 from seatruth.diagnosis.posterior import hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
-from seatruth.diagnosis.screening import currents_in_each_trial, screen
+from seatruth.diagnosis.screening import currents_in_each_trial, screen, waves_beside
 from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
@@ -159,7 +159,7 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     # The leader first: what it reaches tells which of the others are hopeless.
     for batch in (singles[:1], singles[1:]):
         _fit_at_once(found, batch, near, say, expected, workers)
-    for name in currents_in_each_trial(found, near):
+    for name in (*currents_in_each_trial(found, near), *waves_beside(found, near)):
         say(f"effect {name}", count, expected)
         fit_both(found, (name,), near)
     share_noise(found, 1)
@@ -168,7 +168,7 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
         smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
         beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
         for leader in smaller[: settings.leaders]:
-            for name in _additions(found, leader):
+            for name in (*_additions(found, leader), *waves_beside(found, leader)):
                 count += 1
                 key = tuple(sorted((*leader.effects, name)))
                 found.rival = found.leader.evidence

@@ -125,7 +125,7 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
 
     Components north and east are given as size and direction; of an effect with values for each trial, as their range.
     """
-    across = _across_trials(parameters)
+    across = _across_trials(parameters) or _of_waves(parameters)
     if across:
         return across
     direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
@@ -157,6 +157,23 @@ def _across_trials(parameters: Sequence[EffectParameter]) -> str:
         return f"{min(sizes):.2g} to {max(sizes):.2g} {unit}, in each trial in another direction"
     ends = [f"{(middle + one) % 360.0:.0f}" for one in (min(off), max(off))]
     return f"{min(sizes):.2g} to {max(sizes):.2g} {unit} towards {ends[0]} to {ends[1]} deg"
+
+
+def _of_waves(parameters: Sequence[EffectParameter]) -> str:
+    """Amplitudes of waves as a range, their period and direction; empty for anything else.
+
+    "0.02 to 0.06 m/s^2 in waves of 11.60 +- 0.05 s towards 180 +- 1 deg".
+    """
+    known = {q.name: q for q in parameters}
+    if not {"ln_frequency", "towards"} <= set(known):
+        return ""
+    pairs = [(q, known[q.name.replace("cosine", "sine", 1)]) for q in parameters if q.name.startswith("cosine_")]
+    sizes = [math.hypot(cosine.value, sine.value) for cosine, sine in pairs]
+    period, way = 2.0 * math.pi / math.exp(known["ln_frequency"].value), known["towards"]
+    length = with_error(period, period * known["ln_frequency"].stderr)
+    angle = with_error(math.degrees(way.value) % 360.0, math.degrees(way.stderr))
+    size = f"{min(sizes):.2g}" if len(sizes) == 1 else f"{min(sizes):.2g} to {max(sizes):.2g}"
+    return f"{size} {pairs[0][0].unit} in waves of {length} s towards {angle} deg"
 
 
 def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:

@@ -6,7 +6,7 @@ left out are predicted better without.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from seatruth.diagnosis.decision import Decision, kind_of
 from seatruth.diagnosis.parts import Validation
@@ -32,19 +32,22 @@ def without_small(
     return Decision("unknown", (), lacking, True, (), decision.form, decision.along, tuple(names))
 
 
-def without_outdone(decision: Decision, found: Sequence[Hypothesis], validation: Validation | None) -> Decision:
+def without_outdone(
+    decision: Decision, found: Sequence[Hypothesis], validation: Validation | None, own: Collection[str] = ()
+) -> Decision:
     """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
     shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
     of another form explains the trials, and the effects only take its shape. Errors of a sensor stay: they change what
     one sensor says, which no term can without moving the others, and are small beside what runs of another form miss.
+    So do the effects `own`, whose values belong to one trial, as the phase of waves: others do not predict them.
     """
     if not decision.clusters or validation is None or validation.lower > 0.0:
         return decision
     if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
         return decision
-    kept = tuple(cluster for cluster in decision.clusters if is_within(cluster.cause, SENSOR))
+    kept = tuple(one for one in decision.clusters if is_within(one.cause, SENSOR) or one.effects[0] in own)
     shown = tuple(sorted(cluster.member_in(decision.shown) for cluster in kept))
     outdone = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters if cluster not in kept)
     if not outdone:

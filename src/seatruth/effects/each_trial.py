@@ -63,7 +63,7 @@ class EachTrial(Effect):
             what = f"{like.name!r} has states, a servo, or other parameters: it cannot differ from trial to trial"
             raise PluginError(what, where=f"effect {self.name!r}", do="Name an effect without them in `like`.")
         self.trials = tuple(trials)
-        labels = _labels(self.trials)
+        labels = labels_of(self.trials)
         common = [q for q in like.parameters if q.prior is not None]
         self.parameters = (
             *(
@@ -113,7 +113,7 @@ def _repeated(values: Mapping[str, float], labels: Sequence[str]) -> dict[str, f
     return {f"{name}_{label}": value for label in labels for name, value in values.items()}
 
 
-def _labels(trials: Sequence[str]) -> list[str]:
+def labels_of(trials: Sequence[str]) -> list[str]:
     """The names of the trials as parts of an identifier, each different from the others."""
     labels: list[str] = []
     for trial in trials:
