@@ -356,3 +356,19 @@ def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     monkeypatch.setattr(search_module, "fit_once", watched)
     search_module._refit_parts(Search(problem, found.known, fits={**found.fits, (key, False): leading}))
     assert (key, "from the end of rudder_offset, 0") in begun
+
+
+def test_the_parts_of_a_probable_set_are_fitted_though_they_looked_hopeless(found: Search) -> None:
+    """A log's lever arm, linearized at a ninth of its evidence, led beside a rudder's gain and was never fitted."""
+    part, problem = found.fits[("rudder_offset",), False], found.problem
+    shared = part.point.shared.copy()
+    shared[problem.columns["gyro_bias"]] = 1e-5
+    both = fit_at(
+        problem, ("gyro_bias", "rudder_offset"), replace(part.point, shared=shared), part.sizes, found.known,
+        discrepancy=False, settled=True,
+    )  # fmt: skip
+    left = {place: fit for place, fit in found.fits.items() if not place[0]}
+    again = Search(problem, found.known, fits={**left, (both.effects, False): both})
+    search_module._fit_missing_parts(again)
+    assert again.fits[("rudder_offset",), False].evidence == pytest.approx(part.evidence, abs=0.5)
+    assert (("gyro_bias",), False) in again.fits

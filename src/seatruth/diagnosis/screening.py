@@ -162,7 +162,7 @@ def _finite_starts(problem: Problem, name: str) -> list[Array]:
     mean = problem.mean[problem.columns[name]]
     directions = [
         np.array([float(start[q.name]) for q in effect.parameters])
-        for start in effect.starting_points(problem.study.model)
+        for start in effect.starting_points(problem.study.model, list(problem.trials))
     ]
     parts = (1.0,) if effect.starts else _MAGNITUDES
     return [mean + part * (values - mean) for part in parts for values in directions]

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 from seatruth.effects.base import Effect
 from seatruth.effects.filtered import Filtered, delay_rates, delayed
 from seatruth.effects.kinematics import clipped
+from seatruth.effects.rate_limits import RateLimit
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -133,7 +134,7 @@ class RudderDelay(Filtered, OnRudder):
         return tuple(i.delta for pair in _PAIRS for _ in pair)
 
 
-class RudderRateLimit(OnRudder):
+class RudderRateLimit(RateLimit, OnRudder):
     """The rudder turns no faster than 1 / slowness; this slowness adds to that of a servo which the study states."""
 
     name = "rudder_rate_limit"

@@ -38,6 +38,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
+from seatruth.trials.trial import Trial
 
 Hook = Callable[..., Any]
 
@@ -244,8 +245,8 @@ class Effect:
             values[q.name] = min(q.max, max(q.min, prior.mean + side * prior.sd))
         return values
 
-    def starting_points(self, model: Model) -> list[dict[str, float]]:
-        """Finite values of all parameters to start fits from on a model; empty where the null alone will do.
+    def starting_points(self, model: Model, trials: Sequence[Trial] = ()) -> list[dict[str, float]]:
+        """Finite values of all parameters to start fits to trials from on a model; empty where the null alone will do.
 
         Declared `starts` are reduced on a small ship as its typical magnitudes are. An effect with a direction and
         without declared starts starts in eight directions, at its typical magnitude.

@@ -12,6 +12,7 @@ from typing import Any
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import clipped, relative_velocity
+from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
@@ -108,7 +109,7 @@ class ThrusterLag(OnThrusters):
         return lag + q.tau, slowness
 
 
-class ThrusterRateLimit(OnThrusters):
+class ThrusterRateLimit(RateLimit, OnThrusters):
     """A thruster takes `slowness` seconds at least from rest to full power, in addition to a servo's own."""
 
     name = "thruster_rate_limit"
