@@ -34,21 +34,25 @@ def test_a_further_effect_is_not_asked_for_what_the_first_one_leaves() -> None:
 
 
 def test_what_a_sensor_explains_is_not_asked_of_what_acts_on_the_vehicle() -> None:
-    """A delay of a position explains 100 nats: a wind is not asked for what its form leaves, a bias of a gyro is."""
+    """A delay of a position explains 100 nats: a wind is not asked for what its form leaves, a bias of it is."""
     keys = [(), ("delay",), ("wind",), ("delay", "wind"), ("bias", "delay"), ("bias", "delay", "wind")]
     evidence, counts = np.array([0.0, 100.0, 30.0, 140.0, 140.0, 140.0]), np.array([len(key) for key in keys])
 
-    def of(sensors: set[str]) -> Array:
-        by = sensors_alone(evidence, keys, sensors)
+    def of(**sensors: str) -> Array:
+        by = sensors_alone(evidence, keys, {name: frozenset({channel}) for name, channel in sensors.items()})
         return tempered(evidence, counts, 0.0, temperature=2.0, model_form=0.02, beside=0.5, by_sensors=by)
 
-    found, plain = of({"delay", "bias"}), of(set())
+    found, plain = of(delay="x", bias="x"), of()
     whole, further = 2.0 + 0.02 * 140.0, 2.0 + 0.02 * (0.5 * 100.0 + 40.0)
     assert plain[3:] == pytest.approx(np.full(3, 100.0 / whole + 40.0 / further))
     assert found[3] == pytest.approx(100.0 / whole + 40.0 / (2.0 + 0.02 * 40.0))
     assert found[[0, 1, 2, 4]] == pytest.approx(plain[[0, 1, 2, 4]])
     # Two sensors explain all of it: the wind beside them has nothing of its own.
     assert found[5] == pytest.approx(found[4])
+    # Nor is the bias of another sensor asked for it.
+    other = of(delay="x", bias="r")
+    assert other[[0, 1, 2, 3]] == pytest.approx(found[[0, 1, 2, 3]])
+    assert other[4] == pytest.approx(found[3])
 
 
 def test_two_effects_that_only_explain_what_one_does_count_as_it_does() -> None:

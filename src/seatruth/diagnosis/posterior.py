@@ -84,9 +84,9 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
     return beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
 
 
-def errors_of_sensors(effects: Mapping[str, Effect]) -> set[str]:
-    """Names of the effects that are errors of a sensor, by their cause."""
-    return {name for name, effect in effects.items() if is_within(effect.cause, SENSOR)}
+def errors_of_sensors(effects: Mapping[str, Effect]) -> dict[str, frozenset[str]]:
+    """The sensors on which each effect acts that is an error of one, by its cause: {"gyro_bias": {"sensor:r"}}."""
+    return {name: frozenset(one.acts_on) for name, one in effects.items() if is_within(one.cause, SENSOR)}
 
 
 def _left_by_the_form(search: Search, leader: Fit) -> float:

@@ -6,7 +6,7 @@ further effect beside it has a signature of its own, to which what is left of th
 evidence that no set of fewer effects reaches counts at a lower temperature: of what these sets explain, only the part
 `beside` enters it. What two effects explain that one effect explains as well counts as it does for the one. An error of
 a sensor of another form leaves marks in the channels of that sensor alone, which what acts on the vehicle cannot
-explain: beside it, nothing of what sensors explain enters the temperature of an effect of another kind.
+explain, nor an error of another sensor: beside it, nothing of what it explains enters the temperature of these.
 
 Where missing forces explain most of what a set does, they would show most of what its form leaves as well
 (`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
@@ -19,7 +19,7 @@ distribution off.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -95,23 +95,48 @@ def tempered(
     return found
 
 
-def sensors_alone(evidence: Array, keys: Sequence[tuple[str, ...]], sensors: Collection[str]) -> tuple[Array, Indices]:
-    """Log-evidence (H,) nats of the errors of sensors among the effects of each hypothesis, and their number (H,).
+def sensors_alone(
+    evidence: Array, keys: Sequence[tuple[str, ...]], sensors: Mapping[str, frozenset[str]]
+) -> tuple[Array, Indices]:
+    """Log-evidence (H,) nats of what leaves no marks where the rest of a hypothesis does, and how many effects that is.
 
-    -inf where all of its effects are errors of sensors, none is, or they were not fitted by themselves.
+    Of the effects of each hypothesis, that is the errors of sensors; where all are, those of one sensor beside those of
+    others, of which the ones that explain most. -inf where there is no such part, or it was not fitted by itself.
+
+    Args:
+        evidence: log-evidence of the hypotheses (H,) nats.
+        keys: their effects.
+        sensors: the channels of each effect that is an error of a sensor.
 
     Example:
         >>> import numpy as np
-        >>> keys = [("wind",), ("gyro_bias",), ("gyro_bias", "wind")]
-        >>> sensors_alone(np.array([1.0, 20.0, 28.0]), keys, {"gyro_bias"})
-        (array([-inf, -inf,  20.]), array([0, 1, 1]))
+        >>> keys = [("wind",), ("gyro_bias",), ("gyro_bias", "wind"), ("gyro_bias", "speed_bias")]
+        >>> channels = {"gyro_bias": frozenset({"r"}), "speed_bias": frozenset({"u"})}
+        >>> sensors_alone(np.array([1.0, 20.0, 28.0, 24.0]), keys, channels)
+        (array([-inf, -inf,  20.,  20.]), array([0, 0, 1, 1]))
     """
     best: dict[tuple[str, ...], float] = {}
     for key, value in zip(keys, evidence.tolist()):
         best[key] = max(value, best.get(key, -math.inf))
-    own = [tuple(name for name in key if name in sensors) for key in keys]
-    alone = [best.get(part, -math.inf) if part and part != key else -math.inf for part, key in zip(own, keys)]
-    return np.array(alone), np.array([len(part) for part in own], dtype=np.intp)
+    alone, counts = np.full(len(keys), -math.inf), np.zeros(len(keys), dtype=np.intp)
+    for place, key in enumerate(keys):
+        parts = [part for part in _apart(key, sensors) if part in best]
+        if parts:
+            chosen = max(parts, key=lambda part: best[part])
+            alone[place], counts[place] = best[chosen], len(chosen)
+    return alone, counts
+
+
+def _apart(key: tuple[str, ...], sensors: Mapping[str, frozenset[str]]) -> list[tuple[str, ...]]:
+    """Parts of a set that are errors of sensors and share no sensor with the rest of it."""
+    own = tuple(name for name in key if name in sensors)
+    if own != key:
+        return [own] if own else []
+    groups: list[set[str]] = []
+    for name in key:
+        near = [group for group in groups if any(sensors[name] & sensors[other] for other in group)]
+        groups = [group for group in groups if group not in near] + [set().union({name}, *near)]
+    return [tuple(name for name in key if name in group) for group in groups] if len(groups) > 1 else []
 
 
 def form_limit(explained: float, by_forces: float, beside: float, unseen: float) -> float:
