@@ -68,6 +68,19 @@ def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -
     assert without_small(alone, found, {"current": 0.01}.__getitem__, SETTINGS) == alone
 
 
+def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:
+    """Of a ship in a calm basin whose heading came late: waves of 0.0001 m/s2, with a phase in each zigzag."""
+    entries = (("gyro_bias", "wave_forces"), 0.95, True), ((), 0.05, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [cluster.effects for cluster in said.clusters] == [("gyro_bias",), ("wave_forces",)]
+    shares = {"gyro_bias": 0.99, "wave_forces": 0.01}
+    left = without_small(said, found, shares.__getitem__, SETTINGS, own=["wave_forces"])
+    assert ([cluster.effects for cluster in left.clusters], left.shown) == ([("gyro_bias",)], ("gyro_bias",))
+    assert without_small(said, found, shares.__getitem__, SETTINGS) == said
+    large = {"gyro_bias": 0.6, "wave_forces": 0.4}
+    assert without_small(said, found, large.__getitem__, SETTINGS, own=["wave_forces"]) == said
+
+
 def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -> None:
     fold = Fold("turn", ("wave_forces",), 3.0, 3.0, 1.3, 1.3, 1.0, 0.1, 5.0)
     checked = Validation((fold,), 0.0, -0.2, 0.2, 0.85)

@@ -14,10 +14,10 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, decide, repeats
+from seatruth.diagnosis.decision import Cluster, Decision, are_one, decide
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
-from seatruth.diagnosis.fit import Fit, without_discrepancy
+from seatruth.diagnosis.fit import without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
@@ -95,8 +95,19 @@ class Assembly:
         )
         if not self._leaves_a_gap:
             return said  # nothing is small beside a gap that is noise
-        said = without_small(said, self._weighed, self._gap_of(said.shown).share, self.settings)
-        return self._predicting(said)
+        large = without_small(said, self._weighed, self._gap_of(said.shown).share, self.settings, self._own)
+        return self._predicting(self._fitted(large, said))
+
+    def _fitted(self, said: Decision, before: Decision) -> Decision:
+        """The decision, with what is left of an earlier one fitted."""
+        if said.shown and self.search.best(said.shown) is None:
+            ensure(self.search, said.shown, self._gap_of(before.shown).shown)
+        return said
+
+    @property
+    def _own(self) -> list[str]:
+        """Effects with a phase of their own in each trial, which others do not predict."""
+        return [name for name, effect in self.problem.effects.items() if effect.each_trial and effect.stochastic]
 
     def _predicting(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without.
@@ -105,18 +116,14 @@ class Assembly:
         """
         if not said.clusters:
             return said
-        own = [name for name, effect in self.problem.effects.items() if effect.each_trial and effect.stochastic]
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key), own))
+            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key), self._own))
             if not tried[-1].outdone:
                 return tried[-1]
-        left = tried[0]
-        if left.shown and self.search.best(left.shown) is None:
-            ensure(self.search, left.shown, self._gap_of(said.shown).shown)
-        return left
+        return self._fitted(tried[0], said)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -264,15 +271,11 @@ class Assembly:
         words = {"kinematics", *(self.problem.discrepancy.equations.values() if self.problem.discrepancy else ())}
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
-    def _deviation_of(self, fit: Fit) -> Array:
-        """Standard errors of the shared unknowns (S,)."""
-        return size_errors(self.problem, fit)
-
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
         fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
         if fit is None:
             return ()
-        effect, error, columns = problem.effects[name], self._deviation_of(fit), problem.columns[name]
+        effect, error, columns = problem.effects[name], size_errors(self.problem, fit), problem.columns[name]
         return tuple(
             EffectParameter(
                 q.name, q.unit, float(fit.point.shared[k]), float(error[k]),
@@ -292,7 +295,9 @@ class Assembly:
             own = self.information.noncentrality(name, key)
             near = {}
             if name in leading and own > _VISIBLE:
-                others = [other for other in leading if other != name and not self._same(name, other)]
+                others = [
+                    other for other in leading if other != name and not are_one(self.problem.effects, name, other)
+                ]
                 near = {other: self.information.noncentrality_between(name, other, key) for other in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
@@ -320,11 +325,6 @@ class Assembly:
                 )
             )
         return tuple(rows)
-
-    def _same(self, name: str, other: str) -> bool:
-        """Whether one of two effects is the other with a value for each trial: no other cause."""
-        effects = self.problem.effects
-        return repeats(effects[name], other) or repeats(effects[other], name)
 
     def _prior_deviations(self, parameters: tuple[EffectParameter, ...]) -> float:
         return max((abs(q.value - q.null) / q.prior_sd for q in parameters if q.prior_sd > 0.0), default=0.0)
@@ -366,7 +366,7 @@ class Assembly:
 
     def _coefficients(self) -> tuple[Coefficient, ...]:
         shown = self.gap.shown
-        error = self._deviation_of(shown)
+        error = size_errors(self.problem, shown)
         return tuple(
             Coefficient(
                 q.name, q.unit, q.value, float(self.problem.sd[k]), float(shown.point.shared[k]), float(error[k])

@@ -336,6 +336,11 @@ def repeats(effect: Effect, name: str) -> bool:
     return isinstance(effect, EachTrial) and effect.like.name == name
 
 
+def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:
+    """Whether one of two effects is the other with a value for each trial: no other cause."""
+    return repeats(effects[name], other) or repeats(effects[other], name)
+
+
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
     """Clusters that share members are one cause."""
     found: list[Cluster] = []

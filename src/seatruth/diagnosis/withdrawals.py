@@ -7,8 +7,9 @@ left out are predicted better without.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 
-from seatruth.diagnosis.decision import Decision, kind_of
+from seatruth.diagnosis.decision import Cluster, Decision, kind_of
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.settings import Settings
@@ -17,14 +18,26 @@ from seatruth.effects.causes import is_within
 
 
 def without_small(
-    decision: Decision, found: Sequence[Hypothesis], share: Callable[[str], float], settings: Settings
+    decision: Decision,
+    found: Sequence[Hypothesis],
+    share: Callable[[str], float],
+    settings: Settings,
+    own: Collection[str] = (),
 ) -> Decision:
     """The decision, where what it names is worth naming.
 
     Where the model also lacks something that no effect describes, and nothing that is named closes a part of the gap
     that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
-    where nobody can say.
+    where nobody can say. Beside other causes, an effect of `own`, whose values belong to one trial, is none where it
+    closes next to nothing: with a phase of its own in each zigzag a wave follows what any model leaves of it.
     """
+    kept = tuple(
+        one for one in decision.clusters if one.effects[0] not in own or not _small(one, decision, share, settings)
+    )
+    if decision.discrepancy and 0 < len(kept) < len(decision.clusters):
+        shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
+        sure = min(one.probability for one in kept)
+        decision = replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
     names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
     if not names or not decision.discrepancy or _explains(names, share, settings):
         return decision
@@ -71,6 +84,10 @@ def _adds(validation: Validation) -> bool:
     """
     pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
     return 2 * sum(both < alone for alone, both in pairs) > len(pairs)
+
+
+def _small(cluster: Cluster, decision: Decision, share: Callable[[str], float], settings: Settings) -> bool:
+    return share(cluster.member_in(decision.shown)) < settings.small_share
 
 
 def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
