@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
@@ -110,7 +109,8 @@ def _frequencies(tracks: Sequence[_Track]) -> Array:
 
 def _near_a_band(tracks: Sequence[_Track], grid: Array) -> Array:
     """The frequencies of waves that may be met at those at which any series has a peak that noise would not show."""
-    level = float(chi2.isf(_CHANCE / (len(tracks) * len(grid)), 2))
+    # What noise has of two amplitudes is a chi-square of two degrees of freedom, exp(-x / 2) beyond x.
+    level = -2.0 * math.log(_CHANCE / (len(tracks) * len(grid)))
     met = np.zeros(len(grid), dtype=bool)
     for one in tracks:
         angle = one.t[:, None] * grid
