@@ -75,6 +75,14 @@ def test_a_rate_with_the_wrong_sign_or_unit_is_a_finding(ship_folder: Path, offs
     assert any("deg/s" in str(finding) for finding in found.findings)
 
 
+def test_what_is_named_says_what_it_predicts_whether_asked_or_not(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """The decision has left trials out: a report that denied it would be wrong."""
+    found = small.diagnosed(ship_folder, offset_runs, validate=False)
+    assert found.named == ("rudder_offset",)
+    assert found.validation is not None
+    assert "On trials left out" in found.verdict.sentence
+
+
 def test_a_simulation_that_is_unstable(offset_runs: list[Trial], tmp_path: Path) -> None:
     """A model that runs away whatever its coefficients."""
     grows = small.SHIP.replace("(p.K * i.delta - s.r) / p.T", "p.K * i.delta + 40.0 * (s.r + 0.01) * (1.0 + s.r * s.r)")

@@ -166,8 +166,6 @@ class Assembly:
             self._gaps[key] = Gap(self.search, self._deviation, key)
         return self._gaps[key]
 
-    # Parts of the diagnosis
-
     def validation(self, say: Callable[[str, int, int], None]) -> Validation | None:
         """Each trial predicted from the others."""
         self._say = say  # the decision may ask for it first
@@ -199,7 +197,8 @@ class Assembly:
         suggestion: NextTrial | None,
         outcome: dict[str, Any],
     ) -> Diagnosis:
-        """All parts together."""
+        """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
+        validation = validation or self._validations.get(self.decision.shown)
         problem, points = self.problem, self.gap.points
         findings = [*findings, *self._unconverged()]
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
