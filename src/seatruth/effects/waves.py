@@ -20,7 +20,7 @@ class WaveForces(Effect):
     """First-order force of one long-crested wave along its direction, at the frequency of encounter.
 
     Two trials have no phase in common: each has its own in-phase and out-of-phase acceleration, under one frequency
-    and one direction. `trials` are the names of the trials; an unnamed one stands for those of a study until
+    and one direction. `trials` are the names of the trials; two unnamed ones stand for those of a study until
     `of_trials` gives them. The moment is in quadrature to the force and vanishes in head and beam seas, as that of a
     long wave's pressure on a slender box does.
 
@@ -47,7 +47,7 @@ class WaveForces(Effect):
     each_trial = True
     periodic: ClassVar[bool] = True
 
-    def __init__(self, trials: Sequence[str] = ("first",)) -> None:
+    def __init__(self, trials: Sequence[str] = ("first", "second")) -> None:
         self.trials = tuple(trials)
         acceleration = 0.02, "m/s^2", -2.0, 2.0
         words = {"cosine": "acceleration in phase", "sine": "acceleration out of phase"}
