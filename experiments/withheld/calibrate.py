@@ -144,12 +144,12 @@ def calibrate(
 
 def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
     """A case's hypotheses as arrays. No effect with a discrepancy is the answer "unknown"; with effects a discrepancy
-    does not change the answer. Terms that stand for a discrepancy of their form (`like`) count among the effects that
-    the evidence is of."""
+    does not change the answer. Where terms of another form stand for a discrepancy (`like`), the evidence is that of
+    the fit with these terms, and so is the discrepancy."""
     twin = twins()
     stated = [row for row in verdict["hypotheses"] if math.isfinite(row["log_evidence"])]
     keys = [tuple(one_name(row["effects"], twin)) or ((UNKNOWN,) if row["discrepancy"] else ()) for row in stated]
-    rows = [{**row, "effects": [*row["effects"], *row.get("like", ())]} for row in stated]
+    rows = _as_fitted(stated)
     fitted = [tuple(one_name(row["effects"], twin)) or key for row, key in zip(rows, keys, strict=True)]
     answers = sorted(set(keys))
     true = tuple(one_name(truth["effects"], twin))
@@ -171,6 +171,19 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
             errors_of_sensors(available()),
         ),
     )
+
+
+def _as_fitted(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The rows with the effects and the discrepancy of the fits that their evidence is of."""
+
+    def fit_of(row: Mapping[str, Any]) -> tuple[frozenset[str], float]:
+        return frozenset((*row["effects"], *row.get("like", ()))), float(row["log_evidence"])
+
+    own = {fit_of(row): bool(row["discrepancy"]) for row in rows if not row.get("like")}
+    return [
+        {**row, "effects": sorted(fit_of(row)[0]), "discrepancy": own.get(fit_of(row), row["discrepancy"])}
+        for row in rows
+    ]
 
 
 def _explained(rows: Sequence[Mapping[str, Any]]) -> float:

@@ -205,7 +205,8 @@ def test_an_interrupt_gives_what_there_is(folder: Path, monkeypatch: pytest.Monk
     assert run(["diagnose", "study.toml", "--effects", EFFECTS, "--quiet", "--out", "cut"]) == 130
     found = Diagnosis.load(folder / "cut")
     assert found.outcome["code"] == "interrupted"
-    assert bool(found.named) == (found.validation is not None)
+    assert found.named == ("rudder_offset",)
+    assert found.validation is not None
     assert found.next_trial is None
     assert "not complete" in (folder / "cut" / "report.html").read_text()
     assert run(["diagnose", "study.toml", "--effects", EFFECTS, "--quiet", "--out", "cut"]) == 0

@@ -81,7 +81,8 @@ def test_an_interrupt_gives_what_there_is(ship_folder: Path, offset_runs: list[T
     found = small.diagnosed(ship_folder, offset_runs, progress=stop)
     assert found.outcome["code"] == "interrupted"
     # What is named was predicted on trials left out before it was named.
-    assert bool(found.named) == (found.validation is not None)
+    assert found.named == ("rudder_offset",)
+    assert found.validation is not None
     assert found.next_trial is None
     assert found.verdict.sentence
 

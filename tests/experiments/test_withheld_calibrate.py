@@ -29,7 +29,10 @@ from withheld.seal import digest_file, note
 from withheld.verdicts import verdict
 
 from seatruth.diagnosis import Settings
+from seatruth.diagnosis.other_forms import ACTS, with_other_forms
 from seatruth.diagnosis.posterior import log_prior
+from seatruth.diagnosis.verdict import Hypothesis
+from seatruth.effects import available
 from seatruth.errors import BadInput
 
 ANSWERS: list[tuple[list[str], bool]] = [
@@ -159,3 +162,26 @@ def test_the_step_writes_constants_with_the_hash_of_their_cases(tmp_path: Path) 
     (tmp_path / "sealed" / "_set.json").write_text(json.dumps({"set": "test", "cases": 12, "seed": 7}))
     with pytest.raises(BadInput, match="development"):
         module.calibrate(tmp_path)
+
+
+def test_a_twin_has_the_evidence_of_the_fit_that_stands_for_it() -> None:
+    """Terms of another form share their probability as the diagnosis has it, whatever the temperature."""
+    plain = [
+        Hypothesis(("cross_flow",), False, 40.0, -1.0, 0.0, settled=True),
+        Hypothesis(("cross_flow",), True, 38.0, -2.0, 0.0, settled=True),
+        Hypothesis(("current",), True, 36.0, -2.0, 0.0, settled=True),
+        Hypothesis((), True, 30.0, -1.0, 0.0, settled=True),
+        Hypothesis((), False, 0.0, -1.0, 0.0, settled=True),
+    ]
+    truth = {"case": "a", "kind": "single", "effects": ["cross_flow"]}
+    constants = Constants(2.0, 0.05, 0.5, 6.0, log_odds=0.3, occam=0.2)
+
+    def of(rows: list[Hypothesis]) -> dict[str, float]:
+        case = table(truth, {"hypotheses": [vars(row) for row in rows]})
+        named = ["none", "cross_flow", "current", "unknown"]
+        return dict(zip(named, posterior(case, constants).tolist(), strict=True))
+
+    before, after = of(plain), of(with_other_forms(plain, available()))
+    assert after["cross_flow"] == pytest.approx(ACTS * before["cross_flow"])
+    assert after["unknown"] == pytest.approx(before["unknown"] + (1.0 - ACTS) * before["cross_flow"])
+    assert (after["current"], after["none"]) == pytest.approx((before["current"], before["none"]))

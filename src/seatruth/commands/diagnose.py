@@ -54,8 +54,7 @@ def diagnose(
     ] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Effects that are fitted at once.")] = 1,
     no_validation: Annotated[
-        bool,
-        typer.Option("--no-validation", help="Leave no trials out, unless the decision must."),
+        bool, typer.Option("--no-validation", help="Leave no trials out, unless the decision must.")
     ] = False,
     no_next_trial: Annotated[bool, typer.Option("--no-next-trial", help="Do not look for the next trial.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do not go on with an interrupted run.")] = False,

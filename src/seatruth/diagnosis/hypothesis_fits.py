@@ -154,13 +154,13 @@ def fit_both(found: Search, key: Key, near: Fit) -> None:
             fit_once(found, key, on, parent.point, parent.sizes, attempt=_FROM_ITS_BEST_PART)
 
 
-def ensure(found: Search, key: Key, near: Fit) -> Fit | None:
+def ensure(found: Search, key: Key, near: Fit, attempt: str = _FIRST) -> Fit | None:
     """The fit of a set with discrepancy as beside `near`, which holds its effects: fitted if it was not yet."""
     known = found.fits.get((key, near.discrepancy))
     if known is not None:
         return known
     point = forces_instead(found.problem, near.point, [name for name in near.effects if name not in key])
-    return fit_once(found, key, near.discrepancy, point, near.sizes)
+    return fit_once(found, key, near.discrepancy, point, near.sizes, attempt=attempt)
 
 
 def without_forces(found: Search, key: Key) -> Fit:

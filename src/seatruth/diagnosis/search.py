@@ -17,7 +17,7 @@ from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
-from seatruth.diagnosis.hypothesis_fits import fit_both, fit_null, fit_once, in_each_trial
+from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
@@ -335,11 +335,9 @@ def _fit_missing_parts(found: Search) -> None:
             at = found.fits[one.effects, one.discrepancy]
             for name in one.effects:
                 key = tuple(other for other in one.effects if other != name)
-                if (key, one.discrepancy) in found.fits:
-                    continue
-                point = forces_instead(found.problem, at.point, [name])
-                words = f"as a part of {'+'.join(one.effects)}"
-                missing = fit_once(found, key, one.discrepancy, point, at.sizes, attempt=words) is not None or missing
+                if (key, one.discrepancy) not in found.fits:
+                    fitted = ensure(found, key, at, attempt=f"as a part of {'+'.join(one.effects)}")
+                    missing = missing or fitted is not None
         if not missing:
             break
 

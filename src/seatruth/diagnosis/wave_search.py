@@ -60,9 +60,10 @@ class _Track:
 
 def wave_starts(problem: Problem, at: Fit) -> dict[str, Array]:
     """Values (n,) from which each effect of waves is begun; none where what a fit leaves shows no narrow band."""
-    waves = [effect for effect in problem.effects.values() if isinstance(effect, WaveForces)]
     found: dict[str, Array] = {}
-    for effect in waves if problem.few_runs is None else []:
+    if problem.few_runs is not None:
+        return found  # the equations of a black box, and the states along its motion, are unknown
+    for effect in (one for one in problem.effects.values() if isinstance(one, WaveForces)):
         tracks = _tracks(problem, at, effect)
         grid = _frequencies(tracks)
         near = _near_a_band(tracks, grid) if grid.size > 1 else grid

@@ -125,6 +125,11 @@ def labels_of(trials: Sequence[str]) -> list[str]:
     return labels
 
 
+def is_trial(number: Any, k: int) -> Any:
+    """1 in the trial of this place, 0 in others, for a hook that is compiled; `number` is that of the trial at hand."""
+    return max(0.0, 1.0 - abs(number - float(k)))
+
+
 def _of_this_trial(hook: Hook, q_place: int, e_place: int, like: Effect, trials: int) -> Hook:
     """The hook of `like` with the values of the trial at hand."""
     names = tuple(q.name for q in like.parameters)
@@ -137,7 +142,7 @@ def _of_this_trial(hook: Hook, q_place: int, e_place: int, like: Effect, trials:
         values, number = tuple(arguments[q_place]), arguments[e_place].trial
         own = dict(nulls)
         for k in range(trials):
-            here = max(0.0, 1.0 - abs(number - float(k)))  # 1 in trial k, 0 in others
+            here = is_trial(number, k)
             for place, name in enumerate(order):
                 own[name] = own[name] + here * (values[k * size + place] - nulls[name])
         form = iter(values[trials * size :])

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.each_trial import labels_of
+from seatruth.effects.each_trial import is_trial, labels_of
 from seatruth.effects.kinematics import G, to_body_axes
 from seatruth.models.parameter import Parameter, Prior
 
-FREQUENCY = 0.8
-"""rad/s: waves of 8 s. [S] The deviation of its logarithm covers seas of 3 to 20 s, and waves in a towing tank."""
+_FREQUENCY = 0.8
+"""rad/s: waves of 8 s. [S] A factor of 2.2 to either side, and twice that, covers seas and waves in a towing tank."""
 _SPREAD = 0.8
+"""Deviation of that logarithm. [S]"""
 
 
 class WaveForces(Effect):
@@ -45,7 +46,6 @@ class WaveForces(Effect):
     needs_vehicle = ("dimensions",)
     stochastic = True
     each_trial = True
-    periodic: ClassVar[bool] = True
 
     def __init__(self, trials: Sequence[str] = ("first", "second")) -> None:
         self.trials = tuple(trials)
@@ -61,11 +61,11 @@ class WaveForces(Effect):
             ),
             Parameter(
                 "ln_frequency",
-                math.log(FREQUENCY),
+                math.log(_FREQUENCY),
                 "1",
                 math.log(0.1),
                 math.log(10.0),
-                prior=Prior(math.log(FREQUENCY), _SPREAD),
+                prior=Prior(math.log(_FREQUENCY), _SPREAD),
                 source="[S] chosen here: waves of 1.6 to 40 s",
                 description="w, seen from the earth, rad/s, ln",
             ),
@@ -86,7 +86,7 @@ class WaveForces(Effect):
                 -1.0,
                 1.5,
                 prior=Prior(0.3, 0.2),
-                source="[L] pressure of a wave as long as a slender box: 0.3 in quartering seas; [S] deviation",
+                source="[L] long wave on a slender box: k L / 12, 0.3 for one of 1.75 L; [S] deviation",
                 description="of the moment / L",
             ),
         )
@@ -101,7 +101,7 @@ class WaveForces(Effect):
         *own, ln_frequency, towards, lever = tuple(q)
         cosine = sine = 0.0
         for k in range(len(own) // 2):
-            here = max(0.0, 1.0 - abs(e.trial - float(k)))  # 1 in trial k, 0 in others
+            here = is_trial(e.trial, k)
             cosine, sine = cosine + here * own[2 * k], sine + here * own[2 * k + 1]
         frequency, c, t = math.exp(ln_frequency), math.cos(towards), math.sin(towards)
         phase = frequency * e.t - frequency * frequency / G * (s.x * c + s.y * t)
