@@ -318,3 +318,28 @@ def test_what_is_needed_is_judged_by_evidence_where_the_temperature_is_high() ->
         underpowered=False,
     )
     assert said.kind == "unknown"
+
+
+def test_beside_a_form_of_the_model_a_cause_is_as_sure_as_its_sets_are() -> None:
+    """A loss in turns is not named; sets with it fit as those of another form do, and its heading bias stays sure.
+
+    The thrust curve of another form, thrust that falls with the load, is named as little.
+    """
+    sets = [
+        (("heading_bias", "turning_loss", "voltage_sag"), 365.0, 0.96),
+        (("heading_bias", "turning_loss"), 256.0, 0.0399),
+        (("heading_bias",), 126.0, 6e-5),
+        ((), 0.0, 4e-5),
+    ]
+    said = decide(
+        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
+        available(),
+        SETTINGS,
+        near=lambda a, b: math.inf,
+        helps=lambda name, key: True,
+        underpowered=False,
+    )
+    assert [cause.effects for cause in said.clusters] == [("heading_bias",)]
+    assert said.probability > 0.99
+    assert said.form == ("turning_loss",)
+    assert said.discrepancy

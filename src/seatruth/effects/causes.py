@@ -52,6 +52,8 @@ _ACTUATOR = {
     "actuator.propulsion": "the propulsion",
     "actuator.propulsion.thrust": "an error of the thrust",
     "actuator.propulsion.supply": "the power of the thrusters",
+    "actuator.propulsion.supply.load": "the power of the thrusters under load",
+    "actuator.propulsion.supply.charge": "the charge of the battery of the thrusters",
     "actuator.propulsion.inflow": "the inflow of the thrusters",
     "actuator.propulsion.hull": "the jets of the thrusters on the hull",
     "actuator.propulsion.arrangement": "the arrangement or the allocation of the thrusters",

@@ -268,7 +268,7 @@ class VoltageSag(OnThrusters):
 
     name = "voltage_sag"
     title = "thrust that falls with the load"
-    cause = "actuator.propulsion.supply"
+    cause = "actuator.propulsion.supply.load"
     number = 18
     equation = "F = F_0 (1 - k load), load the mean size of all inputs over full power"
     source = "[L] internal resistance of a battery; [S] linear form and magnitude chosen here: 5 to 30 % at full load"
@@ -289,7 +289,7 @@ class BatteryDischarge(OnThrusters):
 
     name = "battery_discharge"
     title = "thrust that falls with time"
-    cause = "actuator.propulsion.supply"
+    cause = "actuator.propulsion.supply.charge"
     number = 18
     equation = "F = F_0 (1 - rate t), t of the trial"
     source = "[L] a battery's voltage falls as it empties; [S] linear form, magnitude chosen here: 10 % in 1000 s"
