@@ -25,3 +25,22 @@ def test_refitted_initial_states_take_no_other_gap(ship_folder: Path, offset_run
     np.testing.assert_array_equal(back.shared, problem.start.shared)
     np.testing.assert_array_equal(back.forces, problem.start.forces)
     assert after == pytest.approx(misfit(problem, deviation, refit_initial_states(problem, back, deviation)))
+
+
+def test_refitted_initial_states_of_runs_that_bend_bring_them_nearer(tmp_path: Path) -> None:
+    """A ship that holds no course: whole steps of its first turning rates lead to runs that diverge."""
+    folder = small.folder_with_model(tmp_path)
+    text = (folder / "ship.py").read_text()
+    (folder / "ship.py").write_text(
+        text.replace("(p.K * i.delta - s.r) / p.T", "(p.K * i.delta + s.r - 900 * s.r**3) / p.T")
+    )
+    problem = small.problem(folder, small.trials(folder))
+    shared = problem.start.shared.copy()
+    shared[problem.coefficients] *= 0.6
+    astray = replace(problem.start, shared=shared)
+    deviation = np.array([small.NOISE[name] for name in problem.outputs])
+    near = refit_initial_states(problem, astray, deviation)
+    again = refit_initial_states(problem, near, deviation)
+    far, left, still = (misfit(problem, deviation, point) for point in (astray, near, again))
+    assert left < 0.1 * far
+    assert still <= left
