@@ -275,10 +275,14 @@ def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     assert (beside.form, beside.discrepancy) == (("cross_flow",), True)
 
 
+@pytest.mark.parametrize("second", ["wind", "wave_forces"])
 @pytest.mark.parametrize("one_course", [False, True])
 @pytest.mark.parametrize("discrepancy", [False, True])
-def test_a_direction_on_the_earth_needs_trials_on_several_courses(one_course: bool, discrepancy: bool) -> None:
-    """A calm basin: along the only course, wind stands for what the model's hull lacks. Alone it may be named."""
+def test_a_direction_on_the_earth_needs_trials_on_several_courses(
+    one_course: bool, discrepancy: bool, second: str
+) -> None:
+    """A calm basin: along the only course, wind stands for what the model's hull lacks, and waves for what keeps a
+    frequency. Alone either may be named."""
 
     def said(*keys: tuple[str, ...]) -> Decision:
         return decide(
@@ -291,14 +295,14 @@ def test_a_direction_on_the_earth_needs_trials_on_several_courses(one_course: bo
             one_course=one_course,
         )
 
-    alone, beside = said(("trial_current", "wind")), said(("heading_bias", "wind"), ("heading_bias",))
+    alone, beside = said(("trial_current", second)), said(("heading_bias", second), ("heading_bias",))
     if one_course and discrepancy:
-        assert (alone.kind, alone.clusters, alone.along) == ("unknown", (), ("trial_current", "wind"))
+        assert (alone.kind, alone.clusters, alone.along) == ("unknown", (), ("trial_current", second))
         assert [cause.effects for cause in beside.clusters] == [("heading_bias",)]
-        assert beside.along == ("wind",)
+        assert beside.along == (second,)
     else:
-        assert [cause.effects for cause in alone.clusters] == [("trial_current",), ("wind",)]
-        assert [cause.effects for cause in beside.clusters] == [("heading_bias",), ("wind",)]
+        assert [cause.effects for cause in alone.clusters] == [("trial_current",), (second,)]
+        assert [cause.effects for cause in beside.clusters] == [("heading_bias",), (second,)]
         assert alone.along == beside.along == ()
 
 

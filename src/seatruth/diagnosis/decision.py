@@ -38,8 +38,9 @@ _MOST_ALIKE = 5
 a rudder's that stands off, a thruster's that points aside, or a propeller's: naming these four says what to look at."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
-_FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth")
-"""Causes that keep their direction on the earth, by which they are told from what turns with the vehicle."""
+_FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth", "environment.wave_motion")
+"""Causes that keep their direction on the earth, by which they are told from what turns with the vehicle. Waves meet it
+at one frequency on one course, as a limit cycle has it."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
 _FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust", "actuator.propulsion.supply.load")
