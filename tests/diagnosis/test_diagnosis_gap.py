@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis.gap import misfit, refit_initial_states
+from seatruth.diagnosis.gap import Gap, misfit, refit_initial_states
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.search import search
+from seatruth.effects import available
 from seatruth.trials.trial import Trial
 
 
@@ -44,3 +48,23 @@ def test_refitted_initial_states_of_runs_that_bend_bring_them_nearer(tmp_path: P
     far, left, still = (misfit(problem, deviation, point) for point in (astray, near, again))
     assert left < 0.1 * far
     assert still <= left
+
+
+def test_waves_are_measured_by_what_missing_forces_explain_as_well() -> None:
+    """Of a calm basin: 88 of 16,000 nats, though they are all that the answer has; a heading bias is measured by the
+    answer alone, since no force shows it."""
+
+    def share(name: str) -> float:
+        fits = {
+            ((), True): SimpleNamespace(evidence=0.0),
+            ((), False): SimpleNamespace(evidence=-16000.0),
+        }
+        settings = SimpleNamespace(stray=9.0)
+        problem = SimpleNamespace(effects=available(), settings=settings, count=1000)
+        gap = Gap(cast(Any, SimpleNamespace(fits=fits, problem=problem)), np.ones(1), (name,))
+        gap.__dict__["shown"] = SimpleNamespace(evidence=88.0, discrepancy=True)
+        gap.__dict__["misfits"] = {"refit": math.inf, "effects": math.inf}
+        return gap.share(name)
+
+    assert share("wave_forces") == pytest.approx(88.0 / 16088.0)
+    assert share("heading_bias") == 1.0

@@ -107,7 +107,7 @@ class Gap:
         rest = tuple(n for n in self.key if n != name)
         plain, named = self.misfits["refit"], self.misfits["effects"]
         if max(plain, named) > self.problem.settings.stray * self.problem.count:
-            return self._share_of_evidence(rest)
+            return self._share_of_evidence(name, rest)
         without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
         if without is None or gap <= 0.0:
             return math.nan
@@ -129,10 +129,16 @@ class Gap:
                 )
         return pd.concat(frames, ignore_index=True)
 
-    def _share_of_evidence(self, rest: Key) -> float:
-        """Part of the evidence of the answer over none that is lost without one effect."""
-        at = self.shown
+    def _share_of_evidence(self, name: str, rest: Key) -> float:
+        """Part of the evidence of the answer over none that is lost without one effect.
+
+        One with a phase of its own in each trial finds a band in what any model leaves: beside forces that the model
+        lacks, it is measured by what they explain as well.
+        """
+        at, effect = self.shown, self.problem.effects[name]
         without, none = ensure(self.search, rest, at), self.search.fits.get(((), at.discrepancy))
+        if effect.each_trial and effect.stochastic:
+            none = self.search.fits.get(((), False), none)
         if without is None or none is None or at.evidence <= none.evidence:
             return math.nan
         return float(np.clip((at.evidence - without.evidence) / (at.evidence - none.evidence), 0.0, 1.0))
