@@ -347,3 +347,22 @@ def test_beside_a_form_of_the_model_a_cause_is_as_sure_as_its_sets_are() -> None
     assert said.probability > 0.99
     assert said.form == ("turning_loss",)
     assert said.discrepancy
+
+
+def test_waves_that_are_refused_take_no_error_of_a_sensor_with_them() -> None:
+    """In a basin they find a band in what the model leaves, and the gyro's bias stands in the record without them."""
+    sets = [(("gyro_bias", "wave_forces"), 86.0, 0.99), (("gyro_bias",), 52.0, 0.009), ((), 0.0, 1e-6)]
+
+    def said(second: str) -> Decision:
+        keys = [(tuple(second if name == "wave_forces" else name for name in key), e, p) for key, e, p in sets]
+        return decide(
+            [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in keys],
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: name != second,
+            underpowered=False,
+        )
+
+    assert [cause.effects for cause in said("wave_forces").clusters] == [("gyro_bias",)]
+    assert said("current").kind == "unknown"

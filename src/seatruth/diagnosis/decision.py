@@ -272,10 +272,16 @@ def _needed(
     """Whether the trials need what is gone, so that it stands for something of another name.
 
     They do where the hypotheses that are left are too improbable and explain too little. A term of the hull's forces
-    has another name already, another form of the model, and so has what is fixed to the earth along one course.
+    has another name already, another form of the model, and so has what is fixed to the earth along one course. What
+    follows each trial with a phase of its own, as waves do, is a noise where it is refused.
     """
     foreign = any(
-        not (_is_structure(name, effects) or (one_course and _is_fixed_to_earth(name, effects))) for name in gone
+        not (
+            _is_structure(name, effects)
+            or (one_course and _is_fixed_to_earth(name, effects))
+            or (effects[name].each_trial and effects[name].stochastic)
+        )
+        for name in gone
     )
     total = sum(one.probability for one in left)
     # In evidence as well: where much is explained, the temperature leaves next to nothing improbable.
