@@ -38,17 +38,22 @@ def test_what_a_sensor_explains_is_not_asked_of_what_acts_on_the_vehicle() -> No
     keys = [(), ("delay",), ("wind",), ("delay", "wind"), ("bias", "delay"), ("bias", "delay", "wind")]
     evidence, counts = np.array([0.0, 100.0, 30.0, 140.0, 140.0, 140.0]), np.array([len(key) for key in keys])
 
-    def of(**sensors: str) -> Array:
-        by = sensors_alone(evidence, keys, {name: frozenset({channel}) for name, channel in sensors.items()})
-        return tempered(evidence, counts, 0.0, temperature=2.0, model_form=0.02, beside=0.5, by_sensors=by)
+    def of(less: float = 0.0, **sensors: str) -> Array:
+        one = evidence - np.array([0.0, 0.0, 0.0, less, 0.0, 0.0])
+        by = sensors_alone(one, keys, {name: frozenset({channel}) for name, channel in sensors.items()})
+        return tempered(one, counts, 0.0, temperature=2.0, model_form=0.02, beside=0.5, by_sensors=by)
 
     found, plain = of(delay="x", bias="x"), of()
     whole, further = 2.0 + 0.02 * 140.0, 2.0 + 0.02 * (0.5 * 100.0 + 40.0)
     assert plain[3:] == pytest.approx(np.full(3, 100.0 / whole + 40.0 / further))
     assert found[3] == pytest.approx(100.0 / whole + 40.0 / (2.0 + 0.02 * 40.0))
-    assert found[[0, 1, 2, 4]] == pytest.approx(plain[[0, 1, 2, 4]])
+    assert found[[0, 1, 2]] == pytest.approx(plain[[0, 1, 2]])
+    # But what explains as much as the wind does beside the delay does not stand behind it.
+    assert found[4] == pytest.approx(found[3])
+    weak = of(delay="x", bias="x", less=120.0)
+    assert weak[4] == pytest.approx(of(less=120.0)[4])
     # Two sensors explain all of it: the wind beside them has nothing of its own.
-    assert found[5] == pytest.approx(found[4])
+    assert weak[5] == pytest.approx(weak[4])
     # Nor is the bias of another sensor asked for it.
     other = of(delay="x", bias="r")
     assert other[[0, 1, 2, 3]] == pytest.approx(found[[0, 1, 2, 3]])

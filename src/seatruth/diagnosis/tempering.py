@@ -6,7 +6,8 @@ further effect beside it has a signature of its own, to which what is left of th
 evidence that no set of fewer effects reaches counts at a lower temperature: of what these sets explain, only the part
 `beside` enters it. What two effects explain that one effect explains as well counts as it does for the one. An error of
 a sensor of another form leaves marks in the channels of that sensor alone, which what acts on the vehicle cannot
-explain, nor an error of another sensor: beside it, nothing of what it explains enters the temperature of these.
+explain, nor an error of another sensor: beside it, nothing of what it explains enters the temperature of these. Of sets
+with as many effects, none counts for less for that than one which explains less.
 
 Where missing forces explain most of what a set does, they would show most of what its form leaves as well
 (`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
@@ -92,6 +93,21 @@ def tempered(
         above = np.where(counts >= number, np.maximum(evidence - reached, 0.0), 0.0)
         found += above * (1.0 / now - 1.0 / last)
         last = now
+        found = _in_order(found, evidence, (counts == number) & (above > 0.0), now)
+    return found
+
+
+def _in_order(found: Array, evidence: Array, those: Flags, temperature: Array) -> Array:
+    """Tempered evidence (H,) in which none of those sets, of as many effects, is behind one that explains less.
+
+    What a set explains more may be what the form of its first effect leaves, and counts at its temperature (H,). But it
+    is no reason to put it behind: it explains what the other does.
+    """
+    rows = np.flatnonzero(those)
+    ahead = evidence[rows][:, None] - evidence[rows][None, :]
+    least = np.where(ahead >= 0.0, found[rows][None, :] + ahead / temperature[rows][:, None], -math.inf)
+    found = found.copy()
+    found[rows] = np.maximum(found[rows], least.max(axis=1, initial=-math.inf))
     return found
 
 
