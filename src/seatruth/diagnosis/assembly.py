@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, are_one, decide
+from seatruth.diagnosis.decision import Cluster, Decision, are_one, decide, follows_each_trial
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import without_discrepancy
@@ -107,7 +107,7 @@ class Assembly:
     @property
     def _own(self) -> list[str]:
         """Effects with a phase of their own in each trial, which others do not predict."""
-        return [name for name, effect in self.problem.effects.items() if effect.each_trial and effect.stochastic]
+        return [name for name, effect in self.problem.effects.items() if follows_each_trial(effect)]
 
     def _predicting(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without.

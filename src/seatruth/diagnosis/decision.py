@@ -279,7 +279,7 @@ def _needed(
         not (
             _is_structure(name, effects)
             or (one_course and _is_fixed_to_earth(name, effects))
-            or (effects[name].each_trial and effects[name].stochastic)
+            or follows_each_trial(effects[name])
         )
         for name in gone
     )
@@ -344,6 +344,11 @@ def _cluster(
 def repeats(effect: Effect, name: str) -> bool:
     """Whether an effect is the one of this name, with a value for each trial."""
     return isinstance(effect, EachTrial) and effect.like.name == name
+
+
+def follows_each_trial(effect: Effect) -> bool:
+    """Whether an effect has a phase of its own in each trial, as waves have: others do not predict it."""
+    return effect.each_trial and effect.stochastic
 
 
 def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:

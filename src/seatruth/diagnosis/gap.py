@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.decision import follows_each_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
@@ -135,9 +136,9 @@ class Gap:
         One with a phase of its own in each trial finds a band in what any model leaves: beside forces that the model
         lacks, it is measured by what they explain as well.
         """
-        at, effect = self.shown, self.problem.effects[name]
+        at = self.shown
         without, none = ensure(self.search, rest, at), self.search.fits.get(((), at.discrepancy))
-        if effect.each_trial and effect.stochastic:
+        if follows_each_trial(self.problem.effects[name]):
             none = self.search.fits.get(((), False), none)
         if without is None or none is None or at.evidence <= none.evidence:
             return math.nan
