@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import pytest
 from decided_by_hand import SETTINGS, decided
@@ -11,6 +12,18 @@ from decided_by_hand import SETTINGS, decided
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
+
+
+def beside_forces(sets: Sequence[tuple[tuple[str, ...], float, float]], refused: Sequence[str] = ()) -> Decision:
+    """What is said of sets beside missing forces: effects, log-evidence (nats) and probability of each."""
+    return decide(
+        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
+        available(),
+        SETTINGS,
+        near=lambda a, b: math.inf,
+        helps=lambda name, key: name not in refused,
+        underpowered=False,
+    )
 
 
 def test_one_effect_that_holds_the_probability_is_named() -> None:
@@ -227,14 +240,7 @@ def test_what_is_only_improbable_beside_the_form_of_the_model_takes_nothing_with
         (("gyro_bias", "speed_bias"), 120.0, 0.002),
         ((), 0.0, 0.0),
     ]
-    said = decide(
-        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
-        available(),
-        SETTINGS,
-        near=lambda a, b: math.inf,
-        helps=lambda name, key: True,
-        underpowered=False,
-    )
+    said = beside_forces(sets)
     assert [cause.effects for cause in said.clusters] == [("speed_bias",)]
 
 
@@ -335,14 +341,7 @@ def test_beside_a_form_of_the_model_a_cause_is_as_sure_as_its_sets_are() -> None
         (("heading_bias",), 126.0, 6e-5),
         ((), 0.0, 4e-5),
     ]
-    said = decide(
-        [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in sets],
-        available(),
-        SETTINGS,
-        near=lambda a, b: math.inf,
-        helps=lambda name, key: True,
-        underpowered=False,
-    )
+    said = beside_forces(sets)
     assert [cause.effects for cause in said.clusters] == [("heading_bias",)]
     assert said.probability > 0.99
     assert said.form == ("turning_loss",)
@@ -355,14 +354,7 @@ def test_waves_that_are_refused_take_no_error_of_a_sensor_with_them() -> None:
 
     def said(second: str) -> Decision:
         keys = [(tuple(second if name == "wave_forces" else name for name in key), e, p) for key, e, p in sets]
-        return decide(
-            [Hypothesis(key, True, evidence, 0.0, p, True) for key, evidence, p in keys],
-            available(),
-            SETTINGS,
-            near=lambda a, b: math.inf,
-            helps=lambda name, key: name != second,
-            underpowered=False,
-        )
+        return beside_forces(keys, refused=(second,))
 
     assert [cause.effects for cause in said("wave_forces").clusters] == [("gyro_bias",)]
     assert said("current").kind == "unknown"
