@@ -44,6 +44,10 @@ SMALL = 0.01
 """Share of a typical magnitude at which such a signature is taken instead."""
 FOLLOWED = 3
 """Rivals among those, the nearest ones, that are refitted in full."""
+SIZES = tuple(0.1 * 1.5**k for k in range(11))
+"""Parts of a typical magnitude at which what a gear does to an order is looked at: 0.1 to 5.8."""
+BETWEEN = 1.5**0.5
+"""Factor either way by which such a signature is stretched: halfway to the next one."""
 NEAR = 0.9
 """Of what a cause leaves, above which a rival that leaves as much to first order is not followed."""
 
@@ -175,11 +179,14 @@ def pairs(found: Judged, rivals: Sequence[Mechanism]) -> dict[str, float]:
     """lambda that is left of a cause when a rival mechanism may act in its place, by the rival's key.
 
     A rival's signatures are taken about the refitted baseline: at their typical magnitudes, or at small ones where a
-    refit absorbs nearly all of them. The nearest of the latter are refitted in full.
+    refit absorbs nearly all of them. The nearest of the latter are refitted in full. What a gear does to an order is no
+    multiple of what it does at another size (a dead time of 0.1 s is none of one of 1 s): it is looked at at many.
     """
     fit, rig = found.fit, found.rig
     flexible = [one for one in rivals if one.kind != "gear"]
+    late = [one for one in rivals if one.kind == "gear" and one.orders]
     variants = [*spans(rivals), *((f"{key}~", acting) for key, acting in spans(flexible, SMALL))]
+    variants += [(f"{key}@", acting) for size in SIZES for key, acting in spans(late, size)]
     here = rig.look(fit.point, variants, found.aim)
     size, last = len(fit.point.moved), here.whitened[0].shape[1] - 1
     # What the priors charge stands in rows of its own under the data.
@@ -197,11 +204,25 @@ def pairs(found: Judged, rivals: Sequence[Mechanism]) -> dict[str, float]:
         if share < ABSORBED and one.kind != "gear":
             columns = here.columns(f"{one.key}~")
             near.append(one)
+        if one in late:
+            left[one.key] = min(fit.left, *(_stretched(rest, end, k, always) for k in here.columns(f"{one.key}@")))
+            continue
         left[one.key] = min(fit.left, left_over(rest, end, [*always, *columns]))
     near.sort(key=lambda one: left[one.key])
     for one in [one for one in near if _plain(one) and left[one.key] < NEAR * fit.left][:FOLLOWED]:
         left[one.key] = min(fit.left, _followed(found, one))
     return left
+
+
+def _stretched(gram: Array, column: int, other: int, always: Sequence[int]) -> float:
+    """Squared norm of a column less another one that is stretched a little, after the best combination of `always`."""
+    own, cross = float(gram[other, other]), float(gram[column, other])
+    by = float(np.clip(cross / own, 1 / BETWEEN, BETWEEN)) if own > 0.0 else 0.0
+    change = np.zeros(len(gram))
+    change[column], change[other] = 1.0, -by
+    free = [*always]
+    joined = np.vstack([np.eye(len(gram))[free], change])
+    return left_over(joined @ gram @ joined.T, len(free), range(len(free)))
 
 
 def _plain(one: Mechanism) -> bool:

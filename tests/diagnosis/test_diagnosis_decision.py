@@ -281,6 +281,13 @@ def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     assert (beside.form, beside.discrepancy) == (("cross_flow",), True)
 
 
+def test_a_factor_on_all_thrust_is_no_cause_beside_another_one() -> None:
+    """A resistance that is steeper than the model's looks the same."""
+    beside = decided((("speed_bias", "thrust_gain"), 0.9), (("speed_bias",), 0.09), ((), 0.01))
+    assert [cause.effects for cause in beside.clusters] == [("speed_bias",)]
+    assert (beside.form, beside.discrepancy, beside.shown) == (("thrust_gain",), True, ("speed_bias",))
+
+
 @pytest.mark.parametrize("second", ["wind", "wave_forces"])
 @pytest.mark.parametrize("one_course", [False, True])
 @pytest.mark.parametrize("discrepancy", [False, True])

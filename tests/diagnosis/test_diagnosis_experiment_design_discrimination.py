@@ -80,6 +80,30 @@ def test_it_is_the_misfit_that_refitting_a_rival_leaves(found: Search) -> None:
         assert table[PAIR] == pytest.approx(float(errors @ errors + prior @ prior), rel=0.05)
 
 
+def test_rivals_refitted_step_by_step_leave_what_one_step_leaves_where_all_is_linear(found: Search) -> None:
+    rivals = Rivals(found, CHANCES)
+    option = Menu(found.problem).trial(["turn by -delta"]).trial
+    after = rivals.after(option)
+    assert after is not None
+    for trial, table in ((None, rivals.before), (option, after)):
+        nearest = min(value for (s, _), value in table.items() if s == "rudder_offset")
+        assert rivals.refitted("rudder_offset", trial) == pytest.approx(nearest, rel=0.05)
+
+
+def test_where_a_refit_begins_does_not_decide_what_it_leaves(found: Search) -> None:
+    """From coefficients far off, one linear step comes elsewhere."""
+    problem, key = found.problem, (("gyro_bias",), False)
+    at = found.fits[key]
+    far = at.point.shared.copy()
+    far[problem.coefficients] *= (0.5, 2.5)
+    moved = dataclasses.replace(at, point=dataclasses.replace(at.point, shared=far))
+    rivals = Rivals(found, CHANCES)
+    strayed = Rivals(dataclasses.replace(found, fits={**found.fits, key: moved}), CHANCES)
+    assert abs(strayed.before[PAIR] / rivals.before[PAIR] - 1.0) > 0.1
+    nearest = rivals.refitted("rudder_offset", None)
+    assert strayed.refitted("rudder_offset", None) == pytest.approx(nearest, rel=0.02)
+
+
 def test_a_motion_that_leaves_what_was_recorded_is_unknown(found: Search) -> None:
     wild = Menu(found.problem).trial(["turn by +delta"]).trial
     wild = dataclasses.replace(wild, inputs={"delta": 10.0 * np.asarray(wild.inputs["delta"])})

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from seatruth.diagnosis.other_forms import ACTS, with_other_forms
+from seatruth.diagnosis.other_forms import ACTS, THRUST_ACTS, with_other_forms
 from seatruth.diagnosis.posterior import answers, inclusion, none_and_unknown
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
@@ -34,6 +34,20 @@ def test_what_acts_beside_it_keeps_its_probability() -> None:
 
     assert inclusion(found, ["current", "cross_flow"])["current"] == pytest.approx(1.0)
     assert answers(found)["current",] == pytest.approx(0.1 + 0.9 * (1.0 - ACTS))
+
+
+def test_a_factor_on_all_thrust_beside_another_cause_is_mostly_another_form_of_resistance() -> None:
+    """Alone it is a cause like others, and that of one of several propellers is always a fault of its own."""
+    one_of_two = EFFECTS["thruster_gain"].only("port")
+    alone, port = _one(("thrust_gain",), 0.2), _one(("current", one_of_two.name), 0.1)
+    several = {**EFFECTS, one_of_two.name: one_of_two}
+    found = with_other_forms([_one(("speed_scale", "thrust_gain"), 0.7), alone, port], several)
+
+    assert (found[0].effects, found[0].discrepancy, found[0].like) == (("speed_scale",), True, ("thrust_gain",))
+    assert answers(found)["speed_scale",] == pytest.approx(0.7 * (1.0 - THRUST_ACTS))
+    assert answers(found)["speed_scale", "thrust_gain"] == pytest.approx(0.7 * THRUST_ACTS)
+    assert alone in found
+    assert port in found
 
 
 def test_what_trials_left_out_refuse_stands_for_another_form_as_well() -> None:

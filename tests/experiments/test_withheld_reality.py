@@ -177,14 +177,15 @@ def test_noise_has_its_size_and_memory() -> None:
 
 
 def test_the_gear_lags_limits_and_has_play() -> None:
-    gear = Gear(4)
-    gear.lag[0], gear.slowness[1], gear.dead[2], gear.play[3] = 1.0, 1 / 0.1, 0.7, 0.05
-    gear.start(np.zeros(4))
-    ramp = [gear.advance(np.full(4, 0.2 * t), 0.1) for t in np.arange(0.1, 6.01, 0.1)]
+    gear = Gear(5)
+    gear.lag[0], gear.slowness[1], gear.dead[2], gear.play[3], gear.slowness[4] = 1.0, 1 / 0.1, 0.7, 0.05, 1 / 0.3
+    gear.start(np.zeros(5))
+    ramp = [gear.advance(np.full(5, 0.2 * t), 0.1) for t in np.arange(0.1, 6.01, 0.1)]
     assert ramp[-1][0] == pytest.approx(0.2 * (6.0 - 1.0), abs=0.03)
-    assert ramp[-1][1] == pytest.approx(0.1 * 6.0, abs=0.02)
+    assert ramp[-1][1] == pytest.approx(0.1 * 6.0, abs=1e-9)
     assert ramp[-1][2] == pytest.approx(0.2 * (6.0 - 0.7), abs=1e-9)
     assert ramp[-1][3] == pytest.approx(1.2 - 0.05, abs=1e-9)
+    assert ramp[-1][4] == pytest.approx(1.2, abs=1e-9), "a limit that no order reaches changes nothing"
 
 
 def test_nominal_vehicles_are_known() -> None:

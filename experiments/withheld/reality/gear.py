@@ -1,7 +1,8 @@
 """The steering gear: from the order to the angle at which the blade acts.
 
 Dead time, a band without effect, play, a servo of second order with a limited rate, then gain and offset of the
-linkage. Where a lane has no servo, the blade follows the order at once.
+linkage. Where a lane has no servo, the blade follows the order at once; where only its rate is limited, as fast as it
+can: with a lag of its own such a servo would show a limit that no order reaches, as a lag.
 """
 
 from __future__ import annotations
@@ -18,8 +19,6 @@ FINEST = 0.05
 """s; the servo's own step is at most this."""
 SHORTEST = 0.03
 """s; a servo with a shorter lag counts as none."""
-RATE_ONLY = 0.15
-"""s: lag of a servo of which only the rate is limited."""
 SLOW = 3.6
 """s: what goes with the gear's times shrinks in proportion for a vehicle whose own time (L / U) is shorter."""
 
@@ -50,8 +49,9 @@ class Gear:
         self._inside = self.actual.copy()
         self._past = [order.copy()]
         has_lag = self.lag >= SHORTEST * self._share
-        self._servo = has_lag | (self.slowness > 0)
-        self._omega = 2 * DAMPING / np.where(has_lag, self.lag, RATE_ONLY * self._share)
+        self._servo = has_lag
+        self._limited = ~has_lag & (self.slowness > 0)
+        self._omega = 2 * DAMPING / np.where(has_lag, self.lag, 1.0)
         self._rate = 1 / np.maximum(self.slowness, 1e-9)
         return (1 + self.gain) * self.actual + self.offset
 
@@ -61,15 +61,17 @@ class Gear:
         wanted = self._delayed(h) if self.dead.any() else order
         wanted = wanted - np.clip(wanted, -self.band, self.band)
         self._inside = np.clip(self._inside, wanted - self.play, wanted + self.play)
+        reached = self.actual + np.clip(self._inside - self.actual, -h * self._rate, h * self._rate)
+        at_once = np.where(self._limited, reached, self._inside)
         if self._servo.any():
             parts = max(1, math.ceil(h / (FINEST * self._share) - 1e-9))
             for _ in range(parts):
                 push = self._omega**2 * (self._inside - self.actual) - 2 * DAMPING * self._omega * self._turning
                 self._turning = np.clip(self._turning + push * h / parts, -self._rate, self._rate)
                 self.actual = self.actual + self._turning * h / parts
-            self.actual = np.where(self._servo, self.actual, self._inside)
+            self.actual = np.where(self._servo, self.actual, at_once)
         else:
-            self.actual = self._inside.copy()
+            self.actual = at_once
         return (1 + self.gain) * self.actual + self.offset
 
     def _delayed(self, h: float) -> Array:

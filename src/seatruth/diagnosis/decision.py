@@ -6,10 +6,11 @@ the lowest common ancestor of its members. Nothing is named whose gain on trials
 that of an effect that can stand in its place: where all of an answer falls for that, the most probable answer without
 it is asked. A term of the model's forces, or a factor on what its rudder or propeller gives, is not named where others
 are missing beside it: it is then a part of a model of another form, and stands for no cause. Damping across the flow
-and in turns is not named at all, since damping of another form looks the same. Where all trials are on one course, what
-keeps its direction on the earth is not named beside other missing forces either: it is then a force ahead or to one
-side, as a model of another form has them. A term that is refused takes nothing with it: what it stood for is left to
-the discrepancy of the model's form, beside which the other effects have been compared as well.
+and in turns is not named at all, since damping of another form looks the same; nor is a factor on all thrust beside
+another cause, which a resistance of another form looks like. Where all trials are on one course, what keeps its
+direction on the earth is not named beside other missing forces either: it is then a force ahead or to one side, as a
+model of another form has them. A term that is refused takes nothing with it: what it stood for is left to the
+discrepancy of the model's form, beside which the other effects have been compared as well.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.other_forms import is_form
+from seatruth.diagnosis.other_forms import forms_in
 from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
@@ -118,7 +119,7 @@ def decide(
         nothing = converged and not underpowered and none >= settings.name_threshold
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
     first: Key = next(iter(sets), ())
-    form = tuple(name for name in first if is_form(name, effects))
+    form = forms_in(first, effects)
     along: Key = ()
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
@@ -142,9 +143,7 @@ def decide(
             break
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    lacking = sum(
-        one.probability for one in found if one.discrepancy or any(is_form(name, effects) for name in one.effects)
-    )
+    lacking = sum(one.probability for one in found if one.discrepancy or forms_in(one.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
         return Decision("unknown", (), min(1.0, unnamed), True, (), form, along)
@@ -189,7 +188,7 @@ def _answer(
         sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         likely = [name for name in kept if min(candidates[name].probability, sure[name]) >= settings.name_threshold]
         # Sets with such terms have twins of another form that fit as well: what stands beside them is as sure there.
-        form = [name for name in likely if is_form(name, effects)]
+        form = [name for name in likely if name in forms_in(first, effects)]
         probable = [
             name
             for name in likely

@@ -4,7 +4,8 @@ Each input's range, the usual values and the length come from the trials themsel
 Thrusters that a model names are driven along its axes (yaw by differential thrust, heave) and one after another. A
 manoeuvre lasts as long as the longest trial; up to three can follow one another in one trial. Many trials are on
 record when a further one is asked for: one of the same length holds too little beside them to change much, and what
-single manoeuvres cannot tell apart, their sequence often does (a bias from a scale by another speed, say).
+single manoeuvres cannot tell apart, their sequence often does (a bias from a scale by another speed, say). No input
+moves faster than it did on record: by steps that no gear follows, a lag would be told from a delay at once.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem
 from seatruth.manoeuvres import thruster_layout
 from seatruth.models import Model, Thruster
-from seatruth.trials.trial import Trial
+from seatruth.trials.trial import Trial, Trials
 
 MAX_PHASES = 3
 """Manoeuvres in one trial. [S] A crew can sail three in a row without a break."""
@@ -43,6 +44,8 @@ _FEW = 3
 """Axes of thrusters up to which each has every manoeuvre; on more, turns one way, zigzags and staircases do. [S]"""
 _STILL = 1e-6
 """Reach of an input that did not move in the trials, or less: `Menu.full` is never zero."""
+_SLOWEST = 0.25
+"""Part of a zigzag's leg that an input takes to its full reach at most, however slowly it moved on record. [S]"""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -78,6 +81,8 @@ class Menu:
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
         self.usual = {name: _usual(v, units[name]) for name, v in values.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
+        self.rates = {name: self._fastest(name, problem.trials) for name in self.inputs}
+        """Fastest change of each input on record, in its unit per s; infinite where it never moved."""
         self.drives = [
             n
             for n in self.inputs
@@ -121,7 +126,8 @@ class Menu:
         inputs = {}
         for name in self.inputs:
             parts = [self.phases[n].inputs.get(name, np.full(self.t.shape, self.usual[name])) for n in names]
-            inputs[name] = np.concatenate([*parts, parts[-1][-1:]])
+            order = np.concatenate([*parts, parts[-1][-1:]])
+            inputs[name] = _no_faster(order, self.usual[name], self.step * self.rates[name])
         title = start + THEN.join(names)
         texts = [self.phases[n].text for n in names]
         if start == SLOW_START:
@@ -184,6 +190,11 @@ class Menu:
                     steered = {n: x + lower.get(n, 0.0) for n, x in phase.inputs.items()}
                     found.append(Phase(f"slow {phase.name}", text, {**slow, **steered}))
         return [*found, Phase("straight run", "inputs held", {})]
+
+    def _fastest(self, name: str, trials: Trials) -> float:
+        changes = [np.abs(np.diff(np.asarray(one.inputs[name])) / np.diff(np.asarray(one.t))) for one in trials]
+        rate = max((float(change.max(initial=0.0)) for change in changes), default=0.0)
+        return max(rate, self.full[name] / (_SLOWEST * self.seconds / 8.0)) if self.full[name] > _STILL else math.inf
 
     def _reach(self, group: Sequence[str]) -> dict[str, float]:
         """How far actuators that move together go from their usual values."""
@@ -293,6 +304,15 @@ def _of_one_kind(names: Sequence[str], units: Mapping[str, str], values: Mapping
         else:
             groups.append([name])
     return [tuple(group) for group in groups]
+
+
+def _no_faster(order: Array, usual: float, most: float) -> Array:
+    """An order that begins at its usual value and changes by at most so much from one sample to the next."""
+    found, at = np.empty_like(order), usual
+    for k, wanted in enumerate(order.tolist()):
+        at += min(max(wanted - at, -most), most)
+        found[k] = at
+    return found
 
 
 def _words(group: Sequence[str]) -> str:
