@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -59,6 +60,8 @@ def test_the_same_words_are_the_same_inputs_by_the_clock(name: str) -> None:
     neutral = -0.02 if family.trimmed else 0.0
     records = recorded(family, neutral)
     menu = menu_of(family, records)
+    # How fast an input moves is the library's to say by the record, and reality's by its gear.
+    menu.rates = dict.fromkeys(menu.rates, math.inf)
     usual = menu.usual[family.input]
     phases = list(menu.phases)
     read = set(manoeuvres(family, 60.0, 0.1))
