@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import boat_case as boat
+import pytest
 import small_case as small
 
 from seatruth.diagnosis.problem import Problem
@@ -11,6 +12,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.effects import available
 
 
+@pytest.mark.slow
 def test_currents_that_point_anywhere_are_tried_without_a_common_one() -> None:
     """Days whose currents cancel in the mean: no current that is the same in all leads there."""
     model, truth = boat.Boat(), {}

@@ -113,6 +113,7 @@ def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     assert "sections of about" in finding(study.trials, 2).message
 
 
+@pytest.mark.slow
 def test_trials_are_cut_where_the_fit_of_the_model_alone_ends_far_short(monkeypatch: pytest.MonkeyPatch) -> None:
     study = seatruth.sample.load("diagnose.toml")
     problem = Problem(study, load_effects(["current"]), Settings())

@@ -34,6 +34,7 @@ def test_trials_of_the_right_model_agree(found: Search) -> None:
     assert (size_errors(problem, fit)[fixed] == 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_moves_are_what_their_variance_says_where_the_model_is_right(ship_folder: Path) -> None:
     """Over twelve draws of the noise the mean square is 1, and its standard error 0.2."""
     squares = []
