@@ -272,6 +272,25 @@ def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None
     assert other.clusters[0].effects == ("trial_current", "current")
 
 
+def test_a_value_for_each_trial_leaves_open_whether_they_differ() -> None:
+    """It also takes up what differs for another reason, a model of another form say."""
+    may = decided((("trial_wind",), 0.985), (("wind",), 0.009), ((), 0.006))
+    assert [cause.effects for cause in may.clusters] == [("trial_wind", "wind")]
+    assert may.clusters[0].cause == "environment.force_fixed_to_earth.wind"
+    assert may.probability == pytest.approx(0.994)
+    do = decided((("trial_wind",), 0.994), (("wind",), 1e-6), ((), 0.006))
+    assert [cause.effects for cause in do.clusters] == [("trial_wind",)]
+
+
+def test_a_lag_and_a_dead_time_of_one_servo_are_one_cause() -> None:
+    late = decided((("depth_scale", "plane_delay", "plane_lag"), 0.9), (("plane_delay", "plane_lag"), 0.07), ((), 0.03))
+    assert [cause.effects for cause in late.clusters] == [("depth_scale",), ("plane_delay", "plane_lag")]
+    assert late.clusters[1].cause == "actuator.steering.dynamics"
+    assert late.shown == ("depth_scale", "plane_delay", "plane_lag")
+    band = decided((("plane_dead_band", "plane_lag"), 0.97), ((), 0.03))
+    assert [cause.effects for cause in band.clusters] == [("plane_dead_band",), ("plane_lag",)]
+
+
 def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     alone = decided((("cross_flow",), 0.98), ((), 0.02))
     assert (alone.kind, alone.form, alone.discrepancy) == ("unknown", ("cross_flow",), True)

@@ -121,6 +121,9 @@ def test_a_next_trial_doubles_or_silence_is_right_where_nothing_does() -> None:
     tried = {**truth, "next": {"a zigzag": {"bank": 2.5}, "a turn": {"bank": 6.0}}}
     none_helps = {**truth, "next": {"a zigzag": {"bank": 2.5}, "a turn": {"bank": 2.1}}}
     assert [advised_well((one, silent)) for one in (tried, none_helps)] == [False, True]
+    # What nobody sees is not doubled: 0.06 and 0.8 are none.
+    alike = {**truth, "pairs": {"wind": {"bank": 0.06}}, "next": {"bank": 0.8}}
+    assert gained((alike, suggesting)) == pytest.approx(1.0)
     name = "next trial doubles the separation, or none can"
     assert _found([(truth, said)])[name].n == 0
     assert _found([(none_helps, silent), (good, suggesting), (poor, suggesting)])[name].value == pytest.approx(2 / 3)

@@ -44,6 +44,8 @@ _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth
 at one frequency on one course, as a limit cycle has it."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
+_SERVO = {"actuator.steering.dynamics.lag", "actuator.steering.dynamics.delay"}
+"""Causes that a servo of higher order shows at once."""
 _FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust", "actuator.propulsion.supply.load")
 """Factors on all that a rudder or a propeller gives, the same as an error of its coefficients: beside discrepancy they
 are a part of a model of another form. In the last two opened test sets of `experiments/withheld` (65 cases, 2026-11-22)
@@ -320,17 +322,17 @@ def _cluster(
         if len(other) == len(key) and rest <= set(other) and len(added) == 1:
             weight[added.pop()] = p
     best = weight[name]
-    rivals = sorted(
-        (n for n in weight if n != name and weight[n] >= settings.least_alike * best), key=lambda n: (-weight[n], n)
-    )
-    rivals = [n for n in rivals if not (beside and _is_factor(n, effects))]
     # The same with a value for each trial is no other cause, however improbable: where the common one leads, they need
-    # not differ.
+    # not differ. Where the other leads, they may all the same: it also takes up what differs for another reason.
     repeated = [n for n in weight if repeats(effects[n], name)]
-    rivals = [n for n in rivals if n not in repeated]
+    common = [n for n in weight if repeats(effects[name], n) and weight[n] >= _NEEDED * best]
+    least = settings.least_alike * best
+    rivals = [n for n in weight if n in common or (n not in (name, *repeated) and weight[n] >= least)]
+    rivals = [n for n in rivals if not (beside and _is_factor(n, effects))]
+    rivals.sort(key=lambda n: (-weight[n], n))
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
-        alike = near(name, rival) < settings.apart
+        alike = rival in common or near(name, rival) < settings.apart
         wanted = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
         if alike or wanted:
             members.append(rival)
@@ -356,10 +358,13 @@ def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:
 
 
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
-    """Clusters that share members are one cause."""
+    """Clusters that share members are one cause, and so are a lag and a dead time of the same actuators.
+
+    A servo of higher order is late and slow at once: who finds both has found one servo, or two faults.
+    """
     found: list[Cluster] = []
     for cluster in clusters:
-        twin = next((k for k, one in enumerate(found) if set(one.effects) & set(cluster.effects)), None)
+        twin = next((k for k, one in enumerate(found) if _is_one(one, cluster, effects)), None)
         if twin is None:
             found.append(cluster)
             continue
@@ -368,6 +373,12 @@ def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[
         counted = tuple(dict.fromkeys([*found[twin].counted, *cluster.counted]))
         found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability), counted)
     return found
+
+
+def _is_one(one: Cluster, other: Cluster, effects: Mapping[str, Effect]) -> bool:
+    first, second = effects[one.effects[0]], effects[other.effects[0]]
+    servo = {first.cause, second.cause} == _SERVO and first.which == second.which
+    return servo or bool(set(one.effects) & set(other.effects))
 
 
 def _discrepancy(found: Sequence[Hypothesis], kept: Key) -> bool:
