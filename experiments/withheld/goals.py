@@ -91,7 +91,7 @@ def measures(
         number("gap closed over the oracle's, median", [c[0] / c[3] for c in closed], lambda x: float(np.median(x)),
                0.95, "share of the gap that closes on trials left out, over that of one who knows the cause"),
         share("its 95 % interval holds the oracle's", [c for c in closed if c[4]], lambda c: c[1] <= c[3] <= c[2],
-              0.90, "where the cause comes first, so that both close by the same effect", limit=0.98),
+              0.90, "where the cause comes first and is named, so that both close by the same effects", limit=0.98),
         share("next trial doubles the separation, or none can", advised, lambda good: good, 0.80,
               "run in reality it tells cause and rivals apart twice as well; where none is suggested, none tried does"),
         share("top-1, one effect, lambda >= 100", of_kind(pairs, ONE, *STRONG), lambda p: top(p, 1),

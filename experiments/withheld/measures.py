@@ -179,9 +179,11 @@ def advised_well(pair: Pair) -> bool | None:
 
 
 def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bool]]:
-    """Of cases whose oracle closes something: stated closure, its ends, the oracle's, whether the cause came first.
+    """Of cases whose oracle closes something: stated closure, its ends, the oracle's, whether both close by the same.
 
-    A verdict without a closure closes nothing, and its interval holds nothing; [] where no verdict states any.
+    They do where the cause comes first and as many causes are named: who names nothing, or one of two, closes less.
+
+    A verdict without a closure closes nothing; [] where no verdict states any.
     """
     own = [pair for pair in pairs if pair[0]["kind"] in (*ONE, "double") and pair[0].get("oracle")]
     own = [pair for pair in own if pair[0]["oracle"]["closure"] >= CLOSES and _gap(pair[0]["oracle"]) >= GAP]
@@ -192,7 +194,8 @@ def closures(pairs: Sequence[Pair]) -> list[tuple[float, float, float, float, bo
         values = [(verdict["closure"] or {}).get(word) for word in ("value", "lower", "upper")]
         value, low, high = (math.nan if x is None else float(x) for x in values)
         value = value if math.isfinite(value) else 0.0
-        found.append((value, low, high, float(truth["oracle"]["closure"]), top((truth, verdict), 1)))
+        same = top((truth, verdict), 1) and len(named(verdict)) == len(truth["effects"])
+        found.append((value, low, high, float(truth["oracle"]["closure"]), same))
     return found
 
 

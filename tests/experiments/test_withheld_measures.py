@@ -104,6 +104,9 @@ def test_a_closure_that_is_missing_is_nothing_closed_and_intervals_are_judged_wh
     assert found["gap closed over the oracle's, median"].value == pytest.approx(0.25)
     covers = found["its 95 % interval holds the oracle's"]
     assert (covers.value, covers.n, covers.goal) == (0.5, 2, "0.9 to 0.98")
+    # Who names nothing closes nothing, whatever comes first: that is no interval of what the cause closes.
+    silent = {**pairs[1][1], "verdict": "unknown", "effects": [], "causes": []}
+    assert _found([*pairs, (truth, silent)])["its 95 % interval holds the oracle's"].n == 2
     # All of many intervals holding is more than 95 % ones should: the goal has two ends.
     assert _found(pairs[:1] * 5)["its 95 % interval holds the oracle's"].met is False
     assert closures([(truth, verdict("a", [(["wind"], 0.9)]))]) == []
