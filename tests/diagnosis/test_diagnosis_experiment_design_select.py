@@ -8,6 +8,7 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
+from seatruth.diagnosis.experiment_design.discrimination import Rivals
 from seatruth.diagnosis.experiment_design.select import next_trial
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.parts import NextTrial
@@ -42,6 +43,22 @@ def test_the_suggestion_is_the_best_of_the_menu(suggested: NextTrial) -> None:
 
 def test_it_is_the_same_again(found: Search, suggested: NextTrial) -> None:
     assert next_trial(found, CHANCES, small.silent) == suggested
+
+
+def test_what_a_refit_does_not_bear_out_is_not_suggested(
+    found: Search, suggested: NextTrial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A linear step promises much of the first trial; with rivals refitted it tells next to nothing."""
+    first, second = (entry.manoeuvre for entry in suggested.menu[:2])
+
+    def one_bears_out(self: Rivals, s: str, trial: Trial | None) -> float:
+        return 1000.0 if trial is not None and trial.name == second else 10.0
+
+    monkeypatch.setattr(Rivals, "refitted", one_bears_out)
+    assert next_trial(found, CHANCES, small.silent).manoeuvre == second
+    monkeypatch.setattr(Rivals, "refitted", lambda self, s, trial: 10.0)
+    none = next_trial(found, CHANCES, small.silent)
+    assert (none.manoeuvre, none.gain, none.menu[0].manoeuvre) == ("", 1.0, first)
 
 
 def test_one_survivor_needs_no_further_trial(found: Search) -> None:

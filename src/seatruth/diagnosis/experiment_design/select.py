@@ -90,7 +90,7 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     now = min(_smallest(rivals.before).values())
     names = tuple(rivals.chances)
     entries = tuple(option.entry for option in options)
-    best = next((entry for option in options[:_ASKED] if (entry := _asked(option, rivals, menu)) is not None), None)
+    best = _best(options[:_ASKED], rivals, menu)
     if best is None:
         return _none("No manoeuvre of the menu separates them.", names, now, entries)
     trial = menu.named(best.manoeuvre).trial
@@ -99,21 +99,22 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     return NextTrial(best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {})
 
 
-def _asked(option: _Option, rivals: Rivals, menu: Menu) -> MenuEntry | None:
-    """A trial whose chance is worth its time, its gain for the leading survivor refitted; None for another one."""
-    if option.chance < _WORTH:
-        return None
-    if rivals.problem.few_runs is not None:
-        return option.entry  # each refit would cost runs
+def _best(options: Sequence[_Option], rivals: Rivals, menu: Menu) -> MenuEntry | None:
+    """The first trial that is worth its time with the leading survivor's gain refitted; None if there is none."""
+    worth = [option for option in options if option.chance >= _WORTH]
+    if not worth or rivals.problem.few_runs is not None:
+        return worth[0].entry if worth else None  # of a black box each refit would cost runs
     leader = max(rivals.chances, key=lambda name: (rivals.chances[name], name))
     now = rivals.refitted(leader, None)
-    then = rivals.refitted(leader, menu.named(option.entry.manoeuvre).trial)
-    if now is None or then is None:
-        return None
-    gains = {**option.gains, leader: min(option.gains[leader], max(then, LEAST) / max(now, LEAST))}
-    if _chance_of(gains, rivals) < _WORTH:
-        return None
-    return replace(option.entry, noncentrality=min(then, option.entry.noncentrality), gain=_mean_gain(gains, rivals))
+    for option in worth:
+        then = rivals.refitted(leader, menu.named(option.entry.manoeuvre).trial)
+        if now is None or then is None:
+            continue
+        gains = {**option.gains, leader: min(option.gains[leader], max(then, LEAST) / max(now, LEAST))}
+        if _chance_of(gains, rivals) >= _WORTH:
+            least = min(then, option.entry.noncentrality)
+            return replace(option.entry, noncentrality=least, gain=_mean_gain(gains, rivals))
+    return None
 
 
 def _none(why: str, survivors: tuple[str, ...], now: float, menu: tuple[MenuEntry, ...]) -> NextTrial:
