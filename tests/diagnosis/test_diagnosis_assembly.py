@@ -111,7 +111,7 @@ def test_prediction_of_trials_left_out(found: Diagnosis) -> None:
 def test_the_suggestion_comes_with_the_motion_that_is_expected(ship_folder: Path, plain_runs: list[Trial]) -> None:
     """After two short trials nobody knows what acts."""
     short = small.shortened(plain_runs[:2], 30)
-    found = diagnose(small.study(ship_folder, short), small.EFFECTS, threads=1, validate=False)
+    found = diagnose(small.study(ship_folder, short), ("rudder_offset", "gyro_bias"), threads=1, validate=False)
     assert found.next_trial is not None
     assert len(found.next_trial.survivors) > 1
     assert set(found.next_trial.motion) == {"r", "psi"}

@@ -92,7 +92,7 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     entries = tuple(option.entry for option in options)
     best = _best(options[:_ASKED], rivals, menu)
     if best is None:
-        return _none("No manoeuvre of the menu separates them.", names, now, entries)
+        return _none("No trial of the menu is likely to double what tells them apart.", names, now, entries)
     trial = menu.named(best.manoeuvre).trial
     inputs = {name: tuple(np.asarray(trial.inputs[name]).tolist()) for name in menu.inputs}
     t = tuple(np.asarray(trial.t).tolist())

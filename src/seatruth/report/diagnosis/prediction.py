@@ -92,7 +92,7 @@ def next_trial(diagnosis: Diagnosis, album: Album) -> Section | None:
             Column("trial", "long"),
             Column("what the crew does", "long"),
             Column("smallest distance", "number", "between two of the causes that are left, in standard deviations"),
-            Column("gain", "number", "factor by which the noncentrality grows, at most 8"),
+            Column("gain", "number", "factor by which the noncentrality grows, to first order, at most 8"),
             Column("pair that stays closest", "long"),
         ]
         blocks.append(table(f"Menu ({len(rows)})", columns, rows, folded=True))
