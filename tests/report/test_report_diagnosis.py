@@ -170,7 +170,7 @@ def test_noise_and_coefficients() -> None:
 
 def test_a_next_trial_that_does_not_help_is_not_suggested() -> None:
     shown = page("two_causes")
-    assert "No trial on the menu would help to separate steady wind, mean wave drift and a cause that is not" in shown
+    assert "No trial on the menu is likely to double what separates steady wind, mean wave drift and a cause" in shown
     assert "turn by +delta (rudder" not in shown
     assert "Turn by +delta (rudder hard over to starboard)" in page("effects")
 

@@ -243,7 +243,7 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
         return "No two causes are left that a further trial would have to separate."
     causes = listed([survivor(diagnosis, name) for name in suggested.survivors], 4)
     if not suggested.manoeuvre:
-        return f"No trial on the menu would help to separate {causes}."
+        return f"No trial on the menu is likely to double what separates {causes}."
     now, then = (math.sqrt(max(x, 0.0)) for x in (suggested.noncentrality_now, suggested.noncentrality_then))
     about = f" ({suggested.text})" if suggested.text and detailed else ""
     size = f"from {number(now, 2)} to {number(then, 2)} standard deviations"
