@@ -167,11 +167,11 @@ class MenuEntry:
     text: str
     """What the crew does."""
     noncentrality: float
-    """Smallest pairwise noncentrality between the surviving causes, with this trial added."""
+    """Noncentrality of the most probable cause to the nearest other one, with this trial added."""
     gain: float
-    """Factor by which it grows, clipped at 8."""
+    """Factor by which that of the true cause grows, in the mean over the causes by probability; clipped at 8."""
     weakest: tuple[str, ...]
-    """The pair that stays closest."""
+    """The most probable cause and the nearest other one."""
 
 
 @dataclass(frozen=True)
@@ -185,11 +185,11 @@ class NextTrial:
     survivors: tuple[str, ...]
     """Causes that it is to separate: effects, or "unknown"."""
     noncentrality_now: float
-    """Smallest pairwise noncentrality between them on the recorded trials."""
+    """Noncentrality of the most probable of them to the nearest other one on the recorded trials."""
     noncentrality_then: float
     """The same with the suggested trial added."""
     gain: float
-    """Factor by which it grows, clipped at 8."""
+    """Factor by which that of the true cause grows, in the mean over the causes by probability; clipped at 8."""
     menu: tuple[MenuEntry, ...]
     """All candidates, the best first."""
     t: tuple[float, ...]

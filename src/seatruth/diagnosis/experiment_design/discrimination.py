@@ -86,6 +86,11 @@ class Rivals:
         self._recorded = {(s, r): self._on_record(s, r) for s in self.fits for r in self.fits if s != r}
         self.before = {pair: one.least() for pair, one in self._recorded.items()}
 
+    @property
+    def leader(self) -> str:
+        """The most probable survivor."""
+        return max(self.chances, key=lambda name: (self.chances[name], name))
+
     def gains(self, after: Table) -> dict[str, float]:
         """Factor by which the noncentrality to the nearest rival grows, by the true cause."""
         found = {}

@@ -87,7 +87,7 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
         leading = sorted(best_of.values(), key=lambda o: (o.worth, o.entry.manoeuvre))[-_KEPT:]
         kept = [(option.start, option.phases) for option in leading]
     options.sort(key=lambda o: (-o.worth, o.entry.manoeuvre))
-    now = min(_smallest(rivals.before).values())
+    now = _nearest(rivals.before, rivals.leader)[0]
     names = tuple(rivals.chances)
     entries = tuple(option.entry for option in options)
     best = _best(options[:_ASKED], rivals, menu)
@@ -104,7 +104,7 @@ def _best(options: Sequence[_Option], rivals: Rivals, menu: Menu) -> MenuEntry |
     worth = [option for option in options if option.chance >= _WORTH]
     if not worth or rivals.problem.few_runs is not None:
         return worth[0].entry if worth else None  # of a black box each refit would cost runs
-    leader = max(rivals.chances, key=lambda name: (rivals.chances[name], name))
+    leader = rivals.leader
     now = rivals.refitted(leader, None)
     for option in worth:
         then = rivals.refitted(leader, menu.named(option.entry.manoeuvre).trial)
@@ -138,10 +138,9 @@ def with_motion(suggested: NextTrial, problem: Problem, point: Point) -> NextTri
 
 
 def _option(option: Manoeuvre, after: Table, rivals: Rivals, start: str, phases: tuple[str, ...]) -> _Option:
-    pairs = _smallest(after)
-    weakest = min(pairs, key=lambda pair: (pairs[pair], pair))
     gains = rivals.gains(after)
-    entry = MenuEntry(option.name, option.text, pairs[weakest], _mean_gain(gains, rivals), weakest)
+    least, nearest = _nearest(after, rivals.leader)
+    entry = MenuEntry(option.name, option.text, least, _mean_gain(gains, rivals), (rivals.leader, nearest))
     return _Option(start, phases, entry, _chance_of(gains, rivals), gains)
 
 
@@ -159,10 +158,6 @@ def _chance(gain: float) -> float:
     return 0.5 * math.erfc((math.log(_DOUBLED) - math.log(max(gain, 1e-9))) / (math.sqrt(2.0) * _SPREAD))
 
 
-def _smallest(table: Table) -> Table:
-    """The smaller of both directions, by pair in alphabetical order."""
-    found: Table = {}
-    for (s, r), value in table.items():
-        pair = (min(s, r), max(s, r))
-        found[pair] = min(value, found.get(pair, math.inf))
-    return found
+def _nearest(table: Table, leader: str) -> tuple[float, str]:
+    """Noncentrality of the leading survivor to the nearest other one, and which that is."""
+    return min((value, rival) for (true, rival), value in table.items() if true == leader)

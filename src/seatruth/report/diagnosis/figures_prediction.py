@@ -150,7 +150,7 @@ def menu(diagnosis: Diagnosis) -> Figure:
     axes.axvline(math.sqrt(NEAR), color=VERMILLION, linewidth=1.0, linestyle=(0, (1, 1.5)))
     finite = [size for size in (*sizes, now) if math.isfinite(size)]
     axes.set_xlim(0.0, max([*finite, 4.0]) * 1.08)
-    axes.set_xlabel("smallest distance between causes (standard deviations)")
+    axes.set_xlabel("distance of the most probable cause from the nearest other (standard deviations)")
     return figure
 
 

@@ -72,7 +72,7 @@ def next_trial(diagnosis: Diagnosis, album: Album) -> Section | None:
         caption = "Blue: inputs to apply. Grey: motion that the model expects."
         pictures.append(album.picture(figures.suggested(diagnosis), alt, caption))
     if new.menu:
-        alt = "Smallest distance between the remaining causes after each trial of the menu."
+        alt = "Distance of the most probable cause from the nearest other one after each trial of the menu."
         caption = "Dashed: with the recorded trials alone. Dotted: from here on two causes can be distinguished."
         pictures.append(album.picture(figures.menu(diagnosis), alt, caption))
     if pictures:
@@ -91,9 +91,13 @@ def next_trial(diagnosis: Diagnosis, album: Album) -> Section | None:
         columns = [
             Column("trial", "long"),
             Column("what the crew does", "long"),
-            Column("smallest distance", "number", "between two of the causes that are left, in standard deviations"),
-            Column("gain", "number", "factor by which the noncentrality grows, to first order, at most 8"),
-            Column("pair that stays closest", "long"),
+            Column("distance", "number", "of the most probable cause from the nearest other, in standard deviations"),
+            Column(
+                "gain",
+                "number",
+                "of the true one's noncentrality, in the mean by probability and to first order; at most 8",
+            ),
+            Column("most probable cause and the nearest other", "long"),
         ]
         blocks.append(table(f"Menu ({len(rows)})", columns, rows, folded=True))
     return Section("next-trial", "The next trial", blocks)

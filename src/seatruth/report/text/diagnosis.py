@@ -247,7 +247,7 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
     now, then = (math.sqrt(max(x, 0.0)) for x in (suggested.noncentrality_now, suggested.noncentrality_then))
     about = f" ({suggested.text})" if suggested.text and detailed else ""
     size = f"from {number(now, 2)} to {number(then, 2)} standard deviations"
-    grows = f"the smallest distance between two of them grows {size}"
+    grows = f"the distance of the most probable one from the nearest other grows {size}"
     trial = f"{capitalized(suggested.manoeuvre)}{about}"
     if suggested.noncentrality_now >= NEAR:
         return f"These trials already distinguish {causes}. {trial} would separate them further: {grows}."
