@@ -99,20 +99,19 @@ def suggested(diagnosis: Diagnosis) -> Figure:
     for name in _MOTION:
         if name in new.motion and len(drawn) < 4:
             drawn.append((name, np.asarray(new.motion[name], dtype=float), GREY))
-    height = 0.62
+    height, gap = 0.62, 0.3  # names stand above their panels: beside one of this height a long one has no room
     track = "x" in new.motion and "y" in new.motion
     width = 4.0 if track else 6.2
-    figure = Figure(figsize=(7.2, height * len(drawn) + 0.16 * len(drawn) + 0.5))
+    figure = Figure(figsize=(7.2, (height + gap) * len(drawn) + 0.5))
     total = float(figure.get_size_inches()[1])
     for k, (name, values, colour) in enumerate(drawn):
         scale = shown(name, new.units.get(name, ""))
-        axes = placed(figure, 0.75, total - 0.1 - (k + 1) * height - k * 0.16, width - 0.6, height)
+        axes = placed(figure, 0.55, total - (k + 1) * (height + gap), width - 0.4, height)
         kept = thinned(t, values)
         axes.plot(t[kept], values[kept] * scale.factor, color=colour, linewidth=1.2)
         few_ticks(axes, 6, 3)
         zoomable(axes, "t")
-        axes.set_ylabel(text(scale.label, 16))
-        axes.yaxis.set_label_coords(-0.15 * 4.0 / width, 0.5)
+        axes.set_title(text(scale.label, 44), loc="left", pad=3.0, fontsize="medium")
         if k < len(drawn) - 1:
             axes.tick_params(labelbottom=False)
         else:
@@ -130,7 +129,7 @@ def suggested(diagnosis: Diagnosis) -> Figure:
 
 @styled
 def menu(diagnosis: Diagnosis) -> Figure:
-    """Distance of the two causes that would be hardest to separate, by trial of the menu."""
+    """Distance of the most probable cause from the nearest other, in standard deviations, by trial of the menu."""
     new = diagnosis.next_trial
     if new is None or not new.menu:
         return nothing("There is no menu of trials.")
@@ -150,7 +149,7 @@ def menu(diagnosis: Diagnosis) -> Figure:
     axes.axvline(math.sqrt(NEAR), color=VERMILLION, linewidth=1.0, linestyle=(0, (1, 1.5)))
     finite = [size for size in (*sizes, now) if math.isfinite(size)]
     axes.set_xlim(0.0, max([*finite, 4.0]) * 1.08)
-    axes.set_xlabel("distance of the most probable cause from the nearest other (standard deviations)")
+    axes.set_xlabel("distance of the leading cause from the nearest other (SD)")
     return figure
 
 
