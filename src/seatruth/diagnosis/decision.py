@@ -358,9 +358,9 @@ def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:
 
 
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
-    """Clusters that share members are one cause, and so are a lag and a dead time of the same actuators.
+    """Clusters that are one cause together.
 
-    A servo of higher order is late and slow at once: who finds both has found one servo, or two faults.
+    A servo of higher order is late and slow at once: who finds a lag and a dead time has found one, or two faults.
     """
     found: list[Cluster] = []
     for cluster in clusters:
@@ -376,6 +376,7 @@ def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[
 
 
 def _is_one(one: Cluster, other: Cluster, effects: Mapping[str, Effect]) -> bool:
+    """Whether two clusters share a member, or are a lag and a dead time of the same actuators."""
     first, second = effects[one.effects[0]], effects[other.effects[0]]
     servo = {first.cause, second.cause} == _SERVO and first.which == second.which
     return servo or bool(set(one.effects) & set(other.effects))

@@ -151,8 +151,9 @@ class Rivals:
         start = without_discrepancy(problem, self.fits[r].point)
         shared = start.shared
         now = about(shared)
-        for _ in range(_STEPS if now is not None else 0):
-            assert now is not None
+        if now is None:
+            return None
+        for _ in range(_STEPS):
             if now.c - now.least() < max(_ENOUGH * now.c, _ENOUGH):
                 return now.least()
             for part in _PARTS:
@@ -164,8 +165,8 @@ class Rivals:
                     shared, now = moved, there
                     break
             else:
-                return now.c
-        return None if now is None else now.c
+                break
+        return now.c
 
     def _fitted(self, name: str) -> Fit | None:
         return self.search.fits.get(((name,), False)) or self.search.fits.get(((name,), True))
