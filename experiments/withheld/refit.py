@@ -185,7 +185,10 @@ def pairs(found: Judged, rivals: Sequence[Mechanism]) -> dict[str, float]:
     fit, rig = found.fit, found.rig
     flexible = [one for one in rivals if one.kind != "gear"]
     late = [one for one in rivals if one.kind == "gear" and one.orders]
-    variants = [*spans(rivals), *((f"{key}~", acting) for key, acting in spans(flexible, SMALL))]
+    variants = [
+        *spans([one for one in rivals if one not in late]),
+        *((f"{key}~", acting) for key, acting in spans(flexible, SMALL)),
+    ]
     variants += [(f"{key}@", acting) for size in SIZES for key, acting in spans(late, size)]
     here = rig.look(fit.point, variants, found.aim)
     size, last = len(fit.point.moved), here.whitened[0].shape[1] - 1
@@ -199,14 +202,14 @@ def pairs(found: Judged, rivals: Sequence[Mechanism]) -> dict[str, float]:
     raw = np.diag(gram)[size:]
     left, near = {}, []
     for one in rivals:
+        if one in late:
+            left[one.key] = min(fit.left, *(_stretched(rest, end, k, always) for k in here.columns(f"{one.key}@")))
+            continue
         columns = here.columns(one.key)
         share = max(left_over(rest, k, always) / max(float(raw[k]), 1e-300) for k in columns)
         if share < ABSORBED and one.kind != "gear":
             columns = here.columns(f"{one.key}~")
             near.append(one)
-        if one in late:
-            left[one.key] = min(fit.left, *(_stretched(rest, end, k, always) for k in here.columns(f"{one.key}@")))
-            continue
         left[one.key] = min(fit.left, left_over(rest, end, [*always, *columns]))
     near.sort(key=lambda one: left[one.key])
     for one in [one for one in near if _plain(one) and left[one.key] < NEAR * fit.left][:FOLLOWED]:

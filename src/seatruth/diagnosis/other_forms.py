@@ -64,7 +64,7 @@ def with_other_forms(
         if not like:
             shared.append(one)
             continue
-        share = THRUST_ACTS if all(_is_thrust(name, effects) for name in like) else ACTS
+        share = ACTS if any(name in outdone or _is_damping(name, effects) for name in like) else THRUST_ACTS
         acts = replace(one, log_prior=one.log_prior + math.log(share), probability=share * one.probability)
         twin = replace(
             one,
