@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import PermutationMethod, wilcoxon
+from scipy.stats import PermutationMethod, false_discovery_control, wilcoxon
 
 from seatruth.statistics.ranks import (
+    benjamini_hochberg_adjusted,
     friedman_p,
     holm_adjusted,
     indistinguishable_groups,
@@ -46,6 +47,15 @@ def test_holm_steps_down_and_stays_in_order() -> None:
     assert holm_adjusted(np.array([0.04, 0.01, 0.03, 0.005])).tolist() == pytest.approx([0.06, 0.03, 0.06, 0.02])
     assert holm_adjusted(np.array([0.9, 0.8])).tolist() == [1.0, 1.0]
     assert holm_adjusted(np.zeros(0)).tolist() == []
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 40])
+def test_benjamini_hochberg_agrees_with_scipy(count: int) -> None:
+    p = np.random.default_rng(count).uniform(size=count) ** 2
+    p[::3] = p[0] if count else 0.0  # ties
+    wanted = false_discovery_control(p) if count else p
+    assert benjamini_hochberg_adjusted(p) == pytest.approx(wanted, rel=1e-14)
+    assert benjamini_hochberg_adjusted(np.array([0.9, 0.8])).tolist() == [0.9, 0.9]
 
 
 def test_mean_ranks_share_ties() -> None:

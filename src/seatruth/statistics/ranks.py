@@ -1,7 +1,8 @@
-"""Paired tests on ranks: Wilcoxon's signed ranks, Friedman's test, Holm's correction, effect sizes.
+"""Paired tests on ranks: Wilcoxon's signed ranks, Friedman's test, effect sizes; corrections for many tests.
 
 Sources: Demsar (2006), "Statistical comparisons of classifiers over multiple data sets", JMLR 7, for the choice of
-tests; Kerby (2014), "The simple difference formula", for the matched rank-biserial correlation.
+tests; Kerby (2014), "The simple difference formula", for the matched rank-biserial correlation; Benjamini and Hochberg
+(1995), "Controlling the false discovery rate", J. R. Stat. Soc. B 57, 289.
 """
 
 from __future__ import annotations
@@ -86,6 +87,22 @@ def holm_adjusted(p: Array) -> Array:
         highest = max(highest, min(1.0, (p.size - place) * p[k]))
         adjusted[k] = highest
     return adjusted
+
+
+def benjamini_hochberg_adjusted(p: Array) -> Array:
+    """Benjamini and Hochberg's adjusted p-values (n,) of p-values (n,), for a false discovery rate.
+
+    As `scipy.stats.false_discovery_control`, whose module takes half a second to load.
+
+    Example:
+        >>> import numpy as np
+        >>> benjamini_hochberg_adjusted(np.array([0.01, 0.04, 0.03])).tolist()
+        [0.03, 0.04, 0.04]
+    """
+    order = np.argsort(p)[::-1]
+    adjusted = np.empty(p.size)
+    adjusted[order] = np.minimum.accumulate(p[order] * p.size / np.arange(p.size, 0, -1))
+    return np.minimum(adjusted, 1.0)
 
 
 def mean_ranks(values: Array) -> Array:

@@ -120,8 +120,8 @@ class Sensitivities:
         rows = (3 * np.arange(steps.start, steps.stop)[:, None] + np.array([0, 1, 1, 2])).ravel()
         states = stage_states[:, 4 * steps.start : 4 * steps.stop]
         moves = self._servos.moves(program, grid, values, states[:, ::4], steps, threads)
-        row = np.stack([*grid.stage_inputs[rows].T, grid.stage_t[rows], grid.stage_trial[rows]])
-        acting = np.concatenate([states, row, self._servos.acting(moves)])
+        row = (grid.stage_inputs[rows].T, grid.stage_t[None, rows], grid.stage_trial[None, rows])
+        acting = np.concatenate([states, *row, self._servos.acting(moves)])
         found = self._values(program, self._rates, values, acting, threads)
         return np.concatenate([found, self._servos.values(moves, found, grid.step[steps])])
 
