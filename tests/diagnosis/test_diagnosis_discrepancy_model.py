@@ -11,8 +11,8 @@ import pytest
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, force_input, hats, scales_of, with_forces
 from seatruth.effects import load_effects, with_effects
 from seatruth.manoeuvres import Stepper
-from seatruth.models import Observation, observed
-from seatruth.models.base import Environment
+from seatruth.models import Observation, load_model, observed
+from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -79,6 +79,32 @@ def test_a_term_adds_its_product_over_the_scales(model: DiscrepancyModel, state:
     np.testing.assert_allclose(added, expected, rtol=1e-6, atol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("(n_port - n_starboard)", 0.5 - -0.25),
+        ("(n_port|n_port| - n_starboard|n_starboard|)", 0.5**2 + 0.25**2),
+        ("u^2 (n_port - n_starboard)", 0.9**2 * (0.5 - -0.25)),
+    ],
+)
+def test_a_term_of_thrusters_adds_up_what_each_gives(text: str, size: float) -> None:
+    twin = load_model("twin_thruster")
+    scales = {c.name: 1.0 for c in twin.states} | {"u": 2.0, "n_port": 20.0, "n_starboard": 20.0}
+    model = DiscrepancyModel(twin, KNOTS, DURATION, scales)
+    row = [c.name for c in twin.states].index("r")
+    term = next(term for term in model.terms if term.text == text and term.state == "r")
+    s = dict.fromkeys((c.name for c in twin.states), 0.0) | {"u": 1.8}
+    i = dict.fromkeys((c.name for c in model.inputs), 0.0) | {"n_port": 10.0, "n_starboard": -5.0}
+
+    def rate(p: dict[str, float]) -> float:
+        of = [
+            record(name, tuple(Channel(key, "1") for key in values))(**values) for name, values in zip("sip", (s, i, p))
+        ]
+        return float(model.rhs(*of, Environment())[row])
+
+    assert rate({**model.nominal(), term.name: 0.01}) - rate(model.nominal()) == pytest.approx(0.01 * size)
+
+
 def test_terms_feel_the_input_that_acts() -> None:
     """A rudder that turns 20 % further does so in what the structure lacks too; it is no other force."""
     model = DiscrepancyModel(with_effects(boat.Boat(), load_effects(["rudder_gain"])), KNOTS, DURATION, SCALES)
@@ -136,6 +162,12 @@ def test_scales_are_those_of_the_record() -> None:
     assert scales["u"] == pytest.approx(3.0)
     assert scales["delta"] == pytest.approx(0.2)
     assert scales["r"] == scales["v"] == 1.0
+
+
+def test_thrusters_of_one_kind_have_one_scale() -> None:
+    trial = Trial("run", np.arange(4.0), {"n_port": np.full(4, -3.0), "n_starboard": np.full(4, 7.0)}, {})
+    scales = scales_of(load_model("twin_thruster"), [trial])
+    assert scales["n_port"] == scales["n_starboard"] == 7.0
 
 
 def test_an_accelerometer_feels_the_missing_forces() -> None:

@@ -10,8 +10,9 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, terms_of
+from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, kinds_of_thrusters, terms_of
 from seatruth.effects import load_effects, with_effects
+from seatruth.models import Thruster, load_model
 from seatruth.models.base import Model
 from seatruth.models.diving_plane import DivingPlane
 from seatruth.models.parameter import Parameter
@@ -61,6 +62,67 @@ def test_terms_do_in_the_mirror_what_their_equations_do(model: Model) -> None:
 
         sign = -1.0 if labels[term.state] in ("sway", "roll", "yaw") else 1.0
         assert product(True) == pytest.approx(sign * product(False)), (term.label, term.text)
+
+
+MIRRORED = {
+    "twin_thruster": {"n_port": "n_starboard", "n_starboard": "n_port"},
+    # The first of each pair stands on the starboard side; positive thrust of both points ahead, or both aft.
+    "bluerov2": {"c_1": "c_2", "c_2": "c_1", "c_3": "c_4", "c_4": "c_3", "c_5": "c_6", "c_6": "c_5"},
+}
+"""Which thruster's order is which one's in the mirror."""
+
+
+@pytest.mark.parametrize("name", MIRRORED)
+def test_terms_of_thrusters_do_in_the_mirror_what_their_equations_do(name: str) -> None:
+    """By numbers: the mirror exchanges what is to port and to starboard, and changes the sign of sway, roll and yaw."""
+    model, rng = load_model(name), np.random.default_rng(3)
+    labels = equations(model)
+    sideways = {state for state, label in labels.items() if label in ("sway", "roll", "yaw")}
+    terms = [term for term in terms_of(model) if term.thrusters]
+    assert {term.label for term in terms} >= {"surge", "yaw"}
+    value = {channel: float(rng.normal()) for channel in (*labels, *MIRRORED[name])}
+    mirrored = {c: -x if c in sideways else x for c, x in value.items()}
+    mirrored |= {other: value[one] for one, other in MIRRORED[name].items()}
+
+    def of(term: Term, at: dict[str, float]) -> float:
+        assert all(what == "state" for what, _ in term.factors)
+        flow = math.prod(at[channel] for _, channel in term.factors)
+        return flow * sum(w * at[i] * (abs(at[i]) if term.squared else 1.0) for i, w in term.thrusters)
+
+    for term in terms:
+        sign = -1.0 if term.state in sideways else 1.0
+        assert of(term, mirrored) == pytest.approx(sign * of(term, value)), (term.label, term.text)
+
+
+def test_thrusters_of_one_kind_share_their_terms() -> None:
+    """What one gives less than the others is a cause, and no form of the model."""
+    boat_ = load_model("twin_thruster")
+    assert {"(n_port + n_starboard)", "(n_port|n_port| + n_starboard|n_starboard|)"} <= texts(boat_, "u")
+    assert "u^2 (n_port - n_starboard)" in texts(boat_, "r")
+    assert not any("n_" in text for text in texts(boat_, "v"))
+    alone = {term.text for term in terms_of(boat_) if not term.thrusters}
+    assert not any("n_port" in text or "n_starboard" in text for text in alone)
+
+
+class Tunnels(boat.Boat):
+    """A propeller, and two tunnels of which the aft one has the shorter lever."""
+
+    name = "tunnels"
+    inputs = (Channel("delta", "rad"), Channel("n", "rev/s"), Channel("bow", "1"), Channel("aft", "1"))
+    actuators = (
+        Thruster("main", "n", at=(-2.0, 0.0, 0.0), towards=(1.0, 0.0, 0.0), full=20.0),
+        Thruster("bow", "bow", at=(2.0, 0.0, 0.0), towards=(0.0, 1.0, 0.0), full=1.0),
+        Thruster("aft", "aft", at=(-1.0, 0.0, 0.0), towards=(0.0, 1.0, 0.0), full=1.0),
+    )
+
+
+def test_each_thruster_has_its_lever() -> None:
+    model = Tunnels()
+    assert [[one.name for one in kind] for kind in kinds_of_thrusters(model)] == [["bow", "aft"]]
+    levers = {t.label: dict(t.thrusters) for t in terms_of(model) if t.thrusters}
+    assert levers == {"sway": {"bow": 1.0, "aft": 1.0}, "yaw": {"bow": 1.0, "aft": -0.5}}
+    assert "(bow|bow| - 0.5 aft|aft|)" in texts(model, "r")
+    assert "u^2 n" in texts(model, "u")
 
 
 def test_what_the_mirror_does_to_two_unknown_inputs_nobody_says() -> None:

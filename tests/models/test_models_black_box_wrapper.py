@@ -10,7 +10,16 @@ import pytest
 
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.effects import ExtendedBlackBox, available
-from seatruth.models import BlackBox, Channel, IsolatedBlackBox, Observation, Order, Parameter, ServoBlackBox
+from seatruth.models import (
+    BlackBox,
+    Channel,
+    IsolatedBlackBox,
+    Observation,
+    Order,
+    Parameter,
+    ServoBlackBox,
+    Thruster,
+)
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
 from seatruth.models.geometry import Dimensions
 from seatruth.models.observed import ObservedBlackBox
@@ -116,3 +125,44 @@ def test_terms_of_missing_forces_feel_the_input_that_acts() -> None:
             TRIAL, {**wrapper.nominal(), term.name: 1e-3, "rudder_gain_k": k}, dict.fromkeys("uvr", 0.0) | {"psi": 0.0}
         )
     assert pushes == pytest.approx([5000.0 * 1e-3 * 0.2**2, 5000.0 * 1e-3 * 0.1**2])
+
+
+def test_terms_of_thrusters_push_through_the_ports_what_they_push_in_equations() -> None:
+    """The port of yaw: the inertia times the difference of two drives, in the motion that the simulator shows."""
+    pushes = []
+
+    def run(trial: Trial, p: dict[str, float], first: dict[str, float], outside: Any) -> dict[str, Any]:
+        pushes.append(outside(0.0, {"u": 1.8, "r": 0.0})["N"])
+        return dict.fromkeys(("u", "r", "T_port", "T_starboard"), np.zeros(len(trial)))
+
+    twins = [
+        Thruster(name, f"n_{name}", at=(-1.0, y, 0.0), towards=(1.0, 0.0, 0.0), full=20.0, force=f"T_{name}")
+        for name, y in (("port", -0.4), ("starboard", 0.4))
+    ]
+    box = BlackBox(
+        "twins",
+        run,
+        inputs=[Channel(one.input, "rev/s") for one in twins],
+        outputs=[Channel("u", "m/s"), Channel("r", "rad/s"), *(Channel(f"T_{one.name}", "N") for one in twins)],
+        states=(Channel("u", "m/s"), Channel("r", "rad/s")),
+        parameters=[],
+        ports={"force": ["X", "N"]},
+        actuators=twins,
+    )
+    scales = {"u": 2.0, "r": 0.1, "n_port": 20.0, "n_starboard": 20.0}
+    lacks = DiscrepancyBlackBox(box, 3, 10.0, scales, {"u": 5000.0, "r": 300.0})
+    inputs = {
+        "n_port": np.full(4, 10.0),
+        "n_starboard": np.full(4, -5.0),
+        "force_u": np.zeros(4),
+        "force_r": np.zeros(4),
+    }
+    sizes = {
+        "(n_port - n_starboard)": 0.75,
+        "(n_port|n_port| - n_starboard|n_starboard|)": 0.5**2 + 0.25**2,
+        "u^2 (n_port - n_starboard)": 0.9**2 * 0.75,
+    }
+    for text, size in sizes.items():
+        term = next(one for one in lacks.terms if one.text == text and one.state == "r")
+        lacks.run(Trial("run", np.arange(4.0), inputs, {}), {**lacks.nominal(), term.name: 1e-3}, {"u": 1.8, "r": 0.0})
+        assert pushes.pop() == pytest.approx(300.0 * 1e-3 * size)

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from seatruth.effects.targets import ActsOnInputs, targets
 from seatruth.effects.vehicle import unseen
-from seatruth.models.actuators import Thruster, entry
+from seatruth.models.actuators import Thruster, push
 from seatruth.models.base import record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.ports import EARTH, FORCES
@@ -82,8 +82,5 @@ def _through_thrusters(effect: ActsInside, box: BlackBox) -> set[str]:
     found = {component for component, (motion, _) in FORCES.items() if motion in effect.needs_states}
     for target in targets(effect, box):
         for one in (declared[place] for place in (target.thruster, target.other) if place >= 0):
-            x, y, z = (float(entry(value, p)) for value in one.at)
-            a, b, c = (float(entry(value, p)) for value in one.towards)
-            push = (a, b, c, y * c - z * b, z * a - x * c, x * b - y * a)
-            found |= {component for component, value in zip(FORCES, push) if value != 0.0}
+            found |= {component for component, value in zip(FORCES, push(one, p)) if value != 0.0}
     return found

@@ -18,7 +18,7 @@ import numpy as np
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Helm, Manoeuvre, Orders
 from seatruth.manoeuvres.stepper import Stepper
-from seatruth.models.actuators import Thruster, entry
+from seatruth.models.actuators import Thruster, push
 from seatruth.models.base import Model, record
 
 AXES: Mapping[str, str] = {"surge": "u", "sway": "v", "heave": "w", "roll": "p", "pitch": "q", "yaw": "r"}
@@ -113,8 +113,7 @@ def thruster_layout(
     rows = [k for k, state in enumerate(AXES.values()) if state in states]
     pushes = np.zeros((6, len(orders)))
     for one in thrusters:
-        at, towards = (np.array([float(entry(value, p)) for value in triple]) for triple in (one.at, one.towards))
-        pushes[:, orders.index(one.input)] += np.concatenate([towards, np.cross(at, towards)])
+        pushes[:, orders.index(one.input)] += push(one, p)
     # Only what the model can feel counts: a thruster of a boat in the plane heaves nothing.
     pushes = pushes[rows]
     inverse = np.linalg.pinv(pushes, rcond=1e-9)

@@ -112,6 +112,19 @@ def entry(value: Entry, p: Any) -> Any:
     return -getattr(p, value[1:]) if value.startswith("-") else getattr(p, value)
 
 
+def push(thruster: Thruster, p: Any) -> tuple[float, float, float, float, float, float]:
+    """Force and moment about the model's origin of a thrust of 1 N: X, Y, Z (1) and K, M, N (m), from its parameters.
+
+    Example:
+        >>> from seatruth.models.actuators import Thruster, push
+        >>> push(Thruster("port", "n", at=(-1.0, -0.5, 0.0), towards=(1.0, 0.0, 0.0), full=20.0), None)
+        (1.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+    """
+    x, y, z = (float(entry(value, p)) for value in thruster.at)
+    a, b, c = (float(entry(value, p)) for value in thruster.towards)
+    return a, b, c, y * c - z * b, z * a - x * c, x * b - y * a
+
+
 def shown_thrusts(actuators: Sequence[Rudder | Thruster]) -> ShownThrusts | None:
     """The function that takes the forces of all thrusters from a simulator's outputs; None where one names no output.
 

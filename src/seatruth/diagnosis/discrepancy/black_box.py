@@ -92,7 +92,8 @@ class AddedForces:
         self._inertia = [box.inertia[state] for state in box.equations]
         self._t, self._forces = np.asarray(trial.t), np.asarray(forces)
         names = {name for term, _ in acting for what, name in term.factors if what == "input"}
-        names |= {name for term, _ in acting for what, name in term.factors if name not in _shown(box)}
+        names |= {name for term, _ in acting for name in term.channels if name not in _shown(box)}
+        names |= {name for term, _ in acting for name, _ in term.thrusters}
         self._inputs = {name: np.asarray(trial.inputs[name]) for name in sorted(names)}
         rows = list(box.equations)
         self._terms = [
@@ -100,6 +101,8 @@ class AddedForces:
                 rows.index(term.state),
                 value,
                 [(what == "absolute", name, box.scales[name]) for what, name in term.factors],
+                [(lever, name, box.scales[name]) for name, lever in term.thrusters],
+                term.squared,
             )
             for term, value in acting
         ]
@@ -108,16 +111,21 @@ class AddedForces:
     def __call__(self, t: float, outputs: Mapping[str, float]) -> dict[str, float]:
         """The value of each port, by its component."""
         missing = [float(np.interp(t, self._t, self._forces[:, k])) for k in range(len(self._components))]
-        for row, product, factors in self._terms:
+        for row, product, factors, thrusters, squared in self._terms:
             for absolute, name, scale in factors:
-                value = outputs[name] if name not in self._inputs else float(np.interp(t, self._t, self._inputs[name]))
-                x = value / scale
+                x = (self._input(name, t) if name in self._inputs else outputs[name]) / scale
                 product *= math.sqrt(x * x + 1e-12) if absolute else x
+            if thrusters:
+                drives = [(lever, self._input(name, t) / scale) for lever, name, scale in thrusters]
+                product *= sum(lever * x * (math.sqrt(x * x + 1e-12) if squared else 1.0) for lever, x in drives)
             missing[row] += product
         found = self._ports.nothing(t, outputs) if self._then is None else self._then(t, outputs)
         for component, inertia, value in zip(self._components, self._inertia, missing):
             found[component] += inertia * value
         return found
+
+    def _input(self, name: str, t: float) -> float:
+        return float(np.interp(t, self._t, self._inputs[name]))
 
     def describe(self) -> list[Any]:
         """What decides it beside the trial, as plain values."""

@@ -20,7 +20,14 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, motions, terms_of
+from seatruth.diagnosis.discrepancy.terms import (
+    Term,
+    acceleration_unit,
+    equations,
+    kinds_of_thrusters,
+    motions,
+    terms_of,
+)
 from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
 from seatruth.models.observed import shows_accelerations
@@ -159,6 +166,12 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
                 product = coefficient
                 for which in term.factors:
                     product = product * factor(which, s, i, e)
+                if term.thrusters:
+                    drives = [(lever, factor(("input", name), s, i, e)) for name, lever in term.thrusters]
+                    product = product * sum(
+                        lever * drive * (math.sqrt(drive * drive + 1e-12) if term.squared else 1.0)
+                        for lever, drive in drives
+                    )
                 found.append((row, product))
             return found
 
@@ -198,7 +211,10 @@ def can_carry(model: Model) -> bool:
 
 
 def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
-    """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero."""
+    """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero.
+
+    The inputs of thrusters of one kind have one size, the largest: their terms add them up.
+    """
     sizes = {}
     for channel in (*motions(model), *model.inputs):
         parts = [
@@ -211,4 +227,6 @@ def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
         values = values[np.isfinite(values)]
         size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
         sizes[channel.name] = size if size > 0.0 else 1.0
+    for kind in kinds_of_thrusters(model):
+        sizes |= dict.fromkeys((one.input for one in kind), max(sizes[one.input] for one in kind))
     return sizes

@@ -6,13 +6,13 @@ report Hy-5, 1964: for a hull that is the same to port and to starboard, X is ev
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from seatruth.effects import ExtendedModel
 from seatruth.effects.targets import USUAL
-from seatruth.models.actuators import Rudder
-from seatruth.models.base import Model
+from seatruth.models.actuators import Rudder, Thruster, push
+from seatruth.models.base import Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.ports import FORCES
 from seatruth.models.with_servos import WithServos
@@ -44,6 +44,15 @@ class Term:
     """The function in words, with the scales that make it dimensionless left out: "v r"."""
     factors: tuple[tuple[str, str], ...]
     """("state" | "input" | "absolute", channel) whose product it is."""
+    thrusters: tuple[tuple[str, float], ...] = ()
+    """Inputs of thrusters of one kind, each with its lever over the longest: by their sum it is multiplied as well."""
+    squared: bool = False
+    """Whether that is the sum of i|i| of each input i, in place of i."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels on which it depends."""
+        return (*(name for _, name in self.factors), *(name for name, _ in self.thrusters))
 
 
 def equations(model: Model) -> dict[str, str]:
@@ -83,6 +92,9 @@ def terms_of(model: Model) -> list[Term]:
     that sway, roll and yaw have odd terms in what changes sign in the mirror, and surge, heave and pitch even ones
     (Abkowitz 1964). What pushes to one side is a cause: the library has the known ones, and forces of each trial's own
     stand for others. Where nobody can say what the mirror does to an input, its terms stand in all equations.
+
+    Thrusters of one kind have one term for all, in which each has its lever: a wake or a thrust curve of another form
+    is that of every one, and what one of them gives less than the others is a cause.
     """
     base = _vehicle(model)
     labels = equations(model)
@@ -101,7 +113,9 @@ def terms_of(model: Model) -> list[Term]:
                 shapes.append((f"{a} {b}", ((state, a), (state, b))))
     for depth in (channel.name for channel in motions(base) if channel.name in DEPTHS):
         shapes.append((depth, ((state, depth),)))
-    for i in (channel.name for channel in base.inputs):
+    kinds = kinds_of_thrusters(base) if set(labels.values()) <= set(_AXES) else []
+    together = {one.input for kind in kinds for one in kind}
+    for i in (channel.name for channel in base.inputs if channel.name not in together):
         shapes += [
             (f"{ahead}^2 {i}", ((state, ahead), (state, ahead), ("input", i))),
             (f"{i}|{i}|", (("input", i), (size, i))),
@@ -110,13 +124,67 @@ def terms_of(model: Model) -> list[Term]:
             shapes.append((f"{i}^2", (("input", i), ("input", i))))
         if few:
             shapes.append((i, (("input", i),)))
-    return [
+    found = [
         Term(label, name, f"term_{name}_{k}", text, factors)
         for name, label in labels.items()
         for k, (text, factors) in enumerate(shapes)
         if _mirrors(factors, odd, label)
     ]
+    square = ((state, ahead), (state, ahead))
+    for name, label in labels.items():
+        for k, levers in enumerate(_levers(base, kind, label) for kind in kinds):
+            if levers:
+                known = f"term_{name}_thrusters_{k}"
+                found += [
+                    Term(label, name, f"{known}_in_flow", f"{ahead}^2 ({_sum(levers)})", square, levers),
+                    Term(label, name, f"{known}_squared", f"({_sum(levers, '|{0}|')})", (), levers, squared=True),
+                ]
+                if few:
+                    found.append(Term(label, name, known, f"({_sum(levers)})", (), levers))
+    return found
 
+
+def kinds_of_thrusters(model: Model) -> list[list[Thruster]]:
+    """Thrusters that are alike, and have inputs of their own: two or more with the same full power and direction.
+
+    Directions are alike where only signs differ, as those of thrusters that are set aslant around a vehicle do.
+    """
+    base = _vehicle(model)
+    p = record("Parameters", base.parameters)(**base.nominal())
+    kinds: dict[tuple[float, ...], list[Thruster]] = {}
+    for one in base.actuators:
+        if isinstance(one, Thruster):
+            direction = (round(abs(share), 3) for share in push(one, p)[:3])
+            kinds.setdefault((one.full, *direction), []).append(one)
+    return [kind for kind in kinds.values() if len({one.input for one in kind}) > 1]
+
+
+def _levers(base: Model, thrusters: Sequence[Thruster], label: str) -> tuple[tuple[str, float], ...]:
+    """Inputs of thrusters, each with what a thrust does in an equation over the most that one of them does there."""
+    p = record("Parameters", base.parameters)(**base.nominal())
+    own: dict[str, float] = {}
+    for one in thrusters:
+        own[one.input] = own.get(one.input, 0.0) + push(one, p)[_AXES.index(label)]
+    most = max(abs(value) for value in own.values())
+    if most < _NO_LEVER:
+        return ()
+    return tuple((name, round(value / most, 6)) for name, value in own.items() if abs(value) > _NO_LEVER * most)
+
+
+def _sum(levers: Sequence[tuple[str, float]], times: str = "") -> str:
+    """The sum in words: "n_port - 0.8 n_starboard", each input times what it is written beside it."""
+    words = ""
+    for name, lever in levers:
+        sign = ("-" if lever < 0.0 else "") if not words else (" - " if lever < 0.0 else " + ")
+        share = "" if abs(lever) == 1.0 else f"{abs(lever):.2g} "
+        words += f"{sign}{share}{name}{times.format(name)}"
+    return words
+
+
+_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Equations in the order of the components of a thruster's `push`."""
+_NO_LEVER = 1e-6
+"""m (of a force: 1), and part of the longest lever, below which a lever is rounding."""
 
 _ODD: Mapping[str, bool] = {
     **dict.fromkeys(("surge", "heave", "pitch"), False),
