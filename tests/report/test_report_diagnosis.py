@@ -185,7 +185,8 @@ def test_errors_of_the_data_stand_above_the_verdict() -> None:
         Finding("error", "units", "u is in knots.", "a.csv"),
     ]
     shown = page(found)
-    assert shown.index("psi falls when r is positive. Change a sign. There is one more error.") < shown.index("Where?")
+    first = "The data first: a.csv, line 3: psi falls when r is positive. Change a sign. There is one more error."
+    assert shown.index(first) < shown.index("Where?")
     assert "A cause is named" not in shown
     assert "The data have errors" in shown
 

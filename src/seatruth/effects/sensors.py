@@ -1,4 +1,4 @@
-"""Offsets, scale errors, places and directions of sensors. Delays: `sensor_delays`."""
+"""Offsets, scale errors and lags of sensors. Places and directions: `sensor_places`; delays: `sensor_delays`."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class SwayBias(Effect):
     equation = "v_m = v + b"
     source = "[S] magnitude of the catalogue: 0.01 to 0.1 m/s"
     acts_on = ("sensor:v",)
-    confused_with = ("log_misalignment", "current", "heading_bias", "log_lever_arm")
+    confused_with: tuple[str, ...] = ("log_misalignment", "current", "heading_bias", "log_lever_arm")
     distinguished_by = "constant whatever the heading, the speed and the rate of turn"
     needs_outputs = ("v",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": LOG["v"]}
@@ -85,6 +85,19 @@ class SwayBias(Effect):
         return y._replace(v=y.v + q.b)
 
 
+class HeaveBias(SwayBias):
+    """The log has a constant offset in heave."""
+
+    name = "heave_bias"
+    title = "heave sensor bias"
+    equation = "w_m = w + b"
+    acts_on = ("sensor:w",)
+    confused_with = ("log_misalignment_vertical", "net_weight", "log_lever_arm_vertical")
+    distinguished_by = "constant whatever the speed and the pitch rate; the depth does not show it"
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": LOG["w"]}
+    parameters = (SwayBias.parameters[0].replace(description="added to w"),)
+
+
 class HeadingBias(Effect):
     """The compass has a constant offset."""
 
@@ -95,7 +108,7 @@ class HeadingBias(Effect):
     equation = "psi_m = psi + b"
     source = "[S] magnitude of the catalogue: 0.5 to 3 deg"
     acts_on = ("sensor:psi",)
-    confused_with = ("current", "compass_deviation", "sway_bias", "log_misalignment")
+    confused_with: tuple[str, ...] = ("current", "compass_deviation", "sway_bias", "log_misalignment")
     distinguished_by = "the error of the track turns with the heading: reciprocal and beam headings"
     needs_outputs = ("psi",)
     parameters = (Parameter("b", 0.03, "rad", -0.3, 0.3, source="[S] chosen here", description="added to psi"),)
@@ -104,6 +117,34 @@ class HeadingBias(Effect):
     @staticmethod
     def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         return y._replace(psi=y.psi + q.b)
+
+
+class PitchBias(HeadingBias):
+    """The inclinometer has a constant offset: it is not mounted level."""
+
+    name = "pitch_bias"
+    title = "pitch bias"
+    equation = "theta_m = theta + b"
+    source = "[S] chosen here, as that of the compass: a mounting that is level to a degree or two"
+    acts_on = ("sensor:theta",)
+    confused_with = ("trim", "plane_offset", "net_weight", "log_misalignment_vertical")
+    distinguished_by = "depth changes as the true pitch says; at two speeds, with orders that hold other pitch angles"
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",)}
+    parameters = (HeadingBias.parameters[0].replace(description="added to theta"),)
+
+
+class RollBias(HeadingBias):
+    """The inclinometer has a constant offset across: it is not mounted level."""
+
+    name = "roll_bias"
+    title = "roll bias"
+    equation = "phi_m = phi + b"
+    source = PitchBias.source
+    acts_on = ("sensor:phi",)
+    confused_with = ("lateral_offset", "propeller_torque")
+    distinguished_by = "a real heel turns the vehicle, or pushes it aside; does not change with speed and thrust"
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("phi",)}
+    parameters = (HeadingBias.parameters[0].replace(description="added to phi"),)
 
 
 class CompassDeviation(Effect):
@@ -161,141 +202,6 @@ class PitchGyroBias(GyroBias):
     distinguished_by = "a real turn shows in the pitch angle too"
     acts_on = ("sensor:q",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("q",)}
-
-
-class LogLeverArm(Effect):
-    """The log sits away from the origin of the model, and measures the speed there."""
-
-    name = "log_lever_arm"
-    title = "lever arm of the log"
-    cause = "sensor.alignment.speed"
-    number = 8
-    equation = "u_m = u - starboard r, v_m = v + forward r"
-    source = "[L] velocity of a point of a rigid body; [S] magnitude of the catalogue: 0.1 to 2 m, ships 1 to 50 m"
-    acts_on = ("sensor:u", "sensor:v")
-    confused_with = ("sway_bias", "munk", "cross_flow", "position_lever_arm")
-    distinguished_by = "in proportion to the rate of turn, at once, with its sign"
-    needs_outputs = ("u", "v", "r")
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
-    parameters = (
-        Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
-        Parameter("starboard", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor to starboard"),
-    )
-    null: Mapping[str, float] = {"forward": 0.0, "starboard": 0.0}
-    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"forward": 20.0, "starboard": 5.0}}
-    froude: ClassVar[Mapping[str, float]] = {"forward": 1.0, "starboard": 1.0}
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(u=y.u - q.starboard * y.r, v=y.v + q.forward * y.r)
-
-
-class LogLeverArmVertical(Effect):
-    """The log sits away from the origin of the model in the diving plane, and measures the speed there."""
-
-    name = "log_lever_arm_vertical"
-    title = "lever arm of the log in the diving plane"
-    cause = "sensor.alignment.speed"
-    number = 8
-    equation = "u_m = u + below q, w_m = w - forward q"
-    source = LogLeverArm.source
-    acts_on = ("sensor:u", "sensor:w")
-    confused_with = ("munk_vertical", "cross_flow_vertical")
-    distinguished_by = "in proportion to the pitch rate, at once, with its sign"
-    needs_outputs = ("u", "w", "q")
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "w": LOG["w"]}
-    parameters = (
-        Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
-        Parameter("below", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor below origin"),
-    )
-    null: Mapping[str, float] = {"forward": 0.0, "below": 0.0}
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(u=y.u + q.below * y.q, w=y.w - q.forward * y.q)
-
-
-class LogMisalignment(Effect):
-    """The axes of the log are turned from those of the vehicle."""
-
-    name = "log_misalignment"
-    title = "misalignment of the log"
-    cause = "sensor.alignment.speed"
-    number = 8
-    equation = "(u_m, v_m) = R(angle)^T (u, v)"
-    source = "[L] components in turned axes; [S] magnitude of the catalogue: 0.01 to 0.1 rad before calibration"
-    acts_on = ("sensor:u", "sensor:v")
-    confused_with = ("sway_bias", "heading_bias", "current", "rudder_offset")
-    distinguished_by = "on a straight course the log drifts, in proportion to the speed; the track keeps to the heading"
-    needs_outputs = ("u", "v")
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
-    parameters = (
-        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log turned to starboard"),
-    )
-    null: Mapping[str, float] = {"angle": 0.0}
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        c, d = math.cos(q.angle), math.sin(q.angle)
-        return y._replace(u=c * y.u + d * y.v, v=c * y.v - d * y.u)
-
-
-class LogMisalignmentVertical(LogMisalignment):
-    """The axes of the log are pitched from those of the vehicle."""
-
-    name = "log_misalignment_vertical"
-    title = "misalignment of the log in the diving plane"
-    equation = "u_m = u cos(angle) + w sin(angle), w_m = w cos(angle) - u sin(angle)"
-    acts_on = ("sensor:u", "sensor:w")
-    confused_with = ("current_along", "plane_offset", "net_weight", "log_lever_arm_vertical")
-    distinguished_by = "in proportion to the speed; depth and pitch angle do not show it"
-    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["w"]}
-    parameters = (LogMisalignment.parameters[0].replace(description="log pitched bow down"),)
-
-
-class PositionLeverArm(Effect):
-    """The antenna (or tracked mark) sits away from the origin of the model."""
-
-    name = "position_lever_arm"
-    title = "lever arm of the position sensor"
-    cause = "sensor.alignment.position"
-    number = 8
-    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard)"
-    source = LogLeverArm.source
-    acts_on = ("sensor:x", "sensor:y")
-    confused_with = ("log_lever_arm", "position_delay")
-    distinguished_by = "turns with the heading and is bounded: the start of a turn"
-    needs_outputs = ("x", "y", "psi")
-    parameters = LogLeverArm.parameters
-    null: Mapping[str, float] = {"forward": 0.0, "starboard": 0.0}
-    typical_by_kind = LogLeverArm.typical_by_kind
-    froude = LogLeverArm.froude
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        c, d = math.cos(y.psi), math.sin(y.psi)
-        return y._replace(x=y.x + q.forward * c - q.starboard * d, y=y.y + q.forward * d + q.starboard * c)
-
-
-class DepthLeverArm(Effect):
-    """The depth sensor sits ahead of the origin of the model."""
-
-    name = "depth_lever_arm"
-    title = "lever arm of the depth sensor"
-    cause = "sensor.alignment.depth"
-    number = 8
-    equation = "z_m = z - forward sin(theta)"
-    source = LogLeverArm.source
-    acts_on = ("sensor:z",)
-    confused_with = ("depth_lag", "depth_bias")
-    distinguished_by = "follows the pitch angle at once"
-    needs_outputs = ("z", "theta")
-    parameters = LogLeverArm.parameters[:1]
-    null: Mapping[str, float] = {"forward": 0.0}
-
-    @staticmethod
-    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(z=y.z - q.forward * math.sin(y.theta))
 
 
 class DepthBias(Effect):

@@ -75,11 +75,11 @@ def in_order(given: Sequence[Any]) -> list[dict[str, str]]:
     for finding in given:
         read: Any = finding.get if isinstance(finding, dict) else lambda key, f=finding: getattr(f, key, "")
         texts = {key: str(read(key) or "") for key in keys}
-        found.append(texts | {"where": _without_folders(texts["where"])})
+        found.append(texts | {"where": without_folders(texts["where"])})
     return sorted(found, key=lambda finding: order.get(finding["severity"], 3))
 
 
-def _without_folders(where: str) -> str:
+def without_folders(where: str) -> str:
     """ "/home/me/a.csv, line 3" as "a.csv, line 3": a report is passed on, and its reader has other folders."""
     file, comma, rest = where.partition(", ")
     return f"{file.replace(chr(92), '/').rsplit('/', 1)[-1]}{comma}{rest}"

@@ -24,6 +24,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
+from seatruth.report.readings import without_folders
 from seatruth.report.text.gap import WORTH_MENTION, ranked
 
 SURE = 0.9
@@ -79,7 +80,8 @@ def data_first(diagnosis: Diagnosis) -> str:
         return ""
     more = " There is one more error." if len(wrong) == 2 else ""
     more = f" There are {len(wrong) - 1} more errors." if len(wrong) > 2 else more
-    return f"The data first: {wrong[0]}{more} Correct this before you believe what follows."
+    first = without_folders(next(f.where for f in diagnosis.findings if f.severity == "error"))
+    return f"The data first: {first}: {wrong[0]}{more} Correct this before you believe what follows."
 
 
 def predicts(diagnosis: Diagnosis) -> bool:

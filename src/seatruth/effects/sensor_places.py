@@ -1,0 +1,146 @@
+"""Sensors that sit elsewhere than the model has them, or are turned: lever arms and misalignment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from seatruth.effects.base import Effect
+from seatruth.effects.sensors import LOG
+from seatruth.models.parameter import Parameter
+
+
+class LogLeverArm(Effect):
+    """The log sits away from the origin of the model, and measures the speed there."""
+
+    name = "log_lever_arm"
+    title = "lever arm of the log"
+    cause = "sensor.alignment.speed"
+    number = 8
+    equation = "u_m = u - starboard r, v_m = v + forward r"
+    source = "[L] velocity of a point of a rigid body; [S] magnitude of the catalogue: 0.1 to 2 m, ships 1 to 50 m"
+    acts_on = ("sensor:u", "sensor:v")
+    confused_with = ("sway_bias", "munk", "cross_flow", "position_lever_arm")
+    distinguished_by = "in proportion to the rate of turn, at once, with its sign"
+    needs_outputs = ("u", "v", "r")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
+    parameters = (
+        Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
+        Parameter("starboard", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor to starboard"),
+    )
+    null: Mapping[str, float] = {"forward": 0.0, "starboard": 0.0}
+    typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"forward": 20.0, "starboard": 5.0}}
+    froude: ClassVar[Mapping[str, float]] = {"forward": 1.0, "starboard": 1.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(u=y.u - q.starboard * y.r, v=y.v + q.forward * y.r)
+
+
+class LogLeverArmVertical(Effect):
+    """The log sits away from the origin of the model in the diving plane, and measures the speed there."""
+
+    name = "log_lever_arm_vertical"
+    title = "lever arm of the log in the diving plane"
+    cause = "sensor.alignment.speed"
+    number = 8
+    equation = "u_m = u + below q, w_m = w - forward q"
+    source = LogLeverArm.source
+    acts_on = ("sensor:u", "sensor:w")
+    confused_with = ("munk_vertical", "cross_flow_vertical")
+    distinguished_by = "in proportion to the pitch rate, at once, with its sign"
+    needs_outputs = ("u", "w", "q")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "w": LOG["w"]}
+    parameters = (
+        Parameter("forward", 0.5, "m", -100.0, 100.0, source="[S] chosen here", description="sensor ahead of origin"),
+        Parameter("below", 0.2, "m", -30.0, 30.0, source="[S] chosen here", description="sensor below origin"),
+    )
+    null: Mapping[str, float] = {"forward": 0.0, "below": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(u=y.u + q.below * y.q, w=y.w - q.forward * y.q)
+
+
+class LogMisalignment(Effect):
+    """The axes of the log are turned from those of the vehicle."""
+
+    name = "log_misalignment"
+    title = "misalignment of the log"
+    cause = "sensor.alignment.speed"
+    number = 8
+    equation = "(u_m, v_m) = R(angle)^T (u, v)"
+    source = "[L] components in turned axes; [S] magnitude of the catalogue: 0.01 to 0.1 rad before calibration"
+    acts_on = ("sensor:u", "sensor:v")
+    confused_with = ("sway_bias", "heading_bias", "current", "rudder_offset")
+    distinguished_by = "on a straight course the log drifts, in proportion to the speed; the track keeps to the heading"
+    needs_outputs = ("u", "v")
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
+    parameters = (
+        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log turned to starboard"),
+    )
+    null: Mapping[str, float] = {"angle": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        c, d = math.cos(q.angle), math.sin(q.angle)
+        return y._replace(u=c * y.u + d * y.v, v=c * y.v - d * y.u)
+
+
+class LogMisalignmentVertical(LogMisalignment):
+    """The axes of the log are pitched from those of the vehicle."""
+
+    name = "log_misalignment_vertical"
+    title = "misalignment of the log in the diving plane"
+    equation = "u_m = u cos(angle) + w sin(angle), w_m = w cos(angle) - u sin(angle)"
+    acts_on = ("sensor:u", "sensor:w")
+    confused_with = ("current_along", "plane_offset", "net_weight", "log_lever_arm_vertical")
+    distinguished_by = "in proportion to the speed; depth and pitch angle do not show it"
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["w"]}
+    parameters = (LogMisalignment.parameters[0].replace(description="log pitched bow down"),)
+
+
+class PositionLeverArm(Effect):
+    """The antenna (or tracked mark) sits away from the origin of the model."""
+
+    name = "position_lever_arm"
+    title = "lever arm of the position sensor"
+    cause = "sensor.alignment.position"
+    number = 8
+    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard)"
+    source = LogLeverArm.source
+    acts_on = ("sensor:x", "sensor:y")
+    confused_with = ("log_lever_arm", "position_delay")
+    distinguished_by = "turns with the heading and is bounded: the start of a turn"
+    needs_outputs = ("x", "y", "psi")
+    parameters = LogLeverArm.parameters
+    null: Mapping[str, float] = {"forward": 0.0, "starboard": 0.0}
+    typical_by_kind = LogLeverArm.typical_by_kind
+    froude = LogLeverArm.froude
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        c, d = math.cos(y.psi), math.sin(y.psi)
+        return y._replace(x=y.x + q.forward * c - q.starboard * d, y=y.y + q.forward * d + q.starboard * c)
+
+
+class DepthLeverArm(Effect):
+    """The depth sensor sits ahead of the origin of the model."""
+
+    name = "depth_lever_arm"
+    title = "lever arm of the depth sensor"
+    cause = "sensor.alignment.depth"
+    number = 8
+    equation = "z_m = z - forward sin(theta)"
+    source = LogLeverArm.source
+    acts_on = ("sensor:z",)
+    confused_with = ("depth_lag", "depth_bias")
+    distinguished_by = "follows the pitch angle at once"
+    needs_outputs = ("z", "theta")
+    parameters = LogLeverArm.parameters[:1]
+    null: Mapping[str, float] = {"forward": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(z=y.z - q.forward * math.sin(y.theta))
