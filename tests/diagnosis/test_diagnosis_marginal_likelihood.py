@@ -47,6 +47,21 @@ def test_a_sum_of_squares_that_rounding_has_made_negative_is_refused(problem: Pr
     assert likelihood.log_likelihood(sizes, ()) == -math.inf
 
 
+def test_evidence_that_rounding_decides_is_refused(
+    problem: Problem, at: Linearization, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Derivatives of runs about to diverge: 1e21 in all, of which the elimination left 1e5, all of it rounding."""
+    likelihood, sizes = Likelihood(problem, at), sizes_of(problem)
+    assert math.isfinite(likelihood.evidence(sizes, ("gyro_bias",)))
+    whole, _, pull, sd = likelihood._left_over(sizes, ("gyro_bias",), None)
+    whole = np.diag([whole[0, 0], 1e21])
+    monkeypatch.setattr(Likelihood, "_left_over", lambda *_: (whole, np.array([[1e5]]), np.full_like(pull, 1e6), sd))
+    assert likelihood.evidence(sizes, ("gyro_bias",)) == -math.inf
+    # The same, where what is left is what there was: nothing was lost.
+    monkeypatch.setattr(Likelihood, "_left_over", lambda *_: (whole, np.array([[1e21]]), np.full_like(pull, 1e6), sd))
+    assert math.isfinite(likelihood.evidence(sizes, ("gyro_bias",)))
+
+
 @pytest.mark.parametrize(("terms", "forces"), CASES)
 @pytest.mark.parametrize("effects", [(), ("gyro_bias",), EFFECTS])
 def test_it_is_the_density_of_the_errors(
