@@ -68,3 +68,22 @@ def test_waves_are_measured_by_what_missing_forces_explain_as_well() -> None:
 
     assert share("wave_forces") == pytest.approx(88.0 / 16088.0)
     assert share("heading_bias") == 1.0
+
+
+@pytest.mark.parametrize(("explained", "expected"), [(760.0, 760.0 / 1400.0), (300.0, 0.0)])
+def test_what_explains_most_is_not_small_though_whole_runs_come_no_nearer(
+    monkeypatch: pytest.MonkeyPatch, explained: float, expected: float
+) -> None:
+    """A screw that is late: speeds come nearer, and positions, whose drift counts as slow noise, farther."""
+    fits = {
+        key: SimpleNamespace(evidence=evidence, point=None)
+        for key, evidence in {((), False): -1000.0, (("thruster_lag_port",), False): -1000.0 + explained}.items()
+    }
+    settings = SimpleNamespace(stray=100.0, small_share=0.05)
+    problem = SimpleNamespace(effects={}, settings=settings, count=1000)
+    leader = SimpleNamespace(evidence=400.0)
+    gap = Gap(cast(Any, SimpleNamespace(fits=fits, problem=problem, leader=leader)), np.ones(1), ("thruster_lag_port",))
+    gap.__dict__["misfits"] = {"refit": 13000.0, "effects": 17000.0}
+    monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
+    monkeypatch.setattr("seatruth.diagnosis.gap.misfit", lambda problem, deviation, point: 13000.0)
+    assert gap.share("thruster_lag_port") == pytest.approx(expected)

@@ -57,6 +57,9 @@ def test_evidence_that_rounding_decides_is_refused(
     whole = np.diag([whole[0, 0], 1e21])
     monkeypatch.setattr(Likelihood, "_left_over", lambda *_: (whole, np.array([[1e5]]), np.full_like(pull, 1e6), sd))
     assert likelihood.evidence(sizes, ("gyro_bias",)) == -math.inf
+    negative = np.array([[-1e5]])
+    monkeypatch.setattr(Likelihood, "_left_over", lambda *_: (np.eye(2), negative, np.full_like(pull, 1e6), sd))
+    assert likelihood.evidence(sizes, ("gyro_bias",)) == -math.inf
     # The same, where what is left is what there was: nothing was lost.
     monkeypatch.setattr(Likelihood, "_left_over", lambda *_: (whole, np.array([[1e21]]), np.full_like(pull, 1e6), sd))
     assert math.isfinite(likelihood.evidence(sizes, ("gyro_bias",)))

@@ -110,6 +110,16 @@ def test_a_motion_that_diverges_has_no_error(found: Search, named: Simulated) ->
     assert math.isfinite(measure(found, 1, named).of(broken))
 
 
+def test_no_prediction_is_worse_than_none(found: Search, named: Simulated) -> None:
+    """To first order a run about to diverge errs by anything: it counts as if the mean of all trials stood for it."""
+    problem = found.problem
+    deviation = noise_deviation(problem, found.leader.sizes)
+    astray = replace(named, errors=named.errors + 1e6)
+    records = {name: np.concatenate([trial.outputs[name] for trial in problem.trials]) for name in problem.outputs}
+    spread = np.array([np.std(records[name]) for name in problem.outputs])
+    assert measure(found, 0, named).of(astray) == pytest.approx(math.sqrt(np.mean((spread / deviation) ** 2)), rel=1e-6)
+
+
 def test_noise_deviation_holds_both_parts(found: Search) -> None:
     shapes = noise_shapes(found.problem.settings)
     ratio_one = next(k for k, shape in enumerate(shapes) if shape.ratio == 1.0)

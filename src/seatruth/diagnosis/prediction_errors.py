@@ -68,6 +68,7 @@ class PredictionErrors:
         self._here = problem.trial_of == left
         self._others = list(others)
         self._weight = 1.0 / deviation[problem.channel_of[self._here]]
+        self._worthless = self._error_of_none()
         self._starts = self._rows(reference.starts)
         self._curvature = self._starts.T @ self._starts + np.diag(1.0 / problem.initial_sd**2)
         step = self._step(reference)
@@ -84,14 +85,18 @@ class PredictionErrors:
         return math.sqrt(float(np.sum(self._open**2)) / len(self._weight))
 
     def of(self, model: Simulated) -> float:
-        """Error of what a model predicts; inf where the motion diverges, or the algebra fails."""
+        """Error of what a model predicts; inf where the motion diverges, or the algebra fails.
+
+        At most that of no prediction at all: to first order, a run that is about to diverge errs by anything.
+        """
         try:
             step = self._step(model)
         except np.linalg.LinAlgError:
             return math.inf
         point = model.fit.point
         moved = self.problem.moved(point, step.shared, np.zeros_like(step.local)).shared - point.shared
-        return self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
+        size = self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
+        return min(size, self._worthless) if math.isfinite(size) else size
 
     def noise(self, best: Fit) -> float:
         """What the best fit to all trials leaves of this one, freed of what fitting took from it.
@@ -102,6 +107,13 @@ class PredictionErrors:
         left = self._size(self._rows(self.problem.errors(best.point)))
         lost = float(np.sum(1.0 - (1.0 + self._open**2) ** -3)) / len(self._weight)
         return left / math.sqrt(1.0 - lost) if lost < 1.0 else math.inf
+
+    def _error_of_none(self) -> float:
+        """Error of the mean of all trials in each channel, taken for what is left out."""
+        problem = self.problem
+        measured = problem.measured[problem.valid]
+        spread = np.array([np.std(measured[problem.channel_of == c]) for c in range(len(problem.outputs))])
+        return math.sqrt(float(np.mean((spread[problem.channel_of[self._here]] * self._weight) ** 2)))
 
     def _step(self, model: Simulated) -> Solution:
         """From the fit to all trials to that to the others."""
