@@ -9,7 +9,7 @@ from decided_by_hand import SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
-from seatruth.diagnosis.withdrawals import without_outdone, without_small
+from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
 
 
 def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_not_shrink_surely() -> None:
@@ -36,6 +36,22 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     folds = [Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0) for both in (1.2, 1.25, 2.3)]
     assert without_outdone(said, found, Validation(tuple(folds), 0.1, -0.5, 1.5, 0.8)) == said
     assert without_outdone(said, found, Validation(tuple(folds[1:]), 0.1, -0.5, 1.5, 0.8)) == unknown
+
+
+def test_what_follows_each_trial_is_not_named_of_a_model_that_meets_its_noise() -> None:
+    """Of a vehicle of cubic damping, whose controller swings: waves of 1.9 s had 97 %, at 1.00 of the noise."""
+    entries = (("wave_forces",), 0.9), (("wave_forces",), 0.07, True), ((), 0.03, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert said.kind == "effects"
+    left = without_unseen(said, found, ["wave_forces"])
+    assert (left.kind, left.clusters, left.shown, left.small) == ("unknown", (), (), ("wave_forces",))
+    assert left.probability == pytest.approx(1.0)
+    assert without_unseen(said, found, ["trial_current"]) == said
+    entries = (("current", "wave_forces"), 0.9), ((), 0.1)
+    both = decided(*entries)
+    kept = without_unseen(both, hypotheses(*entries), ["wave_forces"])
+    assert (kept.kind, kept.shown, kept.small) == ("effects", ("current",), ())
+    assert [cluster.effects for cluster in kept.clusters] == [("current",)]
 
 
 def test_an_error_of_a_sensor_stays_where_terms_of_no_name_predict_better() -> None:

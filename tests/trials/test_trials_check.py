@@ -175,6 +175,21 @@ def test_a_heading_that_points_astern_is_named() -> None:
     assert "heading-astern" not in codes(check_trials([replace(turning, outputs=without)]))
 
 
+def test_a_steady_run_does_not_say_that_its_heading_points_astern() -> None:
+    """On one course at one speed a drift may be all of the motion: the displacements then know no direction."""
+    t, rng = np.arange(0.0, 60.0, 0.5), np.random.default_rng(5)
+    for _ in range(40):
+        white = {name: rng.standard_normal(len(t)) for name in ("u", "v", "psi", "x", "y")}
+        outputs = {
+            "u": 0.5 + 0.01 * white["u"],
+            "v": 0.01 * white["v"],
+            "psi": 0.3 + 0.01 * white["psi"],
+            "x": 0.5 * np.cos(0.3) * t + 0.02 * white["x"],
+            "y": 0.5 * np.sin(0.3) * t + 0.02 * white["y"],
+        }
+        assert not {"heading-astern", "heading-offset"} & codes(check_trials([Trial("run", t, {}, outputs)]))
+
+
 @pytest.mark.parametrize("offset", [0.5, -3.0, 12.0])
 def test_the_offset_of_two_clocks_is_measured(offset: float) -> None:
     late = np.interp(GOOD.t - offset, GOOD.t, GOOD.outputs["psi"])

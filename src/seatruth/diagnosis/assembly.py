@@ -31,7 +31,7 @@ from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
-from seatruth.diagnosis.withdrawals import without_outdone, without_small
+from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.models.base import whole_name
@@ -72,7 +72,8 @@ class Assembly:
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
         """With their probabilities as the decision leaves them."""
-        return with_other_forms(self._weighed, self.problem.effects, self.decision.outdone)
+        untold = [*self.decision.outdone, *(name for name in self.decision.small if name in self._own)]
+        return with_other_forms(self._weighed, self.problem.effects, untold)
 
     @cached_property
     def inclusion(self) -> dict[str, float]:
@@ -93,8 +94,8 @@ class Assembly:
             gap=self._leaves_a_gap,
             one_course=narrow_headings(self.problem.trials) is not None,
         )
-        if not self._leaves_a_gap:
-            return said  # nothing is small beside a gap that is noise
+        if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
+            return self._fitted(without_unseen(said, self._weighed, self._own), said)
         large = without_small(said, self._weighed, self._gap_of(said.shown).share, self.settings, self._own)
         return self._predicting(self._fitted(large, said))
 

@@ -1,7 +1,7 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of two things nothing is named: what is significant beside an unknown cause, but closes next to nothing, and what trials
-left out are predicted better without.
+Of three things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
+left out are predicted better without, and what no trial left out could show where the model leaves no more than noise.
 """
 
 from __future__ import annotations
@@ -43,6 +43,24 @@ def without_small(
         return decision
     lacking = _lacking(found)
     return Decision("unknown", (), lacking, True, (), decision.form, decision.along, tuple(names))
+
+
+def without_unseen(decision: Decision, found: Sequence[Hypothesis], own: Collection[str]) -> Decision:
+    """The decision where the refitted model leaves no more than noise, less what each trial has its own of.
+
+    No other trial predicts them, and there is no gap in which they show: with a phase of its own in each trial, a wave
+    follows whatever a controller's limit cycle, or another form of the model, leaves below the noise.
+    """
+    kept = tuple(one for one in decision.clusters if one.effects[0] not in own)
+    if len(kept) == len(decision.clusters):
+        return decision
+    unseen = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
+    if not kept:
+        lacking = _lacking(found, unseen)
+        return Decision("unknown", (), lacking, True, (), decision.form, decision.along, unseen)
+    shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
+    sure = min(one.probability for one in kept)
+    return replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
 
 
 def without_outdone(

@@ -215,7 +215,9 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
         scaled = abs(size - 1.0) > max(limits.SCALE_OFF, limits.SIGNIFICANT * a_error)
         if scaled:
             yield _scale_finding(trial, size, a_error)
-        if abs(turn) > np.pi - limits.HALF_TURN:
+        # Of a steady run on one course a drift may be all of the motion, and nothing is known of its direction.
+        known = limits.SIGNIFICANT * a_error < size
+        if known and abs(turn) > np.pi - limits.HALF_TURN:
             yield make_finding(
                 trial,
                 "error",
@@ -226,7 +228,7 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
                 "do (set sign = -1).",
                 channel="psi",
             )
-        elif abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
+        elif known and abs(turn) > max(limits.HEADING_OFF, limits.SIGNIFICANT * a_error / size):
             yield make_finding(
                 trial,
                 "warning",
