@@ -27,9 +27,10 @@ from seatruth.diagnosis.other_forms import with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
-from seatruth.diagnosis.sentences import size_in_words, verdict_sentence
+from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
 from seatruth.effects import Effect
@@ -311,7 +312,7 @@ class Assembly:
                     log_evidence=self.search.evidence((name,)) - base,
                     noncentrality=own,
                     parameters=parameters,
-                    in_words=size_in_words(parameters),
+                    in_words=effect_in_words(effect, self.study.model, parameters),
                     detectable=self.information.detectable[name],
                     typical={q: effect.priors(self.study.model)[q].sd for q in effect.magnitudes},
                     units={q.name: q.unit for q in effect.parameters},
@@ -330,9 +331,8 @@ class Assembly:
 
     def _named(self, cluster: Cluster) -> NamedCause:
         name = cluster.member_in(self.decision.shown)
-        parameters = self._parameters(name)
-        share = self.gap.share(name)
-        words = self.problem.effects[name].title
+        effect, parameters, share = self.problem.effects[name], self._parameters(name), self.gap.share(name)
+        words = effect.title
         if len(cluster.effects) > 1:
             words = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
         return NamedCause(
@@ -340,7 +340,7 @@ class Assembly:
             title=words,
             effects=(name, *(n for n in cluster.effects if n != name)),
             probability=cluster.probability,
-            in_words=size_in_words(parameters),
+            in_words=effect_in_words(effect, self.study.model, parameters),
             share=share,
             small=math.isfinite(share) and share < self.settings.small_share,
             implausible=self._prior_deviations(parameters) > self.settings.implausible,

@@ -1,0 +1,44 @@
+"""Sizes of effects in the words of those who sail."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from seatruth.diagnosis.sizes_in_words import effect_in_words
+from seatruth.diagnosis.verdict import EffectParameter
+from seatruth.effects import available
+from seatruth.models import Model, Order, load_model, with_servos
+
+SHIP = load_model("mmg")
+STATED = with_servos(SHIP, {"delta": Order(lag=0.3, rate_limit=math.radians(2.8))})
+
+
+def slowness(value: float, stderr: float, unit: str = "s/rad") -> EffectParameter:
+    return EffectParameter("slowness", unit, value, stderr, value - 2 * stderr, value + 2 * stderr, 0.0, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("model", "value", "stderr", "words"),
+    [
+        (SHIP, 1.0 / math.radians(2.0), 0.01 / math.radians(2.0), "2.00 +- 0.02 deg/s"),
+        # What is added to the stated 20.46 s/rad makes 35.81, which is 1.6 deg/s.
+        (STATED, 1.0 / math.radians(1.6) - 1.0 / math.radians(2.8), 0.36, "1.600 +- 0.016 deg/s in place of 2.8 deg/s"),
+    ],
+)
+def test_a_slowness_is_told_as_the_rate_at_which_the_rudder_turns(
+    model: Model, value: float, stderr: float, words: str
+) -> None:
+    effect = available()["rudder_rate_limit"]
+    assert effect_in_words(effect, model, (slowness(value, stderr),)) == words
+    assert effect_in_words(effect, SHIP, (slowness(0.0, stderr),)).startswith("slowness")  # no limit has no rate
+
+
+def test_other_effects_keep_their_words() -> None:
+    angle = EffectParameter("angle", "rad", math.radians(2.0), math.radians(0.1), 0.03, 0.04, 0.0, 0.1)
+    assert effect_in_words(available()["rudder_offset"], SHIP, (angle,)) == "angle 2.0 +- 0.1 deg"
+    twin = load_model("twin_thruster")
+    form = next(one for one in available()["thruster_rate_limit"].variants(twin) if one.which)
+    assert effect_in_words(form, twin, (slowness(2.0, 0.1, "s"),)) == "slowness 2.0 +- 0.1 s"
+    assert effect_in_words(available()["rudder_rate_limit"], SHIP, ()) == ""
