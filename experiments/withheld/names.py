@@ -52,6 +52,8 @@ _AUV: dict[str, str] = {
     "current": "current_along",
     "speed_scale": "speed_scale",
     "speed_bias": "speed_bias",
+    "heave_bias": "heave_bias",
+    "pitch_bias": "pitch_bias",
     "pitch_gyro_bias": "pitch_gyro_bias",
     "lever_arm": "log_lever_arm_vertical",
     "turned_log": "log_misalignment_vertical",

@@ -275,6 +275,8 @@ def vertical(speed: float, time: float, mass: float, typical: Typical) -> list[M
         _one("depth_lag", 9, "sensor:z", "sensor", sensors.late_depth, "tau", 0.15 * time, "s", most=8, signed=False),
         _one("pitch_delay", 10, "sensor:theta", "sensor", sensors.late_pitch, "tau", 0.06 * time, "s", most=8,
              signed=False),
+        _one("heave_bias", 4, "sensor:w", "sensor", sensors.heave_bias, "b", 0.02 * speed, "m/s", most=8),
+        _one("pitch_bias", 5, "sensor:theta", "sensor", sensors.pitch_bias, "b", math.radians(1.0), "rad", most=8),
         _one("pitch_gyro_bias", 7, "sensor:q", "sensor", sensors.pitch_gyro_bias, "b", typical.turning, "rad/s",
              most=8),
         _one("pressure_port", 8, "sensor:z", "sensor", sensors.pressure_port, "forward", arm, "m", most=8),

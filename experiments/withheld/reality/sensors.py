@@ -58,6 +58,14 @@ def turned_log(y: Outputs, q: Values, t: Array) -> Outputs:
     return {"u": c * y["u"] + d * y[across], across: c * y[across] - d * y["u"]}
 
 
+def heave_bias(y: Outputs, q: Values, t: Array) -> Outputs:
+    return {"w": y["w"] + q["b"]}
+
+
+def pitch_bias(y: Outputs, q: Values, t: Array) -> Outputs:
+    return {"theta": y["theta"] + q["b"]}
+
+
 def pitch_gyro_bias(y: Outputs, q: Values, t: Array) -> Outputs:
     return {"q": y["q"] + q["b"]}
 

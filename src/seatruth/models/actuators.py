@@ -117,8 +117,8 @@ def push(thruster: Thruster, p: Any) -> tuple[float, float, float, float, float,
 
     Example:
         >>> from seatruth.models.actuators import Thruster, push
-        >>> push(Thruster("port", "n", at=(-1.0, -0.5, 0.0), towards=(1.0, 0.0, 0.0), full=20.0), None)
-        (1.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+        >>> push(Thruster("bow", "n", at=(2.0, 0.0, 0.1), towards=(0.0, 1.0, 0.0), full=20.0), None)
+        (0.0, 1.0, 0.0, -0.1, 0.0, 2.0)
     """
     x, y, z = (float(entry(value, p)) for value in thruster.at)
     a, b, c = (float(entry(value, p)) for value in thruster.towards)
