@@ -160,15 +160,21 @@ def kinds_of_thrusters(model: Model) -> list[list[Thruster]]:
 
 
 def _levers(base: Model, thrusters: Sequence[Thruster], label: str) -> tuple[tuple[str, float], ...]:
-    """Inputs of thrusters, each with what a thrust does in an equation over the most that one of them does there."""
+    """Inputs of thrusters, each with what a thrust does in an equation over the most that one of them does there.
+
+    Positive ones come first: the sign of the whole is that of the term's coefficient.
+    """
     p = record("Parameters", base.parameters)(**base.nominal())
     own: dict[str, float] = {}
     for one in thrusters:
         own[one.input] = own.get(one.input, 0.0) + push(one, p)[_AXES.index(label)]
-    most = max(abs(value) for value in own.values())
-    if most < _NO_LEVER:
+    most = max(own.values(), key=abs)
+    if abs(most) < _NO_LEVER:
         return ()
-    return tuple((name, round(value / most, 6)) for name, value in own.items() if abs(value) > _NO_LEVER * most)
+    levers = [(name, round(value / abs(most), 6)) for name, value in own.items() if abs(value / most) > _NO_LEVER]
+    if all(lever < 0.0 for _, lever in levers):
+        levers = [(name, -lever) for name, lever in levers]
+    return tuple(sorted(levers, key=lambda pair: pair[1] < 0.0))
 
 
 def _sum(levers: Sequence[tuple[str, float]], times: str = "") -> str:

@@ -154,7 +154,12 @@ def _bars(bars: list[tuple[str, float, bool]], label: str, *, indented: bool = F
     for y, name in enumerate(names):
         offset = 72.0 * (0.1 - left) + 12.0 * _depth(name)
         axes.annotate(
-            text(name.lstrip(), 52), (0.0, y), (offset, 0), textcoords="offset points", va="center", fontsize=8
+            text(name.lstrip(), int((left - 0.25 - 0.17 * _depth(name)) / 0.053)),
+            (0.0, y),
+            (offset, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
         )
     axes.set_xlim(0.0, 1.0)
     axes.set_xticks(np.linspace(0, 1, 3), labels=["0 %", "50 %", "100 %"])
