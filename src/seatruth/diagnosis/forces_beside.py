@@ -11,6 +11,7 @@ Where forces do bring something, the search is made with them.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Search
@@ -27,8 +28,8 @@ _BRINGS = 1.0
 """nats by which forces must improve a set to be looked for beside others too. [S]"""
 
 
-def may_do_without(found: Search) -> bool:
-    """Whether one effect explains the trials better than forces, which explain much.
+def may_do_without(found: Search, say: Callable[[str], None] = lambda name: None) -> bool:
+    """Whether one effect explains the trials better than forces, which explain much. `say` gets the effects it tries.
 
     Tried are the first effects by their linearized evidence, the other faults of an actuator that the first of them
     blames, and effects without a slope at their null, such as a rate limit, of which that evidence says little. The
@@ -45,6 +46,7 @@ def may_do_without(found: Search) -> bool:
     for place, name in enumerate(ranked):
         same = bool(blamed) and effects[name].which == blamed
         if place < _FIRST or same or (effects[name].starts and name in found.starts):
+            say(name)
             fit_both(found, (name,), loose)
             fitted = found.fits.get(((name,), False))
             if fitted is not None and fitted.evidence > loose.evidence:

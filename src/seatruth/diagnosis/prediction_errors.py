@@ -111,8 +111,8 @@ class PredictionErrors:
     def _error_of_none(self) -> float:
         """Error of the mean of all trials in each channel, taken for what is left out."""
         problem = self.problem
-        measured = problem.measured[problem.valid]
-        spread = np.array([np.std(measured[problem.channel_of == c]) for c in range(len(problem.outputs))])
+        own = [problem.measured[problem.valid][problem.channel_of == c] for c in range(len(problem.outputs))]
+        spread = np.array([np.std(values) if values.size else 0.0 for values in own])
         return math.sqrt(float(np.mean((spread[problem.channel_of[self._here]] * self._weight) ** 2)))
 
     def _step(self, model: Simulated) -> Solution:

@@ -77,7 +77,7 @@ def search(
     try:
         if problem.few_runs is None:
             found = with_faults_of(found, _screened_first(found)) if widen else found
-            found.bare = may_do_without(found)
+            found.bare = may_do_without(found, lambda name: say(f"effect {name} without missing forces", 0, expected))
         if found.bare:
             found = _fit_library(found, say, expected, workers, widen=widen)
             if forces_wanted(found):
