@@ -35,9 +35,7 @@ def without_small(
         one for one in decision.clusters if one.effects[0] not in own or not _small(one, decision, share, settings)
     )
     if decision.discrepancy and 0 < len(kept) < len(decision.clusters):
-        shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
-        sure = min(one.probability for one in kept)
-        decision = replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
+        decision = _keeping(decision, kept)
     names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
     if not names or not decision.discrepancy or _explains(names, share, settings):
         return decision
@@ -58,9 +56,7 @@ def without_unseen(decision: Decision, found: Sequence[Hypothesis], own: Collect
     if not kept:
         lacking = _lacking(found, unseen)
         return Decision("unknown", (), lacking, True, (), decision.form, decision.along, unseen)
-    shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
-    sure = min(one.probability for one in kept)
-    return replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
+    return _keeping(decision, kept)
 
 
 def without_outdone(
@@ -79,15 +75,20 @@ def without_outdone(
     if not max(0.0, validation.control) > validation.gap_explained or _adds(validation):
         return decision
     kept = tuple(one for one in decision.clusters if is_within(one.cause, SENSOR) or one.effects[0] in own)
-    shown = tuple(sorted(cluster.member_in(decision.shown) for cluster in kept))
     outdone = tuple(cluster.member_in(decision.shown) for cluster in decision.clusters if cluster not in kept)
     if not outdone:
         return decision
     if kept:
-        sure = min(cluster.probability for cluster in kept)
-        return Decision(kind_of(kept), kept, sure, True, shown, decision.form, decision.along, outdone=outdone)
+        return replace(_keeping(decision, kept), discrepancy=True, outdone=outdone)
     lacking = _lacking(found, outdone)
     return Decision("unknown", (), lacking, True, (), decision.form, decision.along, outdone=outdone)
+
+
+def _keeping(decision: Decision, kept: tuple[Cluster, ...]) -> Decision:
+    """The decision with these of its causes alone; one or more."""
+    shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
+    sure = min(one.probability for one in kept)
+    return replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
 
 
 def _lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
