@@ -92,7 +92,7 @@ class AddedForces:
         self._inertia = [box.inertia[state] for state in box.equations]
         self._t, self._forces = np.asarray(trial.t), np.asarray(forces)
         names = {name for term, _ in acting for what, name in term.factors if what == "input"}
-        names |= {name for term, _ in acting for name in term.channels if name not in _shown(box)}
+        names |= {name for term, _ in acting for _, name in term.factors if name not in _shown(box)}
         names |= {name for term, _ in acting for name, _ in term.thrusters}
         self._inputs = {name: np.asarray(trial.inputs[name]) for name in sorted(names)}
         rows = list(box.equations)

@@ -49,11 +49,6 @@ class Term:
     squared: bool = False
     """Whether that is the sum of i|i| of each input i, in place of i."""
 
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """The channels on which it depends."""
-        return (*(name for _, name in self.factors), *(name for name, _ in self.thrusters))
-
 
 def equations(model: Model) -> dict[str, str]:
     """Words for the model's equations of motion, by state.
