@@ -11,7 +11,7 @@ from known_motion import Array, altered, codes, scattered, step_at, zigzag
 
 from seatruth.manoeuvres import TurningCircle, run_manoeuvre
 from seatruth.models import load_model
-from seatruth.trials import Trial, check_trials
+from seatruth.trials import Step, Trial, check_trials
 from seatruth.trials.check.clocks import clock_lag
 
 GOOD = zigzag(amplitude=0.5, period=80)
@@ -154,6 +154,14 @@ def test_held_and_stray_samples_are_those_of_the_sensors_own_clock() -> None:
     for fault, code in ((hold(4), "held"), (stray, "outliers")):
         found = check_trials([altered(own, {"z": change(fault)})])
         assert (code, "z") in {(f.code, f.channel) for f in found}, code
+
+
+@pytest.mark.parametrize(("stated", "asked"), [({}, True), ({"n": "rpm"}, False)], ids=["bare", "stated"])
+def test_a_fast_engine_is_asked_for_its_unit_unless_the_study_states_one(stated: dict[str, str], asked: bool) -> None:
+    """An outboard engine turns at 4200 rpm; who wrote rpm beside the column needs no advice to do so."""
+    fast = altered(GOOD, {"n": lambda a: 0 * a + 70.0})
+    found = check_trials([fast.with_step(Step("read", {"stated_units": stated}))])
+    assert ("unit" in {f.code for f in found if f.channel == "n"}) is asked
 
 
 def test_swapped_axes_and_wrong_senses_are_named() -> None:

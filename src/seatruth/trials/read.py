@@ -223,7 +223,8 @@ def trial_from_table(
         raise BadInput("it holds fewer than two samples", where=table.source, do="A trial needs a time history.")
     if notes:
         own = list(outputs) if own_times or clocks else []
-        known = {"missing_codes": missing, "own_clocks": own}
+        units = {channel: spec.unit for named in specs.values() for channel, spec in named.items() if spec.unit}
+        known = {"missing_codes": missing, "own_clocks": own, "stated_units": units}
         trial = trial.with_step(Step("read", {key: value for key, value in known.items() if value}, "; ".join(notes)))
     trial = in_our_axes(trial, frames)
     if prepare:

@@ -57,6 +57,11 @@ def on_own_clock(trial: Trial, name: str) -> bool:
     return any(name in step.options.get("own_clocks", ()) for step in trial.steps)
 
 
+def stated_unit(trial: Trial, name: str) -> str:
+    """The unit that the study states for a channel's column; none is ''."""
+    return next((str(unit) for step in trial.steps if (unit := step.options.get("stated_units", {}).get(name))), "")
+
+
 def is_slower(trial: Trial, name: str) -> bool:
     """Whether an output has values at its own times alone: it has a clock of its own, or every so many samples a value.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, has_channels, make_finding, unit_of
+from seatruth.trials.check.helpers import Channels, has_channels, make_finding, stated_unit, unit_of
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP
 from seatruth.trials.trial import Trial
@@ -35,7 +35,7 @@ def check_units(trial: Trial, model: Channels | None = None) -> Iterator[Finding
             yield _unit(trial, name, f"It reaches {size:.4g} rad/s ({size / 6.2832:.1f} turns a second)", "deg/s")
         elif name in _SPEEDS and unit == "m/s" and size > limits.SPEED:
             yield _unit(trial, name, f"It reaches {size:.4g} m/s", "the unit of the file, as kn or cm/s", "warning")
-        elif name == "n" and unit == "rev/s" and size > limits.PROPELLER:
+        elif name == "n" and unit == "rev/s" and size > limits.PROPELLER and not stated_unit(trial, name):
             yield _unit(trial, name, f"It reaches {size:.4g} rev/s ({60 * size:.0f} rpm)", "rpm", "warning")
         elif name in ("depth", "z") and unit == "m" and float(np.median(finite)) < -limits.DEPTH_ABOVE:
             yield _above_water(trial, name, float(np.median(finite)))
