@@ -20,7 +20,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.problem import Linearization, Point
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.steps import weighted_squares
 from seatruth.statistics.state_space_noise import whiten
@@ -69,6 +69,8 @@ class _Quadratic:
 class Rivals:
     """The surviving causes, with their noncentralities on the recorded trials (`before`).
 
+    Survivors whose runs diverge without the forces that hold them near the record are left out.
+
     Args:
         search: fitted hypotheses; each survivor must be fitted alone.
         chances: probability of each survivor.
@@ -83,7 +85,9 @@ class Rivals:
         self._columns = {name: self.problem.active((name,), discrepancy=False) for name in self.fits}
         self._ranges = self._recorded_ranges()
         self._errors: dict[str, Array] = {}
-        self._recorded = {(s, r): self._on_record(s, r) for s in self.fits for r in self.fits if s != r}
+        pairs = ((s, r) for s in self.fits for r in self.fits if s != r)
+        recorded = {(s, r): self._about(without_discrepancy(self.problem, self.fits[r].point), s, r) for s, r in pairs}
+        self._recorded = {pair: one for pair, one in recorded.items() if one is not None}
         self.before = {pair: one.least() for pair, one in self._recorded.items()}
 
     @property
@@ -143,7 +147,7 @@ class Rivals:
         def about(shared: Array) -> _Quadratic | None:
             point = replace(start, shared=shared)
             found = self._about(point, s, r)
-            if trial is None or output is None:
+            if found is None or trial is None or output is None:
                 return found
             new = self._response(trial, r, point, anywhere=True)
             return None if new is None else found.plus(_projected(output - new[0], new[1], len(columns)))
@@ -169,7 +173,14 @@ class Rivals:
         return now.c
 
     def _fitted(self, name: str) -> Fit | None:
-        return self.search.fits.get(((name,), False)) or self.search.fits.get(((name,), True))
+        problem = self.problem
+        for discrepancy in (False, True):
+            fit = self.search.fits.get(((name,), discrepancy))
+            if fit is not None and _is_finite(
+                problem.linearize(without_discrepancy(problem, fit.point), (name,), discrepancy=False)
+            ):
+                return fit
+        return None
 
     def _true(self, name: str) -> Point:
         """A survivor at its fitted size, or at its typical one where next to nothing was fitted."""
@@ -186,25 +197,26 @@ class Rivals:
         absent[columns] = [typical[q.name] for q in effect.parameters]
         return replace(point, shared=absent)
 
-    def _on_record(self, s: str, r: str) -> _Quadratic:
-        """What the recorded trials say against r where s is true, without noise."""
-        point = without_discrepancy(self.problem, self.fits[r].point)
-        return self._about(point, s, r)
+    def _about(self, point: Point, s: str, r: str) -> _Quadratic | None:
+        """What the recorded trials say against r, about a point of it, where s is true, without noise.
 
-    def _about(self, point: Point, s: str, r: str) -> _Quadratic:
-        """The same about a point of r."""
+        None where runs of either diverge, or are about to.
+        """
         problem = self.problem
         at = problem.linearize(point, (r,), discrepancy=False)
         if s not in self._errors:
             self._errors[s] = problem.errors(self.true[s])
         difference = at.errors - self._errors[s]
-        if not np.isfinite(difference).all():
-            difference = at.errors * 0.0
+        if not (np.isfinite(difference).all() and _is_finite(at)):
+            return None
         # Coefficients are believed to be those of the true model; the rival's own parameters vanish at their null.
         centre = self.true[s].shared.copy()
         centre[problem.columns[r]] = problem.mean[problem.columns[r]]
         likelihood = Likelihood(problem, replace(at, errors=difference))
-        gram = likelihood.quadratic(self.sizes)
+        try:
+            gram = likelihood.quadratic(self.sizes)
+        except np.linalg.LinAlgError:
+            return None
         place = [1 + likelihood.place[int(c)] for c in self._columns[r]]
         sd = problem.sd[self._columns[r]]
         offset = (point.shared - centre)[self._columns[r]] / sd
@@ -265,6 +277,11 @@ class Rivals:
                 white, _ = whiten(columns[at, c], np.asarray(trial.t)[at], shapes[self.sizes.shape[c]])
                 parts.append(white * math.exp(-float(self.sizes.white[c])))
         return np.concatenate(parts) if parts else np.zeros((0, columns.shape[2]))
+
+
+def _is_finite(at: Linearization) -> bool:
+    """Whether no run diverges."""
+    return all(np.isfinite(rows).all() for rows in (at.errors, at.shared, at.local))
 
 
 def _projected(e: Array, S: Array, shared: int) -> _Quadratic:
