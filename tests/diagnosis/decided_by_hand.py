@@ -11,6 +11,7 @@ from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
 
 SETTINGS = Settings()
+EFFECTS = available()
 
 
 def hypotheses(*entries: tuple[Key, float] | tuple[Key, float, bool]) -> list[Hypothesis]:
@@ -29,7 +30,7 @@ def decided(
     distances = near or {}
     return decide(
         hypotheses(*entries),
-        available(),
+        EFFECTS,
         SETTINGS,
         near=lambda a, b: distances.get(frozenset((a, b)), math.inf),
         helps=lambda name, key: name not in refused,

@@ -73,8 +73,9 @@ class Assembly:
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
         """With their probabilities as the decision leaves them."""
-        untold = [*self.decision.outdone, *(name for name in self.decision.small if name in self._own)]
-        return with_other_forms(self._weighed, self.problem.effects, untold)
+        effects = self.problem.effects
+        waves = [name for name in self.decision.small if follows_each_trial(effects[name])]
+        return with_other_forms(self._weighed, effects, [*self.decision.outdone, *waves])
 
     @cached_property
     def inclusion(self) -> dict[str, float]:
@@ -96,8 +97,9 @@ class Assembly:
             one_course=narrow_headings(self.problem.trials) is not None,
         )
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
-            return self._fitted(without_unseen(said, self._weighed, self._own), said)
-        large = without_small(said, self._weighed, self._gap_of(said.shown).share, self.settings, self._own)
+            return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
+        share = self._gap_of(said.shown).share
+        large = without_small(said, self._weighed, self.problem.effects, share, self.settings)
         return self._predicting(self._fitted(large, said))
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
@@ -105,11 +107,6 @@ class Assembly:
         if said.shown and self.search.best(said.shown) is None:
             ensure(self.search, said.shown, self._gap_of(before.shown).shown)
         return said
-
-    @property
-    def _own(self) -> list[str]:
-        """Effects with a phase of their own in each trial, which others do not predict."""
-        return [name for name, effect in self.problem.effects.items() if follows_each_trial(effect)]
 
     def _predicting(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without.
@@ -122,7 +119,8 @@ class Assembly:
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            tried.append(without_outdone(replace(said, shown=key), self._weighed, self._validated(key), self._own))
+            here, moves = replace(said, shown=key), self._gap_of(key).moved_by
+            tried.append(without_outdone(here, self._weighed, self.problem.effects, self._validated(key), moves))
             if not tried[-1].outdone:
                 return tried[-1]
         return self._fitted(tried[0], said)

@@ -14,6 +14,7 @@ from seatruth.diagnosis.decision import follows_each_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
+from seatruth.diagnosis.prediction_errors import Simulated, moved_by
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.base import whole_name
 
@@ -102,6 +103,11 @@ class Gap:
     def misfits(self) -> dict[str, float]:
         """Sum of squared errors of each over the noise variance; inf where a run diverges."""
         return {name: misfit(self.problem, self.deviation, point) for name, point in self.points.items()}
+
+    def moved_by(self, name: str) -> float:
+        """What an effect of the answer moves the trials by: root mean square in deviations of the noise."""
+        named = Simulated.of(self.problem, without_forces(self.search, self.key))
+        return moved_by(self.problem, named, name, self.deviation)
 
     def share(self, name: str) -> float:
         """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.

@@ -48,6 +48,25 @@ class Simulated:
         return cls(fit, now.errors, now.shared[:, fit.likelihood.columns], now.local[:, :count].copy())
 
 
+def moved_by(problem: Problem, model: Simulated, name: str, deviation: Array) -> float:
+    """Root mean square by which an effect of a model moves the trials, in deviations of the noise, to first order.
+
+    Less what other initial states do as well, since these are fitted to each trial.
+    """
+    effect, free = problem.effects[name], list(model.fit.likelihood.columns)
+    moved = np.zeros(problem.count)
+    for column, q in zip(problem.columns[name], effect.parameters, strict=True):
+        if q.name in effect.magnitudes and column in free:
+            moved += model.slopes[:, free.index(column)] * (model.fit.point.shared[column] - effect.null[q.name])
+    weight, squares = 1.0 / deviation[problem.channel_of], 0.0
+    for trial in range(len(problem.trials)):
+        here = problem.trial_of == trial
+        starts, rows = (model.starts[here].T * weight[here]).T, moved[here] * weight[here]
+        left = rows - starts @ np.linalg.lstsq(starts, rows, rcond=None)[0]
+        squares += float(left @ left)
+    return math.sqrt(squares / problem.count)
+
+
 class PredictionErrors:
     """Errors of one trial in standard deviations of the noise, predicted from the others, by any model.
 
