@@ -135,6 +135,23 @@ def test_each_probability_can_be_followed_in_one_table() -> None:
     assert rows[-1][-1] == "not converged"
 
 
+def test_answers_beside_something_unknown_say_so() -> None:
+    """'Unknown, over 99.9 %' stood above a table in which it had 52 %: the rest had it beside an effect."""
+    found = diagnosis("unknown")
+    (first, *_) = [one for one in found.hypotheses if one.effects]
+
+    def told(*entries: tuple[bool, float]) -> str:
+        sets = [replace(first, discrepancy=beside, probability=p) for beside, p in entries]
+        none = replace(first, effects=(), discrepancy=True, probability=0.5)
+        return text.beside_answers_in_words(replace(found, hypotheses=(none, *sets)))
+
+    assert told((True, 0.4), (False, 0.1)) == (
+        "Where effects are the answer, something most probably acts beside them that is not in the library."
+    )
+    assert told((True, 0.2), (False, 0.3)) == ""
+    assert told((True, 0.01)) == ""
+
+
 def test_the_tree_and_the_places_show_where_it_acts() -> None:
     shown = one_story.Page(rendered("inseparable"))
     nodes = {row[0]: row[1:] for row in shown.rows("Nodes of the tree")}

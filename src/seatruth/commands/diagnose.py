@@ -212,6 +212,9 @@ def show(diagnosis: Diagnosis) -> None:
         console().print(_causes(diagnosis))
         say("")
     console().print(_answers(diagnosis))
+    beside = text.beside_answers_in_words(diagnosis)
+    if beside:
+        say(beside)
     weak = text.undetectable_in_words(diagnosis)
     if weak:
         say(f"! {weak}", style="yellow")

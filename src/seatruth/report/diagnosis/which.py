@@ -32,7 +32,7 @@ def which(diagnosis: Diagnosis, album: Album) -> Section:
     answers = diagnosis.answers()
     if answers:
         alt = f"Most probable answer: {text.in_titles(diagnosis, answers[0][0])}, {chance(answers[0][1])}."
-        caption = "Probabilities of all answers add up to 1."
+        caption = f"Probabilities of all answers add up to 1. {text.beside_answers_in_words(diagnosis)}".rstrip()
         blocks.append(Pictures([album.picture(figures.answers(diagnosis), alt, caption)]))
     blocks += [
         _hypotheses(diagnosis),

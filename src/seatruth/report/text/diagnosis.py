@@ -262,6 +262,16 @@ def survivor(diagnosis: Diagnosis, name: str) -> str:
     return "a cause that is not in the library" if name == UNKNOWN else titles(diagnosis).get(name, name)
 
 
+def beside_answers_in_words(diagnosis: Diagnosis) -> str:
+    """Says that the answers' effects have something beside them that is not in the library; '' where they have not."""
+    sets = [one for one in diagnosis.hypotheses if one.effects]
+    whole = sum(one.probability for one in sets)
+    beside = sum(one.probability for one in sets if one.discrepancy)
+    if whole < WORTH_MENTION or beside <= 0.5 * whole:
+        return ""
+    return "Where effects are the answer, something most probably acts beside them that is not in the library."
+
+
 def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
     """Effects that these trials could not have shown at their typical magnitude."""
     return [
