@@ -10,11 +10,20 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
 
 
-def hardly_moves(name: str) -> float:
-    return 0.0
+def outdone(
+    said: Decision,
+    found: list[Hypothesis],
+    validation: Validation | None,
+    moved: float = 0.0,
+    rest: Validation | None = None,
+) -> Decision:
+    """What is left where the set has this validation, and any part of it has that of `rest`."""
+    by_key = {said.shown: validation}
+    return without_outdone(said, found, EFFECTS, lambda key: by_key.get(key, rest), lambda name: moved)
 
 
 def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_not_shrink_surely() -> None:
@@ -23,7 +32,7 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
 
     def checked(explained: float, lower: float, control: float, both: float = 1.3) -> Decision:
         fold = Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0)
-        return without_outdone(said, found, EFFECTS, Validation((fold,), explained, lower, 1.5, control), hardly_moves)
+        return outdone(said, found, Validation((fold,), explained, lower, 1.5, control))
 
     unknown = checked(0.24, -0.21, 0.84)
     assert (unknown.kind, unknown.clusters, unknown.shown, unknown.outdone) == ("unknown", (), (), ("wind",))
@@ -36,14 +45,11 @@ def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_no
     # It may close nothing where the form is far off: beside the terms it is seen.
     assert checked(0.0, -0.5, 0.8, both=1.2) == said
     assert checked(0.0, -0.5, 0.8, both=math.nan) == unknown
-    assert without_outdone(said, found, EFFECTS, None, hardly_moves) == said
+    assert outdone(said, found, None) == said
     # One trial that it does not help to predict is not enough to refuse it.
     folds = [Fold("turn", ("wind",), 3.0, 2.5, 1.3, both, 1.0, 0.1, 5.0) for both in (1.2, 1.25, 2.3)]
-    assert without_outdone(said, found, EFFECTS, Validation(tuple(folds), 0.1, -0.5, 1.5, 0.8), hardly_moves) == said
-    assert (
-        without_outdone(said, found, EFFECTS, Validation(tuple(folds[1:]), 0.1, -0.5, 1.5, 0.8), hardly_moves)
-        == unknown
-    )
+    assert outdone(said, found, Validation(tuple(folds), 0.1, -0.5, 1.5, 0.8)) == said
+    assert outdone(said, found, Validation(tuple(folds[1:]), 0.1, -0.5, 1.5, 0.8)) == unknown
 
 
 def test_sizes_of_their_own_in_each_trial_do_not_stand_by_what_they_add_to_terms() -> None:
@@ -54,7 +60,7 @@ def test_sizes_of_their_own_in_each_trial_do_not_stand_by_what_they_add_to_terms
     def checked_with(*key: str, lower: float = -0.5) -> tuple[Decision, Decision]:
         entries = (key, 0.9, True), ((), 0.1, True)
         said = decided(*entries)
-        return said, without_outdone(said, hypotheses(*entries), EFFECTS, replace(checked, lower=lower), hardly_moves)
+        return said, outdone(said, hypotheses(*entries), replace(checked, lower=lower))
 
     said, left = checked_with("wind")
     assert left == said
@@ -90,11 +96,11 @@ def test_an_error_of_a_sensor_stays_where_terms_of_no_name_predict_better() -> N
     checked = Validation((fold,), 0.0, -0.2, 0.2, 0.85)
     entries = (("gyro_bias",), 0.9, True), ((), 0.1, True)
     said = decided(*entries)
-    assert without_outdone(said, hypotheses(*entries), EFFECTS, checked, hardly_moves) == said
+    assert outdone(said, hypotheses(*entries), checked) == said
     entries = (("gyro_bias", "wind"), 0.9, True), ((), 0.1, True)
     both = decided(*entries)
     assert [cluster.effects for cluster in both.clusters] == [("gyro_bias",), ("wind",)]
-    left = without_outdone(both, hypotheses(*entries), EFFECTS, checked, hardly_moves)
+    left = outdone(both, hypotheses(*entries), checked)
     assert [cluster.effects for cluster in left.clusters] == [("gyro_bias",)]
     assert (left.kind, left.shown, left.outdone, left.discrepancy) == ("effects", ("gyro_bias",), ("wind",), True)
 
@@ -106,8 +112,9 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     said, found = decided(*entries), hypotheses(*entries)
 
     def checked(explained: float, moved: float) -> Decision:
-        validation = Validation((fold,), explained, -0.06, 0.14, 0.9)
-        return without_outdone(said, found, EFFECTS, validation, {"depth_scale": moved}.__getitem__)
+        here = replace(fold, error_effects=33.0 - explained * 32.0)
+        validation = Validation((here,), explained, -0.06, 0.14, 0.9)
+        return outdone(said, found, validation, moved)
 
     assert checked(0.04, 31.0).outdone == ("depth_scale",)
     assert checked(0.04, 31.0).kind == "unknown"
@@ -115,6 +122,15 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     assert checked(0.04, 16.0) == said
     assert checked(0.04, 0.2) == said
     assert checked(0.8, 31.0) == said
+    # Beside another cause the set without it is the measure.
+    entries = (("depth_scale", "net_weight"), 0.9, True), ((), 0.1, True)
+    both, found = decided(*entries), hypotheses(*entries)
+    having = Validation((replace(fold, error_effects=16.0),), 0.5, 0.1, 0.9, 0.9)
+    no_better = Validation((replace(fold, error_effects=15.0),), 0.55, 0.1, 0.9, 0.9)
+    left = outdone(both, found, having, 31.0, no_better)
+    assert ([one.effects for one in left.clusters], left.outdone) == ([("net_weight",)], ("depth_scale",))
+    worse = Validation((replace(fold, error_effects=33.0),), 0.0, -0.1, 0.1, 0.9)
+    assert outdone(both, found, having, 31.0, worse) == both
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
@@ -149,6 +165,6 @@ def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -
     checked = Validation((fold,), 0.0, -0.2, 0.2, 0.85)
     entries = (("wave_forces",), 0.9, True), ((), 0.1, True)
     said = decided(*entries)
-    assert without_outdone(said, hypotheses(*entries), EFFECTS, checked, hardly_moves) == said
+    assert outdone(said, hypotheses(*entries), checked) == said
     steady = (("wind",), 0.9, True), ((), 0.1, True)
-    assert without_outdone(decided(*steady), hypotheses(*steady), EFFECTS, checked, hardly_moves).kind == "unknown"
+    assert outdone(decided(*steady), hypotheses(*steady), checked).kind == "unknown"

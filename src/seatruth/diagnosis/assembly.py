@@ -120,7 +120,7 @@ class Assembly:
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
             here, moves = replace(said, shown=key), self._gap_of(key).moved_by
-            tried.append(without_outdone(here, self._weighed, self.problem.effects, self._validated(key), moves))
+            tried.append(without_outdone(here, self._weighed, self.problem.effects, self._validated, moves))
             if not tried[-1].outdone:
                 return tried[-1]
         return self._fitted(tried[0], said)

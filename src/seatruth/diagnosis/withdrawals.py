@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from seatruth.diagnosis.decision import Cluster, Decision, follows_each_trial, kind_of
+from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.settings import Settings
@@ -20,9 +21,9 @@ from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import EachTrial
 
 _MISSED = 0.25
-"""Part of the gap by which what an error of a sensor explains on trials left out falls short of what it would explain
-if it acted, from which it does not act. [S] Of a glider whose hull a model has too slippery, 10 % of depth missed by
-0.96; the gyro's bias of a ship in a basin, which acts, by 0.01."""
+"""Part of the gap by which what an error of a sensor closes on trials left out falls short of what it would close if it
+acted, from which it does not act. [S] 10 % of the depth, of a glider whose hull its model has too slippery, fell short
+by 0.96; the bias of a ship's gyro in a basin, which acts, by 0.01."""
 
 
 def without_small(
@@ -73,32 +74,35 @@ def without_outdone(
     decision: Decision,
     found: Sequence[Hypothesis],
     effects: Mapping[str, Effect],
-    validation: Validation | None,
+    validated: Callable[[Key], Validation | None],
     moves: Callable[[str], float],
 ) -> Decision:
     """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
     shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
-    of another form explains the trials, and the effects only take its shape.
+    of another form explains the trials, and the effects only take its shape. Effects whose phase belongs to one trial,
+    as that of waves, stay: others do not predict them. Effects with a size of their own in each trial do not stand by
+    what they add to the terms: they follow whatever the terms leave of a trial.
 
     Errors of a sensor that are small beside what such runs miss stay: they change what one sensor says, which no term
-    can without moving the others. What one `moves` the trials by, in deviations of the noise, tells whether trials left
-    out would have shown it; if so, it falls. Effects whose phase belongs to one trial, as that of waves, stay: others
-    do not predict them. Effects with a size of their own in each trial do not stand by what they add to the terms:
-    they follow whatever the terms leave of a trial.
+    can without moving the others. What one `moves` the trials by, in deviations of the noise, tells how much nearer the
+    set comes to trials left out than the same set without it, if it acts; where it comes less near, the error falls.
+    `validated` tries a set of effects on trials left out.
     """
-    if not decision.clusters or validation is None or validation.lower > 0.0:
+    validation = validated(decision.shown) if decision.clusters else None
+    if validation is None or not max(0.0, validation.control) > validation.gap_explained:
         return decision
-    if not max(0.0, validation.control) > validation.gap_explained:
-        return decision
-    adds = _adds(validation)
+    surely, adds = validation.lower > 0.0, _adds(validation)
 
     def stands(cluster: Cluster) -> bool:
         name = cluster.member_in(decision.shown)
         if is_within(cluster.cause, SENSOR):
-            return _hides(moves(name), validation)
-        return follows_each_trial(effects[cluster.effects[0]]) or (adds and not isinstance(effects[name], EachTrial))
+            rest = tuple(other for other in decision.shown if other != name)
+            return _hides(moves(name), validated(rest) if rest else None, validation)
+        if surely or follows_each_trial(effects[cluster.effects[0]]):
+            return True
+        return adds and not isinstance(effects[name], EachTrial)
 
     kept = tuple(one for one in decision.clusters if stands(one))
     outdone = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
@@ -122,15 +126,22 @@ def _lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
     return min(1.0, sum(one.probability for one in found if one.discrepancy or {*outdone} & {*one.effects}))
 
 
-def _hides(moved: float, validation: Validation) -> bool:
-    """Whether an effect that moves trials by so much may act though it explains no more of the gap than was found.
+def _hides(moved: float, without: Validation | None, having: Validation) -> bool:
+    """Whether an effect that moves trials by so much may act though with it they come no nearer than was found.
 
-    What acts leaves the rest of a trial's error, in squares. At least noise is left.
+    What acts leaves the rest of a trial's error, in squares; at least noise is left. Where nothing is `without` it, it
+    stands beside the refitted model.
     """
-    pairs = [(fold.error_refit, fold.error_noise) for fold in validation.folds]
-    gap = sum(refit - noise for refit, noise in pairs)
-    left = sum(max(noise, math.sqrt(max(0.0, refit**2 - moved**2))) - noise for refit, noise in pairs)
-    return not gap > 0.0 or (1.0 - left / gap) - validation.gap_explained < _MISSED
+    alone = [fold.error_refit for fold in having.folds] if without is None else _errors(without)
+    gap = sum(fold.error_refit - fold.error_noise for fold in having.folds)
+    left = 0.0
+    for fold, before in zip(having.folds, alone, strict=True):
+        left += fold.error_effects - max(fold.error_noise, math.sqrt(max(0.0, before**2 - moved**2)))
+    return not left >= _MISSED * gap
+
+
+def _errors(validation: Validation) -> list[float]:
+    return [fold.error_effects for fold in validation.folds]
 
 
 def _adds(validation: Validation) -> bool:
