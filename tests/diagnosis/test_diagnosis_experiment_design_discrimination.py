@@ -123,12 +123,14 @@ def test_a_survivor_of_next_to_no_size_stands_at_its_typical_one(found: Search) 
     assert rivals.before[("gyro_bias", "rudder_offset")] > 1.0
 
 
-def test_a_survivor_whose_runs_diverge_by_themselves_is_left_out(found: Search) -> None:
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e155, np.inf])
+def test_a_survivor_whose_runs_diverge_by_themselves_is_left_out(found: Search, size: float) -> None:
     """Of a survey vehicle three causes were left, one held near its record by forces alone: no trial was suggested."""
     fits = dict(found.fits)
     for key in ((("gyro_bias",), False), (("gyro_bias",), True)):
         shared = fits[key].point.shared.copy()
-        shared[found.problem.columns["gyro_bias"]] = np.inf
+        shared[found.problem.columns["gyro_bias"]] = size
         fits[key] = dataclasses.replace(fits[key], point=dataclasses.replace(fits[key].point, shared=shared))
     rivals = Rivals(dataclasses.replace(found, fits=fits), CHANCES)
     assert set(rivals.before) == {("rudder_offset", "heading_bias"), ("heading_bias", "rudder_offset")}

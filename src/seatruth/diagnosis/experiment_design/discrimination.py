@@ -46,6 +46,10 @@ _ENOUGH = 0.1
 _LARGEST = 1e9
 """Whitened derivative from which a motion counts as unpredictable: its square would swamp double precision."""
 
+_OVERFLOWS = 1e100
+"""Derivative in SI units from which a run counts as diverged: below it, its square over the variance of any noise can
+be summed in double precision, whose largest number is 1.8e308."""
+
 
 @dataclass(frozen=True)
 class _Quadratic:
@@ -280,8 +284,8 @@ class Rivals:
 
 
 def _is_finite(at: Linearization) -> bool:
-    """Whether no run diverges."""
-    return all(np.isfinite(rows).all() for rows in (at.errors, at.shared, at.local))
+    """Whether no run diverges, or is about to."""
+    return all(bool((np.abs(rows) < _OVERFLOWS).all()) for rows in (at.errors, at.shared, at.local))
 
 
 def _projected(e: Array, S: Array, shared: int) -> _Quadratic:
