@@ -11,7 +11,7 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
-from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
+from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen, without_unsure
 
 
 def outdone(
@@ -131,6 +131,18 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     assert ([one.effects for one in left.clusters], left.outdone) == ([("net_weight",)], ("depth_scale",))
     worse = Validation((replace(fold, error_effects=33.0),), 0.0, -0.1, 0.1, 0.9)
     assert outdone(both, found, having, 31.0, worse) == both
+
+
+def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> None:
+    """Of a glider: beside a depth sensor 10 % off, which was refused, it had an arm, of 0.1 +- 0.1 m without that."""
+    entries = (("depth_lever_arm", "net_weight"), 0.9, True), ((), 0.1, True)
+    said, found = replace(decided(*entries), outdone=("depth_scale",)), hypotheses(*entries)
+    assert without_unsure(said, found, lambda name, key: True) == said
+    left = without_unsure(said, found, lambda name, key: name == "net_weight")
+    assert ([one.effects for one in left.clusters], left.outdone) == ([("net_weight",)], ("depth_scale",))
+    none = without_unsure(said, found, lambda name, key: False)
+    assert (none.kind, none.clusters, none.outdone) == ("unknown", (), ("depth_scale",))
+    assert none.probability == pytest.approx(1.0)
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:

@@ -32,7 +32,7 @@ from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
-from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen
+from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen, without_unsure
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.models.base import whole_name
@@ -99,8 +99,13 @@ class Assembly:
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
         share = self._gap_of(said.shown).share
-        large = without_small(said, self._weighed, self.problem.effects, share, self.settings)
-        return self._predicting(self._fitted(large, said))
+        said = self._fitted(without_small(said, self._weighed, self.problem.effects, share, self.settings), said)
+        while said.clusters:
+            left = self._predicting(said)
+            if left.clusters == said.clusters:
+                break
+            said = without_unsure(left, self._weighed, self._helps)
+        return said
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
         """The decision, with what is left of an earlier one fitted."""
@@ -113,15 +118,13 @@ class Assembly:
 
         Where another effect of a cause predicts them in the place of the leading one, the cause stands by it.
         """
-        if not said.clusters:
-            return said
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
             here, moves = replace(said, shown=key), self._gap_of(key).moved_by
             tried.append(without_outdone(here, self._weighed, self.problem.effects, self._validated, moves))
-            if not tried[-1].outdone:
+            if tried[-1].clusters == said.clusters:
                 return tried[-1]
         return self._fitted(tried[0], said)
 

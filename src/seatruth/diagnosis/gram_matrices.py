@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.linalg.blas import daxpy
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.problem import Problem
@@ -60,12 +61,16 @@ class GramMatrices:
     def weighted(self, sizes: Sizes) -> tuple[Array, Array]:
         """Those of all channels (T, m, m) by their noise, and the noise's part of the log-likelihood (T,)."""
         total = np.zeros((len(self.counts), self.size, self.size))
-        base = np.zeros(len(total))
+        base, weights = np.zeros(len(total)), list[tuple[Array, float]]()
         for c, shape in enumerate(sizes.shape):
             if self.counts[:, c].any():
-                grams, logs = self.of(c, shape)
-                total += grams * math.exp(-2.0 * sizes.white[c])
-                base -= 0.5 * logs + self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
+                base -= 0.5 * self.of(c, shape)[1]
+                base -= self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
+                weights.append((self.of(c, shape)[0], math.exp(-2.0 * sizes.white[c])))
+        for trial, sums in enumerate(total.reshape(len(total), -1)):
+            # One trial after the other: its sum stays in the processor's cache.
+            for grams, weight in weights:
+                daxpy(grams[trial].reshape(-1), sums, a=weight)
         return total, base
 
     def close(self, sizes: Sizes) -> None:

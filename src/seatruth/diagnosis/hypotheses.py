@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from seatruth.arrays import Array
@@ -15,6 +15,10 @@ from seatruth.storage.checkpoint import Checkpoint
 Key = tuple[str, ...]
 HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
+
+
+def _silent(key: Key) -> None:
+    """Tells nobody."""
 
 
 @dataclass
@@ -40,6 +44,8 @@ class Search:
     """Whether its trials can be cut into sections where whole ones cannot be fitted."""
     bare: bool = False
     """Whether sets are fitted without discrepancy only: forces of a black box cost many runs, see `forces_beside`."""
+    tell: Callable[[Key], None] = _silent
+    """Told each set before it is fitted, in a stage that nobody knows the end of."""
     interrupted: bool = False
     spent: bool = False
     """Whether it was the budget of evaluations that ended it."""

@@ -206,6 +206,7 @@ def fit_once(
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))
     rival = found.rival if key and attempt == _FIRST else rival
+    found.tell(key)
     try:
         got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
     except np.linalg.LinAlgError as trouble:

@@ -87,10 +87,10 @@ def search(
         if not found.bare:
             found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
             found = _fit_library(found, say, expected, workers, widen=widen)
+        found.tell = lambda key: say(f"the leading sets again, {_in_words(key)}", expected, expected)
         tried: set[tuple[Key, bool, str, str]] = set()
         _fit_alike(found, tried, 1)
         _fit_each_trial(found)
-        say("parts of the leading sets", expected, expected)
         _refit_parts(found)
         _fit_missing_parts(found)
         # A part that had not been fitted shows directions as well.
@@ -123,6 +123,10 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
         except RunsBend:
             say(f"trials in {sections} sections" if count == 1 else "whole trials", 0, expected)
     return found
+
+
+def _in_words(key: Key) -> str:
+    return f"effect{'s' if len(key) > 1 else ''} {' and '.join(key)}" if key else "the model alone"
 
 
 def _rising(say: Say) -> Say:
@@ -179,7 +183,7 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
                 least = max(beaten, found.rival - settings.hopeless)
                 if found.expected(key) < least or _fitted(found, key):
                     continue
-                say(f"effects {' and '.join(key)}", count, expected)
+                say(_in_words(key), count, expected)
                 fit_both(found, key, leader)
 
 

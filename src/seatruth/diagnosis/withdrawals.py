@@ -1,7 +1,8 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of three things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
-left out are predicted better without, and what no trial left out could show where the model leaves no more than noise.
+Of four things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
+left out are predicted better without, what is no longer significant without the latter, and what no trial left out
+could show where the model leaves no more than noise.
 """
 
 from __future__ import annotations
@@ -108,9 +109,27 @@ def without_outdone(
     outdone = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
     if not outdone:
         return decision
+    outdone = (*decision.outdone, *outdone)
     if kept:
         return replace(_keeping(decision, kept), discrepancy=True, outdone=outdone)
-    lacking = _lacking(found, outdone)
+    return _unknown(decision, _lacking(found, outdone), outdone)
+
+
+def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
+    """The decision less what its set no longer bears out, once other effects have been taken from that.
+
+    Of a glider's depth sensor 10 % off, which was refused, an arm of 0.1 +- 0.1 m was left.
+    """
+    members = {one: one.member_in(decision.shown) for one in decision.clusters}
+    kept = tuple(one for one, name in members.items() if helps(name, decision.shown))
+    if len(kept) == len(decision.clusters):
+        return decision
+    if kept:
+        return _keeping(decision, kept)
+    return _unknown(decision, _lacking(found, [*decision.outdone, *members.values()]), decision.outdone)
+
+
+def _unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
     return Decision("unknown", (), lacking, True, (), decision.form, decision.along, outdone=outdone)
 
 
