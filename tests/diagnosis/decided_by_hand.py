@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.hypotheses import Key
@@ -26,6 +27,7 @@ def decided(
     near: dict[frozenset[str], float] | None = None,
     refused: tuple[str, ...] = (),
     underpowered: bool = False,
+    helps: Callable[[str, Key], bool] | None = None,
 ) -> Decision:
     distances = near or {}
     return decide(
@@ -33,6 +35,6 @@ def decided(
         EFFECTS,
         SETTINGS,
         near=lambda a, b: distances.get(frozenset((a, b)), math.inf),
-        helps=lambda name, key: name not in refused,
+        helps=helps or (lambda name, key: name not in refused),
         underpowered=underpowered,
     )

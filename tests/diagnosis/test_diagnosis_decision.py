@@ -300,6 +300,18 @@ def test_damping_that_another_form_shows_as_well_is_not_named() -> None:
     assert (beside.form, beside.discrepancy) == (("cross_flow",), True)
 
 
+def test_beside_another_form_a_cause_predicts_with_what_stands_for_the_form() -> None:
+    """Of a planing boat the engine stood 2.5 deg off, beside a thrust that stood for the hump of its resistance.
+
+    Without that one trial was predicted worse, and the cause was unknown.
+    """
+    said = decided(
+        (("rudder_offset", "thrust_gain"), 0.9), ((), 0.1, True), helps=lambda name, key: "thrust_gain" in key
+    )
+    assert [cluster.effects for cluster in said.clusters] == [("rudder_offset",)]
+    assert (said.shown, said.discrepancy) == (("rudder_offset",), True)
+
+
 def test_a_factor_on_all_thrust_is_no_cause_beside_another_one() -> None:
     """A resistance that is steeper than the model's looks the same."""
     beside = decided((("speed_bias", "thrust_gain"), 0.9), (("speed_bias",), 0.09), ((), 0.01))

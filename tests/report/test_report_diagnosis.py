@@ -152,6 +152,17 @@ def test_answers_beside_something_unknown_say_so() -> None:
     assert told((True, 0.01)) == ""
 
 
+def test_effects_without_a_function_of_the_model_are_told_above_the_table() -> None:
+    """A glider's model did not declare its drag, and a fouled hull passed for a depth sensor 20 % off."""
+    found = diagnosis("unknown")
+    found.unavailable = {"drag_increase": "the model does not declare its drag", "bank": "it acts on ship"}
+    told = text.undeclared_in_words(found)
+    assert told.startswith("The model does not declare its drag, so drag increase took no part")
+    assert "bank" not in told
+    found.unavailable = {"bank": "it acts on ship"}
+    assert text.undeclared_in_words(found) == ""
+
+
 def test_the_tree_and_the_places_show_where_it_acts() -> None:
     shown = one_story.Page(rendered("inseparable"))
     nodes = {row[0]: row[1:] for row in shown.rows("Nodes of the tree")}

@@ -215,9 +215,9 @@ def show(diagnosis: Diagnosis) -> None:
     beside = text.beside_answers_in_words(diagnosis)
     if beside:
         say(beside)
-    weak = text.undetectable_in_words(diagnosis)
-    if weak:
-        say(f"! {weak}", style="yellow")
+    for warning in (text.undetectable_in_words(diagnosis), text.undeclared_in_words(diagnosis)):
+        if warning:
+            say(f"! {warning}", style="yellow")
     say("")
     for title, sentence in (
         ("Where", gap.where_in_words(diagnosis)),

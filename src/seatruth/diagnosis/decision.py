@@ -199,7 +199,9 @@ def _answer(
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
         ]
-        passing = tuple(name for name in probable if _one_helps(candidates[name], name, kept, helps))
+        # So they predict beside what stands for the other form, which forces beside them need not take up.
+        asked = tuple(sorted({*kept, *forms_in(first, effects)}))
+        passing = tuple(name for name in probable if _one_helps(candidates[name], name, asked, helps))
         refused += [name for name in probable if name not in passing]
         gone |= set(likely) - set(passing) - set(form)
         clusters = [

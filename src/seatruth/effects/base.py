@@ -54,6 +54,8 @@ EQUATIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "kinematics")
 MANY = 4
 """Actuators of one kind from more of which on a diagnosis no longer tries every effect on each of them alone. Chosen
 here [S]: eight thrusters have 92 single forms, each a fit more, and a cause more among which to choose."""
+UNDECLARED = "the model does not declare its"
+"""Begin of the reason why an effect cannot act, where the model lacks a function that its author may add."""
 FULL_SIZE = 100.0
 """m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
@@ -306,7 +308,7 @@ class Effect:
                 return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"
         for role in self.needs_vehicle:
             if getattr(model, role) is None:
-                return f"the model does not declare its {role}"
+                return f"{UNDECLARED} {role}"
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:
             return f"the model has none of the parameters {', '.join(self.needs_parameters)}"
         return ""

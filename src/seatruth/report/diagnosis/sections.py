@@ -123,6 +123,7 @@ def _notes(diagnosis: Diagnosis) -> list[tuple[str, str, bool]]:
             for line in text.formula_in_words(diagnosis)
         ]
     notes.append((text.undetectable_in_words(diagnosis), "which", kind == "underpowered"))
+    notes.append((text.undeclared_in_words(diagnosis), "which", False))
     wrong = len([finding for finding in diagnosis.findings if finding.severity in ("error", "warning")])
     if wrong:
         grave = bool(text.errors_of_data(diagnosis))

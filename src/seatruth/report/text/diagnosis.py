@@ -22,6 +22,7 @@ from seatruth.diagnosis.sentences import (
 )
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
+from seatruth.effects.base import UNDECLARED
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.readings import without_folders
@@ -270,6 +271,19 @@ def beside_answers_in_words(diagnosis: Diagnosis) -> str:
     if whole < WORTH_MENTION or beside <= 0.5 * whole:
         return ""
     return "Where effects are the answer, something most probably acts beside them that is not in the library."
+
+
+def undeclared_in_words(diagnosis: Diagnosis) -> str:
+    """Effects that took no part for want of a function of the model; '' where there are none."""
+    lacking: dict[str, list[str]] = {}
+    for name, why in diagnosis.unavailable.items():
+        if why.startswith(UNDECLARED):
+            lacking.setdefault(why.removeprefix(UNDECLARED).strip(), []).append(name.replace("_", " "))
+    return " ".join(
+        f"The model does not declare its {role}, so {listed(names, 4)} took no part: what they cause is unknown, or "
+        "passes for another cause."
+        for role, names in lacking.items()
+    )
 
 
 def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
