@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from seatruth.diagnosis.other_forms import with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
+from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
@@ -35,7 +36,6 @@ from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis
 from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen, without_unsure
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
-from seatruth.models.base import whole_name
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.check.excitation import narrow_headings
@@ -67,7 +67,7 @@ class Assembly:
         self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
         self._gaps: dict[Key, Gap] = {}
-        self._validations: dict[Key, Validation | None] = {}
+        self._validations: dict[tuple[Key, tuple[int, ...] | None], Validation | None] = {}
         self._say: Callable[[str, int, int], None] = _silent
 
     @cached_property
@@ -122,8 +122,9 @@ class Assembly:
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            here, moves = replace(said, shown=key), self._gap_of(key).moved_by
-            tried.append(without_outdone(here, self._weighed, self.problem.effects, self._validated, moves))
+            here, gap = replace(said, shown=key), self._gap_of(key)
+            validated = partial(self._validated, channels=gap.moved_channels)
+            tried.append(without_outdone(here, self._weighed, self.problem.effects, validated, gap.moved_by))
             if tried[-1].clusters == said.clusters:
                 return tried[-1]
         return self._fitted(tried[0], said)
@@ -177,10 +178,10 @@ class Assembly:
         finally:
             self._say = _silent
 
-    def _validated(self, key: Key) -> Validation | None:
-        if key not in self._validations:
-            self._validations[key] = validate(self.search, key, self._say)
-        return self._validations[key]
+    def _validated(self, key: Key, channels: tuple[int, ...] | None = None) -> Validation | None:
+        if (key, channels) not in self._validations:
+            self._validations[key, channels] = validate(self.search, key, self._say, channels)
+        return self._validations[key, channels]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
@@ -200,7 +201,8 @@ class Assembly:
         outcome: dict[str, Any],
     ) -> Diagnosis:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
-        validation = validation or self._validations.get(self.decision.shown)
+        asked = any(key == self.decision.shown for key, _ in self._validations)
+        validation = validation or (self._validated(self.decision.shown) if asked else None)
         problem, points = self.problem, self.gap.points
         findings = [*findings, *self._unconverged()]
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
@@ -247,7 +249,7 @@ class Assembly:
             next_trial=suggestion,
             augmented=self._augmented(),
             unavailable=dict(unavailable),
-            trials=self._trials(),
+            trials=recorded(self.problem.trials, self.settings),
             outcome=outcome,
             traces=self.gap.traces(),
             findings=findings,
@@ -374,25 +376,6 @@ class Assembly:
             for k in self.problem.coefficients
             for q in (self.problem.unknowns[k],)
         )
-
-    def _trials(self) -> list[dict[str, Any]]:
-        """The trials, or what the sections of each are together."""
-        trials: dict[str, dict[str, Any]] = {}
-        for trial in self.problem.trials:
-            name = whole_name(trial.name) if self.settings.sections > 1 else trial.name
-            known = trials.setdefault(
-                name,
-                {
-                    "name": name,
-                    "samples": 0,
-                    "duration_s": 0.0,
-                    "conditions": dict(trial.conditions),
-                    "steps": [{"name": step.name, "effect": step.effect} for step in trial.steps],
-                },
-            )
-            known["samples"] += len(trial)
-            known["duration_s"] += trial.duration
-        return list(trials.values())
 
     def _augmented(self) -> dict[str, Any]:
         """The named effects at their reported values, and nothing else."""

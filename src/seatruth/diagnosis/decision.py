@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.other_forms import forms_in
+from seatruth.diagnosis.other_forms import acting, forms_in
 from seatruth.diagnosis.posterior import answers, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
@@ -135,7 +135,7 @@ def decide(
                 min(cluster.probability for cluster in answer.clusters),
                 answer.lacking,
                 answer.kept,
-                form,
+                tuple(name for name in form if name not in answer.kept),
                 along,
             )
         gone |= set(answer.refused)
@@ -179,6 +179,7 @@ def _answer(
     """Takes from the most probable set what is not probable by itself, and what does not predict."""
     sets = answers(found)
     first: Key = next(iter(sets), ())
+    form, share = forms_in(first, effects), acting(found, first, effects)
     kept, refused, gone = first, list[str](), set[str]()
     clusters: list[Cluster] = []
     while kept:
@@ -187,20 +188,21 @@ def _answer(
         # act all the same.
         beside = _discrepancy(found, kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near, beside=beside) for name in kept}
+        # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
+        # well: what stands beside the term is as sure there.
+        for name in set(kept) & set(form):
+            candidates[name] = replace(candidates[name], probability=candidates[name].probability * share)
         sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         likely = [name for name in kept if min(candidates[name].probability, sure[name]) >= settings.name_threshold]
-        # Sets with such terms have twins of another form that fit as well: what stands beside them is as sure there.
-        form = [name for name in likely if name in forms_in(first, effects)]
         probable = [
             name
             for name in likely
-            if name not in form
-            and not (beside and _is_structure(name, effects))
+            if not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
         ]
         # So they predict beside what stands for the other form, which forces beside them need not take up.
-        asked = tuple(sorted({*kept, *forms_in(first, effects)}))
+        asked = tuple(sorted({*kept, *form}))
         passing = tuple(name for name in probable if _one_helps(candidates[name], name, asked, helps))
         refused += [name for name in probable if name not in passing]
         gone |= set(likely) - set(passing) - set(form)

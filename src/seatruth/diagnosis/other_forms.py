@@ -1,10 +1,11 @@
 """Terms that another form of the model shows as well, and what that leaves of their probability.
 
 A set of effects with cross-flow drag, or a speed loss in turns, has a twin: the same set without the term, on a vehicle
-whose damping has another form than its model's. The term stands for that form and fits the trials as well, so no
-evidence tells the two apart; how often each was the truth does. So has a factor on all thrust that stands beside
-another effect: with refitted coefficients it is a resistance that rises otherwise with the speed. For what trials left
-out refuse it is taken to be the same as for a term of the damping [S].
+whose damping has another form than its model's, for which the term stands. Where forces that the model lacks stand
+beside the term, both fit the trials, and how often each was the truth decides. Without such forces the term describes
+the trials alone, and the more it explains beyond forces of no name, the less another form does the same. A factor on
+all thrust that stands beside another effect has a twin, too: with refitted coefficients it is a resistance that rises
+otherwise with the speed. For what trials left out refuse it is taken to be the same as for a term beside forces [S].
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within
@@ -23,7 +25,12 @@ _LED, _ACTED = 29, 7
 """Opened cases of `experiments/withheld` in which such a term led, and those in which it was the cause: 13 and 3 of the
 154 of the development and test set of 2026-11-22, 16 and 4 of the 247 blind ones of 2026-11-24 and 25."""
 ACTS = (_ACTED + 1) / (_LED + 2)
-"""Probability that such a term is the cause where it explains the trials: the rule of succession [L: Laplace 1774]."""
+"""Probability that such a term is the cause where it stands beside forces: the rule of succession [L: Laplace 1774]."""
+_EVEN, _SCALE = 5.0, 1.0
+"""nats by which a term without forces explains more than its set without it at which it is as probable as another form,
+and the scale of the logistic curve about it."""
+_SUREST = 14.0
+"""Log-odds that the curve reaches at most: one in a million."""
 _THRUST = "actuator.propulsion.thrust"
 _THRUST_LED, _THRUST_ACTED = 5, 0
 """The same for a factor on all thrust beside another effect, of these 247: in four cases the resistance was steeper
@@ -48,6 +55,43 @@ def _is_thrust(name: str, effects: Mapping[str, Effect]) -> bool:
     return not effects[name].which and is_within(effects[name].cause, _THRUST)
 
 
+def form_shares(found: Sequence[Hypothesis], effects: Mapping[str, Effect]) -> dict[tuple[Key, bool], float]:
+    """Of each hypothesis with such terms, by its effects and discrepancy, the probability that they act, given it."""
+    best: dict[Key, float] = {}
+    for one in found:
+        best[one.effects] = max(best.get(one.effects, -math.inf), one.log_evidence)
+    shares = {}
+    for one in found:
+        like = forms_in(one.effects, effects)
+        if like:
+            parts = [like, *((name,) for name in like)]
+            rests = [tuple(name for name in one.effects if name not in part) for part in parts]
+            without = max((best[rest] for rest in rests if rest in best), default=math.inf)
+            damping = all(_is_damping(name, effects) for name in like)
+            shares[one.effects, one.discrepancy] = _share(one, without) if damping else THRUST_ACTS
+    return shares
+
+
+def _share(one: Hypothesis, without: float) -> float:
+    """Probability that the terms of damping in a hypothesis act.
+
+    It rises with what they explain without forces beyond the evidence `without` one of them, with forces or without.
+    """
+    if one.discrepancy or without == math.inf:
+        return ACTS
+    beyond = (one.log_evidence - without - _EVEN) / _SCALE
+    return 1.0 / (1.0 + math.exp(-min(max(beyond, -_SUREST), _SUREST)))
+
+
+def acting(found: Sequence[Hypothesis], key: Key, effects: Mapping[str, Effect]) -> float:
+    """Probability that the terms of a set that another form shows as well act, given the set; 1 where it has none."""
+    shares = form_shares(found, effects)
+    having = [one for one in found if one.effects == key]
+    total = sum(one.probability for one in having)
+    act = sum(one.probability * shares.get((key, one.discrepancy), 1.0) for one in having)
+    return act / total if total > 0.0 else 1.0
+
+
 def with_other_forms(
     found: Iterable[Hypothesis], effects: Mapping[str, Effect], outdone: Collection[str] = ()
 ) -> list[Hypothesis]:
@@ -57,15 +101,17 @@ def with_other_forms(
     are effects that terms of no name outdo on trials left out: they only take the shape of another form, and have twins
     as well.
     """
-    shared: list[Hypothesis] = []
+    shared, found = list[Hypothesis](), list(found)
+    shares = form_shares(found, effects)
     for one in found:
         forms = forms_in(one.effects, effects)
         like = tuple(name for name in one.effects if name in outdone or name in forms)
         if not like:
             shared.append(one)
             continue
-        share = ACTS if any(name in outdone or _is_damping(name, effects) for name in like) else THRUST_ACTS
-        acts = replace(one, log_prior=one.log_prior + math.log(share), probability=share * one.probability)
+        refused = any(name in outdone for name in like)
+        share = ACTS if refused else shares[one.effects, one.discrepancy]
+        cause = replace(one, log_prior=one.log_prior + math.log(share), probability=share * one.probability)
         twin = replace(
             one,
             effects=tuple(name for name in one.effects if name not in like),
@@ -74,5 +120,5 @@ def with_other_forms(
             log_prior=one.log_prior + math.log1p(-share),
             probability=(1.0 - share) * one.probability,
         )
-        shared += [acts, twin]
+        shared += [cause, twin]
     return sorted(shared, key=lambda one: (-one.probability, one.effects, one.discrepancy, one.like))

@@ -9,7 +9,8 @@ the states are measured. What is lost is what only the ends of long runs show, s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 from seatruth.diagnosis.settings import Settings
 from seatruth.models.base import SECTION, whole_name
@@ -96,3 +97,23 @@ def finding(trials: Sequence[Trial], sections: int) -> Finding:
     )
     do = "What only the ends of long runs show, such as a slow drift, is lost. Errors are those of the sections."
     return Finding("warning", "trials-in-sections", text, "trials", do)
+
+
+def recorded(trials: Iterable[Trial], settings: Settings) -> list[dict[str, Any]]:
+    """The trials in words and numbers; where they are in sections, those of one together."""
+    found: dict[str, dict[str, Any]] = {}
+    for trial in trials:
+        name = whole_name(trial.name) if settings.sections > 1 else trial.name
+        known = found.setdefault(
+            name,
+            {
+                "name": name,
+                "samples": 0,
+                "duration_s": 0.0,
+                "conditions": dict(trial.conditions),
+                "steps": [{"name": step.name, "effect": step.effect} for step in trial.steps],
+            },
+        )
+        known["samples"] += len(trial)
+        known["duration_s"] += trial.duration
+    return list(found.values())
