@@ -116,18 +116,28 @@ class Assembly:
     def _predicting(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without.
 
-        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it.
+        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it. So it
+        does where the channels that the effects move are predicted better: others may be missed by far more.
         """
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            here, gap = replace(said, shown=key), self._gap_of(key)
-            validated = partial(self._validated, channels=gap.moved_channels)
-            tried.append(without_outdone(here, self._weighed, self.problem.effects, validated, gap.moved_by))
-            if tried[-1].clusters == said.clusters:
-                return tried[-1]
+            here = replace(said, shown=key)
+            left = self._judged(here, None)
+            if len(left.clusters) < len(said.clusters):
+                where_moved = self._judged(here, self._gap_of(key).moved_channels)
+                left = max(left, where_moved, key=lambda one: len(one.clusters))
+            if len(left.clusters) == len(said.clusters):
+                return left
+            tried.append(left)
         return self._fitted(tried[0], said)
+
+    def _judged(self, said: Decision, channels: tuple[int, ...] | None) -> Decision:
+        """The decision less what trials left out are predicted better without, in these channels, all where None."""
+        validated = partial(self._validated, channels=channels)
+        moves = partial(self._gap_of(said.shown).moved_by, channels=channels)
+        return without_outdone(said, self._weighed, self.problem.effects, validated, moves)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -201,8 +211,7 @@ class Assembly:
         outcome: dict[str, Any],
     ) -> Diagnosis:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
-        asked = any(key == self.decision.shown for key, _ in self._validations)
-        validation = validation or (self._validated(self.decision.shown) if asked else None)
+        validation = validation or self._validations.get((self.decision.shown, None))
         problem, points = self.problem, self.gap.points
         findings = [*findings, *self._unconverged()]
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)

@@ -125,11 +125,11 @@ class Gap:
         by, of = (np.bincount(self.problem.channel_of, rows**2, count) for rows in (moves, misses))
         return tuple(int(c) for c in np.flatnonzero((by >= _MOVES**2 * of) & (by > 0.0))) or None
 
-    def moved_by(self, name: str) -> float:
-        """What an effect moves these channels by: root mean square in deviations of the noise."""
+    def moved_by(self, name: str, channels: tuple[int, ...] | None = None) -> float:
+        """What an effect moves these channels by, all where None: root mean square in deviations of the noise."""
         rows = moved(self.problem, self._named, [name], self.deviation)
-        if self.moved_channels is not None:
-            rows = rows[np.isin(self.problem.channel_of, self.moved_channels)]
+        if channels is not None:
+            rows = rows[np.isin(self.problem.channel_of, channels)]
         return math.sqrt(float(np.mean(rows**2)))
 
     def share(self, name: str) -> float:
