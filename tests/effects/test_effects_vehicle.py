@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from diver import Diver
 
 from seatruth import load_model, simulator
 from seatruth.effects import available, with_effects
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.through_ports import OutsideEffects
+from seatruth.effects.vehicle import straight_drag
 from seatruth.errors import BadInput
-from seatruth.models import BlackBox, Environment, Model, Thruster
+from seatruth.models import BlackBox, Channel, Environment, Model, Parameter, Thruster
 from seatruth.models.base import record
 from seatruth.models.twin_thruster import FULL, TwinThruster
 from seatruth.trials import Trial
@@ -168,3 +170,94 @@ def test_named_thrusters_have_effects_on_their_orders(name: str, parameter: str,
         moved = np.abs(ours - plain).max(axis=0)
         assert (np.abs(ours - theirs).max(axis=0) < 0.006 * moved).all(), effect.name
         assert (moved > 1e-4).all()
+
+
+def _drag_at(model: Model, drag: Any, speed: float, name: str = "u", **current: float) -> float:
+    still = record("States", model.states)(*(0.0 for _ in model.states))
+    undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
+    p = record("Parameters", model.parameters)(**model.nominal())
+    return float(drag(still._replace(**{name: speed}), undriven, p, Environment(**current)))
+
+
+@pytest.mark.parametrize("name", ["bluerov2", "diving_plane_driven", "torpedo", "torpedo_324", "twin_thruster"])
+def test_the_drag_that_follows_from_the_equations_is_the_declared_one(name: str) -> None:
+    model = load_model(name)
+    drag = straight_drag(model)
+    for speed in (-1.0, 0.3, 2.0):
+        declared = _drag_at(model, model.drag, speed)
+        assert _drag_at(model, drag, speed) == pytest.approx(declared, rel=1e-9)
+        # It is that of the motion through the water.
+        assert _drag_at(model, drag, speed + 0.4, u_c=0.4) == pytest.approx(declared, rel=1e-9)
+
+
+def test_more_drag_acts_on_a_model_that_declares_none() -> None:
+    """A glider without `drag` took a fouled hull for a depth sensor 20 % off."""
+    diver = Diver()
+    assert diver.drag is None
+    assert available()["drag_increase"].missing(diver) == ""
+    t = np.arange(0.0, 40.0, 0.2)
+    inputs = {"upper": np.full(t.size, 10.0), "lower": np.full(t.size, 10.0), "lift": np.zeros(t.size)}
+    trial = Trial("run", t, inputs, {channel.name: np.zeros(t.size) for channel in diver.outputs})
+    model = with_effects(diver, [available()["drag_increase"]])
+
+    def speed(k: float) -> float:
+        sim = simulator(model, [trial], values={**model.nominal(), "drag_increase_k": k}, threads=1)
+        return float(sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0][-1, 0])
+
+    for k in (0.0, 0.3):
+        # 20 N = (1 + k) X_u u (0.5 + u)
+        assert speed(k) == pytest.approx(np.sqrt(0.0625 + 20.0 / (15.0 * (1.0 + k))) - 0.25, rel=1e-3)
+
+
+class _Sled(Model):
+    """Speed along an axis of its own."""
+
+    name, kind = "sled", "auv"
+    states = outputs = (Channel("back", "m/s"),)
+    inputs = (Channel("n", "rev/s"),)
+    parameters = (Parameter("m", 50.0, "kg"), Parameter("X_uu", 3.0, "kg/m"))
+    standard: ClassVar[Mapping[str, tuple[str, int]]] = {"back": ("u", -1)}
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        u = -s.back - e.u_c
+        return (-(i.n - p.X_uu * u * abs(u) + e.X) / p.m,)
+
+
+def test_a_speed_astern_has_a_drag_against_it() -> None:
+    sled = _Sled()
+    drag = straight_drag(sled)
+    assert _drag_at(sled, drag, -2.0, "back") == pytest.approx(12.0)
+    assert _drag_at(sled, drag, 1.6, "back", u_c=0.4) == pytest.approx(-12.0)
+
+
+class _Deaf(_Sled):
+    name = "deaf"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:  # type: ignore[override]
+        return (-p.X_uu * s.back / p.m,)
+
+
+class _Divides(_Sled):
+    name = "divides"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return (-(1.0 / i.n - p.X_uu * s.back + e.X) / p.m,)
+
+
+class _Grows(_Sled):
+    name = "grows"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return ((p.X_uu * s.back - e.X) / p.m,)
+
+
+@pytest.mark.parametrize("kind", [_Deaf, _Divides, _Grows])
+def test_no_drag_follows_where_no_force_acts_or_nothing_slows(kind: type[Model]) -> None:
+    model = kind()
+    assert straight_drag(model) is None
+    assert available()["drag_increase"].missing(model) != ""
+    assert straight_drag(TwinBox()) is None

@@ -32,6 +32,7 @@ from typing import Any, ClassVar
 from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
 from seatruth.effects.port_needs import lacks_port
 from seatruth.effects.targets import USUAL, aliases_of, targets
+from seatruth.effects.vehicle import role_of
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record
 from seatruth.models.black_box import BlackBox
@@ -307,7 +308,7 @@ class Effect:
             if lacking:
                 return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"
         for role in self.needs_vehicle:
-            if getattr(model, role) is None:
+            if role_of(model, role) is None:
                 return f"{UNDECLARED} {role}"
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:
             return f"the model has none of the parameters {', '.join(self.needs_parameters)}"

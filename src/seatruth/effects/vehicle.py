@@ -28,6 +28,12 @@ def motion_channels(model: Model) -> tuple[Channel, ...]:
     return model.innermost.outputs if isinstance(model, BlackBox) else model.states
 
 
+def role_of(model: Model, role: str) -> Any:
+    """What a model declares as `dimensions`, `thrust`, `drag` or `thrusts`, or what follows for its drag; else None."""
+    declared = getattr(model, role)
+    return straight_drag(model) if declared is None and role == "drag" else declared
+
+
 def unseen(model: Model, role: str) -> str:
     """What the model's `thrust`, `drag` or `thrusts` asks for and a black box does not show; empty where nothing.
 
@@ -47,6 +53,55 @@ def unseen(model: Model, role: str) -> str:
     except ArithmeticError:
         pass  # it cannot be computed at rest, and asks for nothing that is not there
     return ""
+
+
+def straight_drag(model: Model) -> Role | None:
+    """The drag (N) of a model that declares none: what slows it in straight motion, upright and undriven.
+
+    In these equations an outside force of 1 N tells the inertia: the drag is the deceleration over what it adds. Every
+    other state and every input is zero. None where there is no speed ahead, no outside force acts, or it cannot be
+    computed so.
+
+    Example:
+        >>> from seatruth import Channel, Model, Parameter
+        >>> class Sled(Model):
+        ...     name = "sled"
+        ...     states = outputs = (Channel("u", "m/s"),)
+        ...     inputs = (Channel("T", "N"),)
+        ...     parameters = (Parameter("m", 50.0, "kg"), Parameter("X_uu", 3.0, "kg/m"))
+        ...
+        ...     @staticmethod
+        ...     def rhs(s, i, p, e):
+        ...         return ((i.T - p.X_uu * s.u * abs(s.u) + e.X) / p.m,)
+        >>> sled = Sled()
+        >>> drag = straight_drag(sled)
+        >>> p = record("Parameters", sled.parameters)(50.0, 3.0)
+        >>> round(drag(record("States", sled.states)(2.0), None, p, Environment()), 9)
+        12.0
+    """
+    if isinstance(model, BlackBox) or not model.takes_environment:
+        return None
+    ahead = [state.name for state in model.states if model.standard_of(state.name)[0] == "u"]
+    if not ahead:
+        return None
+    name, sign = ahead[0], model.standard_of(ahead[0])[1]
+    column = [state.name for state in model.states].index(name)
+    rhs = model.rhs
+    at_rest = record("States", model.states)(*(0.0 for _ in model.states))
+    undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
+    calm, pushed = Environment(), Environment(X=1.0)
+
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        straight = at_rest._replace(**{name: getattr(s, name) - sign * e.u_c})
+        slows = rhs(straight, undriven, p, calm)[column]
+        return -slows / (rhs(straight, undriven, p, pushed)[column] - slows)
+
+    p = record("Parameters", model.parameters)(**model.nominal())
+    try:
+        tried = [sign * speed * drag(at_rest._replace(**{name: speed}), undriven, p, calm) for speed in (-1.0, 1.0)]
+    except (ArithmeticError, ValueError):
+        return None
+    return drag if all(math.isfinite(power) and power > 0.0 for power in tried) else None
 
 
 @dataclass(frozen=True)
@@ -69,7 +124,7 @@ class DeclaredVehicle:
     def of(cls, model: Model, *, with_thrusters: bool) -> DeclaredVehicle:
         """What a model declares; of a black box, what the innermost one does."""
         source = model.innermost if isinstance(model, BlackBox) else model
-        roles = [None if unseen(model, role) else getattr(source, role) for role in ("thrust", "drag", "thrusts")]
+        roles = [None if unseen(model, role) else role_of(source, role) for role in ("thrust", "drag", "thrusts")]
         return cls(
             motion_channels(model),
             source.inputs,
