@@ -91,6 +91,14 @@ def test_the_linearized_evidence_predicts_that_of_the_fit(found: Search) -> None
             assert found.expected((name,)) == pytest.approx(best.evidence, abs=5.0)
 
 
+def test_a_size_is_measured_by_what_is_believed_of_it(found: Search) -> None:
+    fit, (column,) = found.fits[("rudder_offset",), False], found.problem.columns["rudder_offset"]
+    expected = abs(fit.point.shared[column]) / found.problem.sd[column]
+    assert fit.prior_deviations(found.problem, "rudder_offset") == pytest.approx(expected)
+    # Of an effect that does not act nothing is away from its null.
+    assert found.fits[(), False].prior_deviations(found.problem, "rudder_offset") == 0.0
+
+
 def test_two_effects_that_act_are_found_together(ship_folder: Path) -> None:
     runs = small.trials(
         ship_folder, {"rudder_offset_angle": 0.02, "gyro_bias_b": 0.003}, specs=["rudder_offset", "gyro_bias"]

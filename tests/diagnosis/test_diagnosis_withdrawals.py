@@ -11,7 +11,13 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
-from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen, without_unsure
+from seatruth.diagnosis.withdrawals import (
+    without_leaning,
+    without_outdone,
+    without_small,
+    without_unseen,
+    without_unsure,
+)
 
 
 def outdone(
@@ -143,6 +149,25 @@ def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> N
     none = without_unsure(said, found, lambda name, key: False)
     assert (none.kind, none.clusters, none.outdone) == ("unknown", (), ("depth_scale",))
     assert none.probability == pytest.approx(1.0)
+
+
+def test_what_stands_only_beside_an_effect_of_a_size_that_nobody_believes_is_not_named() -> None:
+    entries = (("depth_scale", "net_weight"), 0.9), (("depth_scale",), 0.09), (("current_along",), 0.008), ((), 0.002)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [one.effects for one in said.clusters] == [("depth_scale",), ("net_weight",)]
+    assert without_leaning(said, found, [], SETTINGS) == said
+    left = without_leaning(said, found, ["depth_scale"], SETTINGS)
+    assert ([one.effects for one in left.clusters], left.shown) == ([("depth_scale",)], ("depth_scale",))
+    # Of a planing boat, a lag beside a wind of a size that its areas forbid: without the wind it has 76 %.
+    entries = (("rudder_lag", "wind"), 0.9), (("rudder_lag",), 0.076), ((), 0.024)
+    said, found = decided(*entries), hypotheses(*entries)
+    left = without_leaning(said, found, ["wind"], SETTINGS)
+    assert [one.effects for one in left.clusters] == [("rudder_lag",), ("wind",)]
+    assert left.clusters[0].probability == pytest.approx(0.76)
+    assert left.probability == pytest.approx(0.76)
+    # Where no hypothesis is without it, nobody can say.
+    alone = decided((("depth_scale", "net_weight"), 1.0))
+    assert without_leaning(alone, hypotheses((("depth_scale", "net_weight"), 1.0)), ["depth_scale"], SETTINGS) == alone
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:

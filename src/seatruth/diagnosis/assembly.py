@@ -33,7 +33,13 @@ from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
-from seatruth.diagnosis.withdrawals import without_outdone, without_small, without_unseen, without_unsure
+from seatruth.diagnosis.withdrawals import (
+    without_leaning,
+    without_outdone,
+    without_small,
+    without_unseen,
+    without_unsure,
+)
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
 from seatruth.provenance import provenance
@@ -105,7 +111,9 @@ class Assembly:
             if left.clusters == said.clusters:
                 break
             said = without_unsure(left, self._weighed, self._helps)
-        return said
+        fit, most = self.search.best(said.shown), self.settings.implausible
+        doubtful = [name for name in said.shown if fit and fit.prior_deviations(self.problem, name) > most]
+        return self._fitted(without_leaning(said, self._weighed, doubtful, self.settings), said)
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
         """The decision, with what is left of an earlier one fitted."""

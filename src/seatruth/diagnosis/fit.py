@@ -96,6 +96,12 @@ class Fit:
         found[self.solution.free] = np.sqrt(np.maximum(np.diag(self.solution.covariance), 0.0))
         return found
 
+    def prior_deviations(self, problem: Problem, name: str) -> float:
+        """Largest distance of an effect's parameters from their null, in deviations of what is believed of them."""
+        effect, columns = problem.effects[name], problem.columns[name]
+        null = np.array([effect.null[q.name] for q in effect.parameters])
+        return float(np.max(np.abs(self.point.shared[columns] - null) / problem.sd[columns], initial=0.0))
+
     def significance(self, problem: Problem, name: str) -> float:
         """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic)."""
         effect, free = problem.effects[name], self.solution.free.tolist()

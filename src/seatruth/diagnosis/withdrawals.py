@@ -1,14 +1,14 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of four things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
-left out are predicted better without, what is no longer significant without the latter, and what no trial left out
-could show where the model leaves no more than noise.
+Of five things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
+left out are predicted better without, what is no longer significant without the latter, what stands only beside an
+effect of a size that nobody believes, and what no trial left out could show where the model leaves no more than noise.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from seatruth.diagnosis.decision import Cluster, Decision, follows_each_trial, kind_of
@@ -127,6 +127,29 @@ def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Calla
     if kept:
         return _keeping(decision, kept)
     return _unknown(decision, _lacking(found, [*decision.outdone, *members.values()]), decision.outdone)
+
+
+def without_leaning(
+    decision: Decision, found: Sequence[Hypothesis], doubtful: Collection[str], settings: Settings
+) -> Decision:
+    """The decision less what stands only beside effects of a size that nobody believes.
+
+    Such `doubtful` effects stand for something else, and what fits beside them need not act beside that: the other
+    causes are as sure as hypotheses without these make them. Of a fouled glider, whose depth sensor seemed 20 % off, a
+    weight beside that had 88 %, and none without.
+    """
+    if not doubtful:
+        return decision
+    left = [one for one in found if not {*doubtful} & {*one.effects}]
+    total = sum(one.probability for one in left)
+    kept = []
+    for cluster in decision.clusters:
+        if cluster.member_in(decision.shown) not in doubtful and total > 0.0:
+            acting = sum(one.probability for one in left if {*cluster.counted} & {*one.effects}) / total
+            cluster = replace(cluster, probability=min(cluster.probability, acting))
+        if cluster.probability >= settings.name_threshold:
+            kept.append(cluster)
+    return _keeping(replace(decision, clusters=tuple(kept)), tuple(kept)) if kept else decision
 
 
 def _unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
