@@ -209,6 +209,13 @@ def test_more_drag_acts_on_a_model_that_declares_none() -> None:
         assert speed(k) == pytest.approx(np.sqrt(0.0625 + 20.0 / (15.0 * (1.0 + k))) - 0.25, rel=1e-3)
 
 
+def test_a_glider_lacks_no_declaration_of_a_propeller() -> None:
+    glider, ship = load_model("glider"), load_model("abkowitz")
+    assert glider.thrust is None
+    assert available()["thrust_gain"].missing(glider) == "a glider has no propeller"
+    assert available()["thrust_gain"].missing(ship) == "the model does not declare its thrust"
+
+
 class _Sled(Model):
     """Speed along an axis of its own."""
 

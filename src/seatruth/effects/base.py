@@ -308,6 +308,8 @@ class Effect:
             if lacking:
                 return f"the model has no {kind} {self.aliases.get(lacking[0], lacking)[0]!r}"
         for role in self.needs_vehicle:
+            if role == "thrust" and model.kind == "glider":
+                return "a glider has no propeller"
             if role_of(model, role) is None:
                 return f"{UNDECLARED} {role}"
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:

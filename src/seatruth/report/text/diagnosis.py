@@ -280,8 +280,8 @@ def undeclared_in_words(diagnosis: Diagnosis) -> str:
         if why.startswith(UNDECLARED):
             lacking.setdefault(why.removeprefix(UNDECLARED).strip(), []).append(name.replace("_", " "))
     return " ".join(
-        f"The model does not declare its {role}, so {listed(names, 4)} took no part: what they cause is unknown, or "
-        "passes for another cause."
+        f"The model does not declare its {role}, so {listed(names, 4)} took no part. "
+        f"If {'one' if len(names) > 1 else 'it'} acts, the cause is unknown, or passes for another."
         for role, names in lacking.items()
     )
 
