@@ -17,7 +17,7 @@ from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, v
 from seatruth.diagnosis.decision import Cluster, Decision, are_one, decide, follows_each_trial
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
-from seatruth.diagnosis.fit import without_discrepancy
+from seatruth.diagnosis.fit import not_converged, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
@@ -108,12 +108,18 @@ class Assembly:
         said = self._fitted(without_small(said, self._weighed, self.problem.effects, share, self.settings), said)
         while said.clusters:
             left = self._predicting(said)
+            if left.clusters != said.clusters:
+                left = without_unsure(left, self._weighed, self._helps)
+            left = self._fitted(without_leaning(left, self._weighed, self._doubtful(left.shown), self.settings), left)
             if left.clusters == said.clusters:
-                break
-            said = without_unsure(left, self._weighed, self._helps)
-        fit, most = self.search.best(said.shown), self.settings.implausible
-        doubtful = [name for name in said.shown if fit and fit.prior_deviations(self.problem, name) > most]
-        return self._fitted(without_leaning(said, self._weighed, doubtful, self.settings), said)
+                return left
+            said = left
+        return said
+
+    def _doubtful(self, key: Key) -> list[str]:
+        """Effects of a set whose size is beyond what is believed of them."""
+        fit, most = self.search.best(key), self.settings.implausible
+        return [name for name in key if fit is not None and fit.prior_deviations(self.problem, name) > most]
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
         """The decision, with what is left of an earlier one fitted."""
@@ -221,7 +227,8 @@ class Assembly:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
         validation = validation or self._validations.get((self.decision.shown, None))
         problem, points = self.problem, self.gap.points
-        findings = [*findings, *self._unconverged()]
+        fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
+        findings = [*findings, *not_converged(fits, f"study {self.study.name!r}")]
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
         misfits = self.gap.misfits
         split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
@@ -272,18 +279,6 @@ class Assembly:
             findings=findings,
             provenance=provenance(),
         )
-
-    def _unconverged(self) -> list[Finding]:
-        """Fits that the answer rests on and that did not converge."""
-        fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
-        names = [name for name, fit in fits.items() if not fit.settled]
-        if not names:
-            return []
-        text = (
-            f"The fit of {' and of '.join(dict.fromkeys(names))} did not converge: sizes and probabilities are rough."
-        )
-        do = "Cut the trials into shorter ones, or begin from better coefficients (`seatruth identify`)."
-        return [Finding("warning", "not-converged", text, f"study {self.study.name!r}", do)]
 
     def _places(self, effect: Effect) -> tuple[str, ...]:
         """Where an effect acts on this model, under the model's names."""

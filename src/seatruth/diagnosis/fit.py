@@ -10,7 +10,7 @@ Algorithms, chapter 27).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from seatruth.diagnosis.sizes import (
 )
 from seatruth.diagnosis.steps import likelihood_at, objective, step
 from seatruth.diagnosis.unknowns import Solution
+from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.filters import MAD_TO_SD
 
 _CLOSE = 3.0
@@ -295,3 +296,13 @@ def without_discrepancy(problem: Problem, point: Point) -> Point:
     shared = point.shared.copy()
     shared[problem.terms] = 0.0
     return Point(shared, point.initial, np.zeros_like(point.forces))
+
+
+def not_converged(fits: Mapping[str, Fit], where: str) -> list[Finding]:
+    """A finding on those fits, by what they are of, that did not converge."""
+    names = [name for name, fit in fits.items() if not fit.settled]
+    if not names:
+        return []
+    text = f"The fit of {' and of '.join(names)} did not converge: sizes and probabilities are rough."
+    do = "Cut the trials into shorter ones, or begin from better coefficients (`seatruth identify`)."
+    return [Finding("warning", "not-converged", text, where, do)]
