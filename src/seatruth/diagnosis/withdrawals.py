@@ -24,8 +24,7 @@ from seatruth.effects.each_trial import EachTrial
 _MISSED = 0.25
 """Part of the gap by which what an error of a sensor closes on trials left out falls short of what it would close if it
 acted, from which it does not act. [S] 10 % of the depth, of a glider whose hull its model has too slippery, fell short
-by 0.96; the bias of a ship's gyro in a basin, which acts and moves its runs by a fortieth of what they miss, by nothing.
-"""
+by 0.96; the bias of a ship's gyro in a basin, which moves its runs by a fortieth of what they miss, by nothing."""
 
 
 def without_small(
