@@ -238,11 +238,13 @@ def test_a_speed_astern_has_a_drag_against_it() -> None:
     assert _drag_at(sled, drag, 1.6, "back", u_c=0.4) == pytest.approx(-12.0)
 
 
-class _Deaf(_Sled):
-    name = "deaf"
+class _Deaf(Model):
+    name, kind = "deaf", "auv"
+    states = outputs = _Sled.states
+    inputs, parameters, standard = _Sled.inputs, _Sled.parameters, _Sled.standard
 
     @staticmethod
-    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:  # type: ignore[override]
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return (-p.X_uu * s.back / p.m,)
 
 
