@@ -57,10 +57,8 @@ def _deciding(
     one.information = SimpleNamespace(noncentrality_between=None, undetectable=lambda: [])
     monkeypatch.setattr(assembly, "decide", lambda *args, **options: said)
     monkeypatch.setattr(assembly, "narrow_headings", lambda trials: None)
-    monkeypatch.setattr(
-        Assembly, "_gap_of", lambda self, key: SimpleNamespace(share=lambda name: 1.0, moved_channels=None)
-    )
-    monkeypatch.setattr(Assembly, "_judged", lambda self, decision, channels: judged(decision))
+    monkeypatch.setattr(Assembly, "_gap_of", lambda self, key: SimpleNamespace(share=lambda name: 1.0))
+    monkeypatch.setattr(Assembly, "_judged", lambda self, decision: judged(decision))
     monkeypatch.setattr(Assembly, "_helps", lambda self, name, key: True)
     return cast(Decision, one.decision)
 

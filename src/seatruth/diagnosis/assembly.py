@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -73,7 +73,7 @@ class Assembly:
         self.information = Information(search)
         self._gains: dict[tuple[str, Key], Array] = {}
         self._gaps: dict[Key, Gap] = {}
-        self._validations: dict[tuple[Key, tuple[int, ...] | None], Validation | None] = {}
+        self._validations: dict[Key, Validation | None] = {}
         self._say: Callable[[str, int, int], None] = _silent
 
     @cached_property
@@ -130,28 +130,21 @@ class Assembly:
     def _predicting(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without.
 
-        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it. So it
-        does where the channels that the effects move are predicted better: others may be missed by far more.
+        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it.
         """
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
         for key in dict.fromkeys(key for key in keys if self.search.best(key) is not None or key == said.shown):
-            here = replace(said, shown=key)
-            left = self._judged(here, None)
-            if len(left.clusters) < len(said.clusters):
-                where_moved = self._judged(here, self._gap_of(key).moved_channels)
-                left = max(left, where_moved, key=lambda one: len(one.clusters))
-            if len(left.clusters) == len(said.clusters):
-                return left
-            tried.append(left)
+            tried.append(self._judged(replace(said, shown=key)))
+            if len(tried[-1].clusters) == len(said.clusters):
+                return tried[-1]
         return self._fitted(tried[0], said)
 
-    def _judged(self, said: Decision, channels: tuple[int, ...] | None) -> Decision:
-        """The decision less what trials left out are predicted better without, in these channels, all where None."""
-        validated = partial(self._validated, channels=channels)
-        moves = partial(self._gap_of(said.shown).moved_by, channels=channels)
-        return without_outdone(said, self._weighed, self.problem.effects, validated, moves)
+    def _judged(self, said: Decision) -> Decision:
+        """The decision less what trials left out are predicted better without."""
+        moves = self._gap_of(said.shown).moved_by
+        return without_outdone(said, self._weighed, self.problem.effects, self._validated, moves)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -202,10 +195,10 @@ class Assembly:
         finally:
             self._say = _silent
 
-    def _validated(self, key: Key, channels: tuple[int, ...] | None = None) -> Validation | None:
-        if (key, channels) not in self._validations:
-            self._validations[key, channels] = validate(self.search, key, self._say, channels)
-        return self._validations[key, channels]
+    def _validated(self, key: Key) -> Validation | None:
+        if key not in self._validations:
+            self._validations[key] = validate(self.search, key, self._say)
+        return self._validations[key]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
@@ -225,7 +218,7 @@ class Assembly:
         outcome: dict[str, Any],
     ) -> Diagnosis:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
-        validation = validation or self._validations.get((self.decision.shown, None))
+        validation = validation or self._validations.get(self.decision.shown)
         problem, points = self.problem, self.gap.points
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         findings = [*findings, *not_converged(fits, f"study {self.study.name!r}")]

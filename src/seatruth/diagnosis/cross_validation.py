@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -138,13 +138,8 @@ def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) 
     return found
 
 
-def validate(
-    search: Search, shown: Key, say: Callable[[str, int, int], None], channels: Collection[int] | None = None
-) -> Validation | None:
-    """Predicts each trial from the others, without effects and with those of the answer; None for a single trial.
-
-    Errors are those of some channels, all where None.
-    """
+def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -> Validation | None:
+    """Predicts each trial from the others, without effects and with those of the answer; None for a single trial."""
     problem = search.problem
     if len(problem.trials) < 2:
         return None
@@ -157,7 +152,7 @@ def validate(
     deviation = noise_deviation(problem, search.leader.sizes)
     groups = left_out_together(problem.trials)
     gains = np.zeros(len(groups))
-    for name in shown if channels is None else ():
+    for name in shown:
         found = predictive_gains(search, name, shown)
         gains = gains + found if len(found) == len(groups) else gains
     folds = []
@@ -166,8 +161,7 @@ def validate(
         title = trials[0].name if len(group) == 1 else whole_name(trials[0].name)
         say(f"trial {title} left out", number, len(groups))
         others = [k for k in range(len(problem.trials)) if k not in group]
-        models = [named, refit, control, both]
-        errors = [_errors_left_out(search, deviation, left, others, models, channels) for left in group]
+        errors = [_errors_left_out(search, deviation, left, others, [named, refit, control, both]) for left in group]
         of = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
         folds.append(
             Fold(
@@ -202,19 +196,14 @@ def _explained(explained: Array, gap: Array) -> float:
 
 
 def _errors_left_out(
-    search: Search,
-    deviation: Array,
-    left: int,
-    others: Sequence[int],
-    models: Sequence[Simulated],
-    channels: Collection[int] | None,
+    search: Search, deviation: Array, left: int, others: Sequence[int], models: Sequence[Simulated]
 ) -> list[float]:
     """Errors of one trial predicted from others by some models, what is noise, and what the others leave open.
 
     What they leave open is that of the first model. All are infinite where the algebra fails.
     """
     try:
-        errors = PredictionErrors(search.problem, deviation, left, others, models[0], channels)
+        errors = PredictionErrors(search.problem, deviation, left, others, models[0])
         return [*(errors.of(model) for model in models), errors.noise(search.leader), errors.left_open]
     except np.linalg.LinAlgError:
         return [math.inf] * (len(models) + 2)

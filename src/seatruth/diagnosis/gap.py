@@ -14,15 +14,13 @@ from seatruth.diagnosis.decision import follows_each_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
-from seatruth.diagnosis.prediction_errors import Simulated, missed, moved
+from seatruth.diagnosis.prediction_errors import Simulated, moved
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.base import whole_name
 
 _MOST = 0.5
 """Part of all that can be explained from which an effect is not small, whatever the runs' misfit says. [S] On two
 vehicles of another form effects that acted explained 0.57 to 0.69 of it, others 0.26 at most."""
-_MOVES = 0.5
-"""Part of what the refitted model misses in a channel by which effects that could close it move that channel. [S]"""
 _REFITS = 10
 """Gauss-Newton steps for initial states at most; two where they enter almost linearly."""
 _NO_NEARER = 0.01
@@ -110,27 +108,9 @@ class Gap:
     def _named(self) -> Simulated:
         return Simulated.of(self.problem, without_forces(self.search, self.key))
 
-    @cached_property
-    def moved_channels(self) -> tuple[int, ...] | None:
-        """Channels in which the answer can close a gap: it moves them by half of what the refitted model misses there.
-
-        None, for all, where there are none: its effects are small beside what is missed.
-        """
-        refit = Simulated.of(self.problem, without_forces(self.search, ()))
-        moves, misses = (
-            moved(self.problem, self._named, self.key, self.deviation),
-            missed(self.problem, refit, self.deviation),
-        )
-        count = len(self.deviation)
-        by, of = (np.bincount(self.problem.channel_of, rows**2, count) for rows in (moves, misses))
-        return tuple(int(c) for c in np.flatnonzero((by >= _MOVES**2 * of) & (by > 0.0))) or None
-
-    def moved_by(self, name: str, channels: tuple[int, ...] | None = None) -> float:
-        """What an effect moves these channels by, all where None: root mean square in deviations of the noise."""
-        rows = moved(self.problem, self._named, [name], self.deviation)
-        if channels is not None:
-            rows = rows[np.isin(self.problem.channel_of, channels)]
-        return math.sqrt(float(np.mean(rows**2)))
+    def moved_by(self, name: str) -> float:
+        """What an effect of the answer moves the trials by: root mean square in deviations of the noise."""
+        return math.sqrt(float(np.mean(moved(self.problem, self._named, name, self.deviation) ** 2)))
 
     def share(self, name: str) -> float:
         """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.

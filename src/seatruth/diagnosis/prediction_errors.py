@@ -11,7 +11,7 @@ model is wrong. Shapes: n samples of a trial, over all channels, k unknowns, I i
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,32 +48,21 @@ class Simulated:
         return cls(fit, now.errors, now.shared[:, fit.likelihood.columns], now.local[:, :count].copy())
 
 
-def moved(problem: Problem, model: Simulated, names: Sequence[str], deviation: Array) -> Array:
-    """What effects of a model move the trials by (N,), in deviations of the noise, to first order.
+def moved(problem: Problem, model: Simulated, name: str, deviation: Array) -> Array:
+    """What an effect of a model moves the trials by (N,), in deviations of the noise, to first order.
 
     Less what other initial states do as well, since these are fitted to each trial.
     """
-    free, rows = list(model.fit.likelihood.columns), np.zeros(problem.count)
-    for name in names:
-        effect = problem.effects[name]
-        for column, q in zip(problem.columns[name], effect.parameters, strict=True):
-            if q.name in effect.magnitudes and column in free:
-                rows += model.slopes[:, free.index(column)] * (model.fit.point.shared[column] - effect.null[q.name])
-    return _without_starts(problem, model, rows, deviation)
-
-
-def missed(problem: Problem, model: Simulated, deviation: Array) -> Array:
-    """What a model misses of the trials (N,), in deviations of the noise, less what other initial states do."""
-    return _without_starts(problem, model, model.errors, deviation)
-
-
-def _without_starts(problem: Problem, model: Simulated, rows: Array, deviation: Array) -> Array:
-    weight, left = 1.0 / deviation[problem.channel_of], np.zeros(problem.count)
+    effect, free = problem.effects[name], list(model.fit.likelihood.columns)
+    rows, weight = np.zeros(problem.count), 1.0 / deviation[problem.channel_of]
+    for column, q in zip(problem.columns[name], effect.parameters, strict=True):
+        if q.name in effect.magnitudes and column in free:
+            rows += model.slopes[:, free.index(column)] * (model.fit.point.shared[column] - effect.null[q.name])
     for trial in range(len(problem.trials)):
         here = problem.trial_of == trial
         starts, own = (model.starts[here].T * weight[here]).T, rows[here] * weight[here]
-        left[here] = own - starts @ np.linalg.lstsq(starts, own, rcond=None)[0]
-    return left
+        rows[here] = own - starts @ np.linalg.lstsq(starts, own, rcond=None)[0]
+    return rows
 
 
 class PredictionErrors:
@@ -86,22 +75,14 @@ class PredictionErrors:
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        deviation: Array,
-        left: int,
-        others: Sequence[int],
-        reference: Simulated,
-        channels: Collection[int] | None = None,
+        self, problem: Problem, deviation: Array, left: int, others: Sequence[int], reference: Simulated
     ) -> None:
         """`deviation` (C,) of each channel's noise; `left` the trial; what `others` leave open is that of `reference`.
 
-        Errors are those of `channels`, all where None. Raises LinAlgError where the algebra fails.
+        Raises LinAlgError where the algebra fails.
         """
         self.problem = problem
         self._here = problem.trial_of == left
-        if channels is not None:
-            self._here = self._here & np.isin(problem.channel_of, list(channels))
         self._others = list(others)
         self._weight = 1.0 / deviation[problem.channel_of[self._here]]
         self._worthless = self._error_of_none()
