@@ -121,7 +121,7 @@ def test_where_effects_cannot_act_is_said() -> None:
     known = available()
     with pytest.raises(BadInput, match="no input 'delta'"):
         with_effects(load_model("diving_plane"), [known["rudder_offset"]])
-    with pytest.raises(BadInput, match="no state 'v'"):
+    with pytest.raises(BadInput, match="no state 'psi'"):
         with_effects(load_model("diving_plane"), [known["current"]])
     with pytest.raises(BadInput, match="named twice"):
         with_effects(load_model("mmg"), [known["current"], known["current"]])
@@ -129,7 +129,7 @@ def test_where_effects_cannot_act_is_said() -> None:
         effects_by_name(["curent"], known)
     box = BlackBox("box", lambda *_: {}, inputs=(), outputs=(Channel("u", "m/s"),), parameters=())
     with pytest.raises(BadInput, match="black box"):
-        with_effects(box, [known["current"]])
+        with_effects(box, [known["wind"]])
 
 
 def test_a_wrong_effect_is_said() -> None:

@@ -56,6 +56,28 @@ def test_effects_act_inside_as_they_do_in_equations() -> None:
         assert moved.max() > 1e-3
 
 
+def test_a_current_carries_a_simulator_without_a_port_for_one() -> None:
+    """As it carries the equations: the vehicle starts with its speed over ground, and drifts."""
+    equations, box, trial = load_model("mmg"), ship(ports={}, inputs=["delta", "n"]), zigzag()
+    (effect,) = load_effects(["current"])
+    values = {effect.named(key): value for key, value in effect.typical(equations).items()}
+    plain = run(equations, trial, {})
+    held = np.abs(run(box, trial, {}) - plain).max(axis=0)
+    ours, theirs = (run(with_effects(model, [effect]), trial, values) for model in (equations, box))
+    moved = np.abs(ours - plain).max(axis=0)
+    assert (np.abs(ours - theirs).max(axis=0) < 0.03 * moved + 2.0 * held + 1e-9).all()
+    assert moved.max() > 1.0
+    (form,) = effect.variants(box)
+    assert form.cause == "environment"  # no wind can be tried: leeway would look the same
+
+
+def test_a_current_is_not_added_to_a_speed_over_ground() -> None:
+    fields: dict[str, Any] = {"inputs": [], "parameters": []}
+    names = {"u": "m/s", "r": "rad/s", "psi": "rad", "sog": "m/s"}
+    box = BlackBox("box", print, outputs=[Channel(name, unit) for name, unit in names.items()], **fields)
+    assert "it shows 'sog'" in available()["current"].missing(box)
+
+
 def test_parameters_of_a_simulator_are_changed_too() -> None:
     equations, box, trial = load_model("mmg"), ship(), zigzag()
     (effect,) = load_effects(["added_mass"])
@@ -79,7 +101,7 @@ def test_two_effects_and_an_order_of_a_slow_rudder() -> None:
     ("options", "effect", "message"),
     [
         ({"ports": {}}, "wind", "without a port for forces"),
-        ({"ports": {}}, "current", "without a port for a current"),
+        ({"ports": {}, "inputs": ["delta", "n"], "outputs": ["u", "v"]}, "current", "no state 'psi'"),
         ({"ports": {"force": ["X", "N"]}, "inputs": ["delta", "n"]}, "wind", "no port for Y"),
         (
             {"ports": {"current": ["north", "east"]}, "inputs": ["delta", "n"], "outputs": ["u", "v", "r"]},

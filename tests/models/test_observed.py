@@ -202,15 +202,16 @@ def test_a_diverged_black_box_shows_nothing() -> None:
 
 
 class Drifting(Model):
-    """A point that drifts, without an environment."""
+    """A point that drifts, without an environment, and whose speed ahead is an input."""
 
     name = "drifting"
-    states = outputs = (Channel("u", "m/s"),)
+    states = outputs = (Channel("x", "m"),)
+    inputs = (Channel("u", "m/s"),)
     parameters = (Parameter("a", 0.1, "1/s"),)
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return (-p.a * s.u,)
+        return (i.u - p.a * s.x,)
 
 
 @pytest.mark.parametrize(

@@ -108,7 +108,7 @@ def test_actuators_of_an_fmu_have_effects(folder: Path) -> None:
     assert "thruster_lag_tau" in study.model.nominal()
     assert "does not declare its thrusts" in available()["thruster_gain"].missing(study.model)
     with pytest.raises(BadInput, match="names no thruster"):
-        load_study(written(folder, f'{PORTS}\neffects = ["thruster_lag"]', name="unnamed.toml"))
+        load_study(written(folder, f'{PORTS}\neffects = ["thruster_dead_band"]', name="unnamed.toml"))
 
 
 def test_orders_get_a_servo_before_a_simulator(folder: Path) -> None:

@@ -233,7 +233,8 @@ def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings:
 
 
 def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:
-    return any(is_within(effects[name].cause, cause) for cause in _FIXED_TO_EARTH)
+    fixed = any(is_within(effects[name].cause, cause) for cause in _FIXED_TO_EARTH)
+    return fixed or effects[name].current is not None
 
 
 def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:

@@ -11,6 +11,7 @@ from seatruth.costs.options import FormulaOptions
 from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, effects_by_name
+from seatruth.effects.carried_black_box import not_carried
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.study import Study
@@ -81,10 +82,10 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
     if not isinstance(study.model, BlackBox):
         return []
     ports, lacking = study.model.innermost.ports, []
-    inside = [name for name, why in reasons.items() if "without a port" in why]
+    inside = [name for name, why in reasons.items() if "without a port" in why or "no port for a current" in why]
     if not ports.force:
         lacking.append("forces, so that no missing force can be looked for")
-    if not ports.current:
+    if not ports.current and not_carried(study.model):
         lacking.append("a current")
     if not lacking:
         return []

@@ -17,12 +17,9 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
 from seatruth.diagnosis.steps import objective
 from seatruth.diagnosis.wave_search import wave_starts
-from seatruth.effects.causes import is_within
 
 _MAGNITUDES = (1.0, 2.5)
 """Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
-
-_MOVING_WATER = "environment.moving_water"
 
 
 def screen(found: Search, at: Fit) -> list[str]:
@@ -91,7 +88,7 @@ def currents_in_each_trial(found: Search, at: Fit) -> list[str]:
     anything that is the same in all: currents of several days may point anywhere, and have no part in common.
     """
     problem, effects = found.problem, found.problem.effects
-    names = [name for name, effect in effects.items() if effect.each_trial and is_within(effect.cause, _MOVING_WATER)]
+    names = [name for name, effect in effects.items() if effect.each_trial and effect.current is not None]
     if not names:
         return []
     scores = _alone(found, at, names)

@@ -31,7 +31,8 @@ from typing import Any, ClassVar
 
 from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
 from seatruth.effects.port_needs import lacks_port
-from seatruth.effects.targets import USUAL, aliases_of, targets
+from seatruth.effects.targets import aliases_of, targets
+from seatruth.effects.undeclared_actuators import USUAL
 from seatruth.effects.vehicle import role_of
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model, record
@@ -57,6 +58,8 @@ MANY = 4
 here [S]: eight thrusters have 92 single forms, each a fit more, and a cause more among which to choose."""
 UNDECLARED = "the model does not declare its"
 """Begin of the reason why an effect cannot act, where the model lacks a function that its author may add."""
+NO_ENVIRONMENT = "the model's rhs takes no environment e"
+"""Begin of the reason why an outside force cannot act on a model of equations."""
 FULL_SIZE = 100.0
 """m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
@@ -99,6 +102,8 @@ class Effect:
     """It acts on all actuators of its kind alike, never on one of them alone."""
     each_of_many: bool = False
     """A diagnosis tries it on each actuator alone even where the model has more than `MANY` of them."""
+    any_drive: bool = False
+    """It acts on any input that drives the vehicle, where the model names no thruster."""
     pairs: bool = False
     """It acts on two actuators at a time: `d.thruster` and `d.other`."""
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {}
@@ -190,8 +195,9 @@ class Effect:
         ones only of effects with `each_of_many`: what one thruster alone loses, whatever the cause, shows in its gain,
         and a diagnosis then tries all forms of that one.
         """
-        many = len([actuator for actuator in model.actuators if actuator.kind == self.actuator]) > MANY
         forms = self.variants(model)
+        named = [actuator for actuator in model.actuators if actuator.kind == self.actuator]
+        many = len(named or (targets(self, model) if self.actuator else ())) > MANY
         return tuple(form for form in forms if not form.which) if many and not self.each_of_many else forms
 
     def only(self, *actuators: str) -> Effect:
@@ -293,8 +299,10 @@ class Effect:
             reason = lacks_port(self, black_box)
             if reason:
                 return reason
-        elif (self.current is not None or self.force is not None) and not model.takes_environment:
-            return "the model's rhs takes no environment e"
+        elif self.force is not None and not model.takes_environment:
+            return NO_ENVIRONMENT
+        elif self.current is not None and not model.takes_current:
+            return f"{NO_ENVIRONMENT}, and it has no state 'u'"
         if self.actuator and not targets(self, model):
             return (
                 f"the model has no input {USUAL[self.actuator][0]!r}" if USUAL[self.actuator] else self._no_thruster()

@@ -1,6 +1,7 @@
 """Effects around a black box: its inputs and outputs pass through them, sample by sample.
 
-Forces and currents act inside, through the ports of the simulator (`through_ports`)."""
+Forces and currents act inside, through the ports of the simulator (`through_ports`); a current carries one without a
+port along (`carried_black_box`)."""
 
 from __future__ import annotations
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect
+from seatruth.effects.carried_black_box import CarriedByWater, Current
 from seatruth.effects.channel_aliases import View
 from seatruth.effects.targets import Target, aliases_of, targets
 from seatruth.effects.through_ports import OutsideEffects
@@ -72,16 +74,30 @@ class ExtendedBlackBox(BlackBoxWrapper):
         inputs = self._acting_inputs(trial, acting, p)
         plain = {name: float(value) for name, value in p._asdict().items()}
         columns = {channel.name: inputs[:, k] for k, channel in enumerate(self.inputs)}
-        inside = [one for one in acting if one[0].current is not None or one[0].force is not None]
+        carrying = [] if self.base.innermost.ports.current else [one for one in acting if one[0].current is not None]
+        inside = [one for one in acting if (one[0].current or one[0].force) is not None and one not in carrying]
         if inside:
             outside = OutsideEffects(self.base, inside, plain, trial.t, inputs, number, outside)
-        outputs = self.base.run(replace(trial, inputs={**trial.inputs, **columns}), plain, first_state, outside)
+        trial = replace(trial, inputs={**trial.inputs, **columns})
+        if carrying:
+            water = CarriedByWater(self.base, [self._current(effect, q, p) for effect, _, q in carrying], number)
+            started, first_state = water.start(trial, first_state)
+            outputs = water.over_ground(trial, self.base.run(started, plain, first_state, outside))
+        else:
+            outputs = self.base.run(trial, plain, first_state, outside)
         for effect, target, q in acting:
             if effect.measured_outputs is not None:
                 aliases = aliases_of(effect, self.base, target)
                 views = View(aliases, self.outputs), View(aliases, self.inputs)
                 outputs = _through_outputs(effect, *views, trial.t, number, outputs, inputs, p, q)
         return {channel.name: outputs[:, k] for k, channel in enumerate(self.outputs)}
+
+    def _current(self, effect: Effect, q: Any, p: Any) -> Current:
+        """The current of an effect, as a function of the environment and of what the black box shows."""
+        aliases, hook = aliases_of(effect, self.base, None), effect.current
+        assert hook is not None
+        view = View(aliases, self.base.outputs)
+        return lambda e, s: hook(e, view.of(s), None, p, q)
 
     def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:
         """See `BlackBox.acting_inputs`."""

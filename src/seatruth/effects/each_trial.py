@@ -17,7 +17,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect, Hook
-from seatruth.effects.environment import Current, CurrentAlong
+from seatruth.effects.environment import Current, CurrentAlong, as_drift
 from seatruth.effects.weather import Wind
 from seatruth.errors import PluginError
 from seatruth.models.base import Model, record
@@ -87,7 +87,9 @@ class EachTrial(Effect):
         super().__init__()
 
     def of_trials(self, trials: Sequence[str]) -> Effect:
-        return type(self)(trials)
+        found = type(self)(trials)
+        found.title, found.cause = self.title, self.cause
+        return found
 
     @property
     def correlation(self) -> Array:
@@ -162,6 +164,9 @@ class TrialCurrent(EachTrial):
     equation = "as a constant current, (north, east) of each trial"
     confused_with = ("current", "varying_current", "trial_wind", "speed_bias", "sway_bias", "wind")
     distinguished_by = "differs between trials of one course and speed; each of them must turn to show its own"
+
+    def variants(self, model: Model) -> tuple[Effect, ...]:
+        return (as_drift(self, model, "drift over the ground of its own in each trial (current or leeway)"),)
 
 
 class TrialCurrentAlong(EachTrial):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import sink_rate, to_body_axes
 from seatruth.effects.vehicle import motion_channels
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
 
 _FOSSEN = "[L] Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control"
@@ -29,6 +31,25 @@ def with_current(e: Any, s: Any, north: Any, east: Any, north_dot: Any = 0.0, ea
     )
 
 
+_SUBMERGED = ("auv", "glider")
+"""Kinds of vehicles that neither wind nor waves push far."""
+
+
+def as_drift(effect: Effect, model: Model, title: str) -> Effect:
+    """A current as a model can tell it: the environment's drift over the ground, where wind would look the same.
+
+    On a model without a sway state, or on which no outside force can act, wind and waves at the surface cannot be
+    tried: the leeway that they cause is a drift over the ground as a current causes it.
+    """
+    sways = any(model.standard_of(channel.name)[0] == "v" for channel in motion_channels(model))
+    pushed = bool(model.innermost.ports.force) if isinstance(model, BlackBox) else model.takes_environment
+    if model.kind in _SUBMERGED or (sways and pushed):
+        return effect
+    drift = copy(effect)
+    drift.title, drift.cause = title, "environment"
+    return drift
+
+
 def _has_heading(model: Model, instead: str) -> str:
     """Why an effect along the track is the wrong one for a model; empty where it is the right one."""
     turns = any(channel.name == "psi" for channel in motion_channels(model))
@@ -47,7 +68,7 @@ class Current(Effect):
     acts_on = ("kinematics",)
     confused_with = ("speed_bias", "sway_bias", "heading_bias", "wind", "wave_drift", "compass_deviation")
     distinguished_by = "fixed to the earth: turn by 180 deg or more; unlike wind it leaves no drift through the water"
-    needs_states = ("u", "v", "psi", "r")
+    needs_states = ("u", "psi", "r")
     parameters = (
         Parameter("north", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along x of the earth"),
         Parameter("east", 0.2, "m/s", -3.0, 3.0, source="[S] chosen here", description="along y of the earth"),
@@ -56,6 +77,9 @@ class Current(Effect):
     direction = ("north", "east")
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"north": 0.5, "east": 0.5}}
     froude: ClassVar[Mapping[str, float]] = {"north": 0.5, "east": 0.5}
+
+    def variants(self, model: Model) -> tuple[Effect, ...]:
+        return (as_drift(self, model, "steady drift over the ground (current or leeway)"),)
 
     @staticmethod
     def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
@@ -148,7 +172,7 @@ class VaryingCurrent(Effect):
     acts_on = ("kinematics",)
     confused_with = ("current", "wind")
     distinguished_by = "changes with time: repeat the first run at the end"
-    needs_states = ("u", "v", "psi", "r")
+    needs_states = ("u", "psi", "r")
     parameters = (
         Parameter("north", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along x of the earth"),
         Parameter("east", 3e-4, "m/s^2", -0.02, 0.02, source="[S] catalogue", description="rate along y of the earth"),
@@ -156,6 +180,9 @@ class VaryingCurrent(Effect):
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
     direction = ("north", "east")
     stochastic = True
+
+    def variants(self, model: Model) -> tuple[Effect, ...]:
+        return (as_drift(self, model, "drift over the ground that changes with time (current or leeway)"),)
 
     @staticmethod
     def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:

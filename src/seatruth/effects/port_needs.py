@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from seatruth.effects.carried_black_box import not_carried
 from seatruth.effects.targets import ActsOnInputs, targets
 from seatruth.effects.vehicle import unseen
 from seatruth.models.actuators import Thruster, push
@@ -51,9 +52,9 @@ def lacks_port(effect: ActsInside, box: BlackBox) -> str:
     if effect.states:
         return "it has states of its own beside a force, which no port carries"
     if effect.current is not None:
-        if not ports.current:
-            return "it moves the water, and the model is a black box without a port for a current"
-        if ports.current[0] in EARTH and not motions & {"psi", "theta"}:
+        if not ports.current and not_carried(box):
+            return f"it moves the water, the black box has no port for a current, and {not_carried(box)}"
+        if ports.current and ports.current[0] in EARTH and not motions & {"psi", "theta"}:
             return "its current is in earth axes, and the black box has no output psi"
     if effect.force is not None:
         if not ports.force:

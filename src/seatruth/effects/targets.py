@@ -1,23 +1,19 @@
 """Which inputs of a model an effect on actuators acts on.
 
-A model names its actuators (`Model.actuators`); where it names none of the kind, an input with a usual name is taken.
+A model names its actuators (`Model.actuators`); where it names none of the kind, `undeclared_actuators` says which
+inputs steer and drive it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
-from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
+from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
-
-USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"rudder": ("delta", "delta_r"), "plane": ("delta_s", "delta_e"), "thruster": ()}
-)
-"""Standard names of inputs by the kind of actuator that they are, where a model names none."""
 
 
 class ActsOnInputs(Protocol):
@@ -27,6 +23,7 @@ class ActsOnInputs(Protocol):
     input_name: str
     which: tuple[str, ...]
     pairs: bool
+    any_drive: bool
 
     @property
     def needs_inputs(self) -> tuple[str, ...]:
@@ -64,9 +61,9 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         for actuator in named
     ]
     if not named:
-        standard = {model.standard_of(channel.name)[0]: channel.name for channel in model.inputs}
-        found = [Target(standard[name], standard[name]) for name in USUAL.get(effect.actuator, ()) if name in standard]
-        found = found[:1]
+        steer = effect.actuator != "thruster"
+        names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
+        found = [Target(name, name) for name in names]
     if effect.pairs:
         pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
         wanted = [thrusters.index(name) for name in effect.which]

@@ -101,6 +101,7 @@ class ThrusterLag(OnThrusters):
     source = "[L] motor and propeller as a first-order system (Fossen 2011, chapter 9); [S] 0.1 to 1 s"
     confused_with = ("thruster_rate_limit", "added_mass")
     distinguished_by = "phase rises with frequency; measured revolutions settle it"
+    any_drive = True
     parameters = (Parameter("tau", 0.3, "s", 0.0, 20.0, source="[S] chosen here", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from seatruth.effects.undeclared_actuators import drive_inputs
 from seatruth.models.actuators import Thrust, Thruster, entry
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
@@ -29,9 +30,11 @@ def motion_channels(model: Model) -> tuple[Channel, ...]:
 
 
 def role_of(model: Model, role: str) -> Any:
-    """What a model declares as `dimensions`, `thrust`, `drag` or `thrusts`, or what follows for its drag; else None."""
+    """What a model declares as `dimensions`, `thrust`, `drag` or `thrusts`, or what follows for thrust and drag."""
     declared = getattr(model, role)
-    return straight_drag(model) if declared is None and role == "drag" else declared
+    if declared is None and role == "drag":
+        return straight_drag(model)
+    return straight_thrust(model) if declared is None and role == "thrust" else declared
 
 
 def unseen(model: Model, role: str) -> str:
@@ -74,34 +77,75 @@ def straight_drag(model: Model) -> Role | None:
         ...     def rhs(s, i, p, e):
         ...         return ((i.T - p.X_uu * s.u * abs(s.u) + e.X) / p.m,)
         >>> sled = Sled()
-        >>> drag = straight_drag(sled)
-        >>> p = record("Parameters", sled.parameters)(50.0, 3.0)
-        >>> round(drag(record("States", sled.states)(2.0), None, p, Environment()), 9)
+        >>> drag, thrust = straight_drag(sled), straight_thrust(sled)
+        >>> p, s = record("Parameters", sled.parameters)(50.0, 3.0), record("States", sled.states)(2.0)
+        >>> round(drag(s, None, p, Environment()), 9)
         12.0
+        >>> round(thrust(s, record("Inputs", sled.inputs)(7.0), p, Environment()), 9)
+        7.0
     """
-    if isinstance(model, BlackBox) or not model.takes_environment:
+    force = _straight_force(model)
+    if force is None:
         return None
-    ahead = [state.name for state in model.states if model.standard_of(state.name)[0] == "u"]
-    if not ahead:
-        return None
-    name, sign = ahead[0], model.standard_of(ahead[0])[1]
-    column = [state.name for state in model.states].index(name)
-    rhs = model.rhs
-    at_rest = record("States", model.states)(*(0.0 for _ in model.states))
     undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
-    calm, pushed = Environment(), Environment(X=1.0)
 
     def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
-        straight = at_rest._replace(**{name: getattr(s, name) - sign * e.u_c})
-        slows = rhs(straight, undriven, p, calm)[column]
-        return -slows / (rhs(straight, undriven, p, pushed)[column] - slows)
+        return -force(s, undriven, p, e)
 
-    p = record("Parameters", model.parameters)(**model.nominal())
+    s, p, sign, name = _at_rest(model)
     try:
-        tried = [sign * speed * drag(at_rest._replace(**{name: speed}), undriven, p, calm) for speed in (-1.0, 1.0)]
+        tried = [sign * speed * drag(s._replace(**{name: speed}), None, p, Environment()) for speed in (-1.0, 1.0)]
     except (ArithmeticError, ValueError):
         return None
     return drag if all(math.isfinite(power) and power > 0.0 for power in tried) else None
+
+
+def straight_thrust(model: Model) -> Role | None:
+    """The thrust (N) of a model that declares none and has one drive: what that adds in straight motion, upright.
+
+    As `straight_drag`: the difference that the drive makes to the acceleration, with every other input at zero, over
+    what an outside force of 1 N adds. None where there are several drives, or it cannot be computed so.
+    """
+    force, drives = _straight_force(model), drive_inputs(model)
+    if force is None or len(drives) != 1:
+        return None
+    (drive,) = drives
+    undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
+
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return force(s, undriven._replace(**{drive: getattr(i, drive)}), p, e) - force(s, undriven, p, e)
+
+    s, p, _, _ = _at_rest(model)
+    try:
+        pushed = thrust(s, undriven._replace(**{drive: 1.0}), p, Environment())
+    except (ArithmeticError, ValueError):
+        return None
+    return thrust if math.isfinite(pushed) and pushed != 0.0 else None
+
+
+def _at_rest(model: Model) -> tuple[Any, Any, int, str]:
+    """A model's states at zero, its nominal parameters, and the sign and the name of its speed ahead."""
+    name = next(state.name for state in model.states if model.standard_of(state.name)[0] == "u")
+    s = record("States", model.states)(*(0.0 for _ in model.states))
+    p = record("Parameters", model.parameters)(**model.nominal())
+    return s, p, model.standard_of(name)[1], name
+
+
+def _straight_force(model: Model) -> Role | None:
+    """The force ahead (N) in straight motion as a function of (s, i, p, e); None where the equations do not tell it."""
+    ahead = any(model.standard_of(state.name)[0] == "u" for state in model.states)
+    if isinstance(model, BlackBox) or not model.takes_environment or not ahead:
+        return None
+    at_rest, _, sign, name = _at_rest(model)
+    column = [state.name for state in model.states].index(name)
+    rhs, calm, pushed = model.rhs, Environment(), Environment(X=1.0)
+
+    def force(s: Any, i: Any, p: Any, e: Any) -> Any:
+        straight = at_rest._replace(**{name: getattr(s, name) - sign * e.u_c})
+        faster = rhs(straight, i, p, calm)[column]
+        return faster / (rhs(straight, i, p, pushed)[column] - faster)
+
+    return force
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ class Stepper:
         self.p = record("Parameters", model.parameters)(**{**nominal, **(values or {})})
         self._state = record("States", model.states)
         self._inputs = record("Inputs", model.inputs)
-        if environment is not None and not model.takes_environment:
+        if environment is not None and not (model.takes_environment or model.takes_current):
             raise BadInput(f"model {model.name!r} takes no environment", do="Add the argument e to its rhs.")
 
     def first(self, values: Mapping[str, float]) -> tuple[float, ...]:

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.actuators import Rudder, Thruster, problem_with
 from seatruth.models.geometry import Dimensions
+from seatruth.models.moving_water import carried_by_water, in_moving_water
 from seatruth.models.parameter import Parameter
 from seatruth.models.servo import Servo
 from seatruth.trials.channel import Channel
@@ -63,6 +64,17 @@ class Environment(NamedTuple):
     r_dot: Any = 0.0
 
 
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "": "any",
+        "ship": "any vessel at the surface, as a USV",
+        "auv": "any submerged vehicle with propellers, as an ROV",
+        "glider": "an underwater glider",
+        "planing": "a planing craft",
+        "formula": "a formula over a table, no vehicle",
+    }
+)
+"""Kinds of vehicles, each with what it holds."""
 Equations = Callable[..., tuple[Any, ...]]
 SECTION = " §"
 """Between the name of a trial and the number of a section of it."""
@@ -116,7 +128,7 @@ class Model:
     name: str = ""
     title: str = ""
     kind: str = ""
-    """"ship", "auv", "glider", "planing": which effects can act on it."""
+    """One of `KINDS`: which effects can act on it."""
     source: str = ""
     states: tuple[Channel, ...] = ()
     inputs: tuple[Channel, ...] = ()
@@ -151,7 +163,9 @@ class Model:
     thrusts: Callable[[Any, Any, Any, Any], tuple[Any, ...]] | None = None
     standard: Mapping[str, tuple[str, int]] = MappingProxyType({})
     takes_environment: bool = True
-    """Whether currents and outside forces can act on it; an instance sets False where its rhs is declared without e."""
+    """Whether outside forces can act on it; an instance sets False where its rhs is declared without e."""
+    takes_current: bool = True
+    """Whether a current can act on it; False where its rhs is declared without e and it has no velocity ahead."""
 
     def __init__(self) -> None:
         _check(self)
@@ -241,12 +255,15 @@ _DECLARED = "_declared_without_environment"
 
 
 def _normalise(model: Model) -> None:
-    """Gives `rhs` and `output` their one form (s, i, p, e) where the model declares them without e."""
+    """Gives `rhs` and `output` their one form (s, i, p, e), and water that moves to an `rhs` that does not know it."""
     for role in ("rhs", "output"):
         function = getattr(model, role)
         if function is None or hasattr(function, _DECLARED):
             continue
+        own = role == "rhs" and role not in vars(model)
         if _takes(function, 4):
+            if own and carried_by_water(model, knows_water=True):
+                model.rhs = _standing_for(function, in_moving_water(model, function))
             continue
         if not _takes(function, 3):
             raise BadInput(
@@ -254,7 +271,12 @@ def _normalise(model: Model) -> None:
                 where=f"model {model.name!r}",
                 do="Give it three or four arguments.",
             )
-        setattr(model, role, _ignoring_environment(function))
+        ignoring = _ignoring_environment(function)
+        if own and carried_by_water(model, knows_water=False):
+            ignoring = _standing_for(function, in_moving_water(model, ignoring))
+        elif role == "rhs":
+            model.takes_current = False
+        setattr(model, role, ignoring)
         if role == "rhs":
             model.takes_environment = False
 
@@ -263,8 +285,12 @@ def _ignoring_environment(function: Equations) -> Equations:
     def equations(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         return function(s, i, p)
 
-    setattr(equations, _DECLARED, function)
-    return equations
+    return _standing_for(function, equations)
+
+
+def _standing_for(declared: Equations, made: Equations) -> Equations:
+    setattr(made, _DECLARED, declared)
+    return made
 
 
 def _takes(function: Equations, count: int) -> bool:
@@ -280,8 +306,16 @@ def _names(fields: tuple[Channel, ...]) -> str:
     return ", ".join(field.name for field in fields)
 
 
+def check_kind(kind: str, where: str) -> None:
+    """BadInput unless it is one of `KINDS`."""
+    if kind not in KINDS:
+        known = "; ".join(f"{name!r}: {what}" for name, what in KINDS.items() if name)
+        raise BadInput(f"its kind {kind!r} is not known", where=where, do=f"Use {known}. Or leave it empty.")
+
+
 def _check(model: Model) -> None:
     where = f"model {model.name or type(model).__name__!r}"
+    check_kind(model.kind, where)
     for label in ("states", "inputs", "outputs", "parameters"):
         names = [field.name for field in getattr(model, label)]
         twice = sorted({n for n in names if names.count(n) > 1})

@@ -10,7 +10,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 from seatruth.models.actuators import Rudder, Thruster, problem_with, shown_thrusts
-from seatruth.models.base import Model
+from seatruth.models.base import Model, check_kind
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
 from seatruth.models.ports import Outside, Ports, as_ports
@@ -88,7 +88,7 @@ class BlackBox(Model):
             self.thrusts = shown
         self._check()
 
-    takes_environment = False
+    takes_environment = takes_current = False
     base: BlackBox | None = None
     """The black box that it wraps, where it wraps one."""
     hold: Literal["foh", "zoh"] = "foh"
@@ -156,6 +156,7 @@ class BlackBox(Model):
             raise BadInput("its function cannot be called", where=where)
         if not self.outputs:
             raise BadInput("it declares no outputs", where=where)
+        check_kind(self.kind, where)
         for label in ("states", "inputs", "outputs", "parameters"):
             names = [field.name for field in getattr(self, label)]
             twice = sorted({n for n in names if names.count(n) > 1})

@@ -156,8 +156,8 @@ def _missing(model: Model, sources: _Sources, observation: Observation) -> tuple
         return f"the model has no {lacking[0]!r}", "Remove the channel, or set `extra = true` for the steps alone."
     if measure.in_water and isinstance(model, BlackBox):
         return _missing_water(model, sources, measure)
-    if measure.in_water and not model.takes_environment:
-        return "no current can act on the model, as its rhs takes no environment e", (
+    if measure.in_water and not model.takes_current:
+        return "no current can act on the model, as its rhs takes no environment e and has no state 'u'", (
             "Add e to its rhs (docs/models.md); or, where there was no current, name the channel "
             f"{measure.needs[0]!r} and say so."
         )

@@ -126,7 +126,7 @@ class ModelConformance:
         """In axes that drift with a steady current the motion is the same as in still water."""
         names = [channel.name for channel in model.states]
         pairs = [(a, b) for a, b in (("u", "u_c"), ("v", "v_c"), ("w", "w_c")) if a in names]
-        if not model.takes_environment or len(pairs) < 2:
+        if not model.takes_current or len(pairs) < 2:
             pytest.skip("the model takes no current")
         rng = np.random.default_rng(self.seed)
         for state, inputs in self.samples(model, 50):

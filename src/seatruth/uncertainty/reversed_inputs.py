@@ -19,9 +19,9 @@ from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
-from seatruth.effects.targets import USUAL
+from seatruth.effects.undeclared_actuators import steering_inputs
 from seatruth.errors import SeatruthError
-from seatruth.models.actuators import Entry, Rudder, Thruster, entry
+from seatruth.models.actuators import Entry, Thruster, entry
 from seatruth.models.base import Model
 from seatruth.text import listed
 from seatruth.trials.finding import Finding
@@ -85,11 +85,9 @@ def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], no
 def _changes(study: EstimationProblem) -> list[Change]:
     """What can be turned round in a model: each rudder and plane, and thrusters that lie opposite to each other."""
     model = study.model
-    known = {channel.name for channel in model.inputs}
     found: list[Change] = []
     for turns, kind in (("yaw", "rudder"), ("pitch", "plane")):
-        named = [one.input for one in model.actuators if isinstance(one, Rudder) and one.turns == turns]
-        names = dict.fromkeys(named or [name for name in USUAL[kind] if name in known])
+        names = dict.fromkeys(steering_inputs(model, kind))
         found += [(f"With the input {name!r} turned round", turns, {name: (name, -1.0)}) for name in names]
     for turns, pairs in (("yaw", _opposite(study, 1)), ("pitch", _opposite(study, 0))):
         change = {name: (other, 1.0) for pair in pairs for name, other in (pair, pair[::-1])}

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from seatruth.effects import ExtendedModel
-from seatruth.effects.targets import USUAL
+from seatruth.effects.undeclared_actuators import USUAL, steering_inputs
 from seatruth.models.actuators import Rudder, Thruster, push
 from seatruth.models.base import Model, record
 from seatruth.models.black_box import BlackBox
@@ -216,10 +216,15 @@ def _changes_sign(base: Model) -> dict[str, bool]:
             found[actuator.input] = actuator.turns == "yaw"
         elif actuator.at[1] == 0.0 and actuator.towards[1] == 0.0:
             found[actuator.input] = False
+    for kind, turns in (("rudder", True), ("plane", False)):
+        steering = steering_inputs(base, kind)
+        # The mirror exchanges two rudders that stand side by side.
+        if len(steering) == 1:
+            found.setdefault(steering[0], turns)
     others = []
     for channel in base.inputs:
         standard = base.standard.get(channel.name, (channel.name, 1))[0]
-        if channel.name in named:
+        if channel.name in named or channel.name in found:
             continue
         if standard in _TO_ONE_SIDE or standard in _AHEAD:
             found[channel.name] = standard in _TO_ONE_SIDE

@@ -22,7 +22,7 @@ from seatruth.diagnosis.sentences import (
 )
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import UNKNOWN, EffectParameter, EffectResult, NamedCause, answer
-from seatruth.effects.base import UNDECLARED
+from seatruth.effects.base import NO_ENVIRONMENT, UNDECLARED
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.readings import without_folders
@@ -278,11 +278,16 @@ def undeclared_in_words(diagnosis: Diagnosis) -> str:
     lacking: dict[str, list[str]] = {}
     for name, why in diagnosis.unavailable.items():
         if why.startswith(UNDECLARED):
-            lacking.setdefault(why.removeprefix(UNDECLARED).strip(), []).append(name.replace("_", " "))
+            role = why.removeprefix(UNDECLARED).strip()
+            lacking.setdefault(f"The model does not declare its {role}", []).append(name.replace("_", " "))
+        elif why.startswith(NO_ENVIRONMENT):
+            lacking.setdefault("No outside force can act on the model, as its rhs takes no e", []).append(
+                name.replace("_", " ")
+            )
     return " ".join(
-        f"The model does not declare its {role}, so {listed(names, 4)} took no part. "
+        f"{reason}, so {listed(names, 4)} took no part. "
         f"If {'one' if len(names) > 1 else 'it'} acts, the cause is unknown, or passes for another."
-        for role, names in lacking.items()
+        for reason, names in lacking.items()
     )
 
 

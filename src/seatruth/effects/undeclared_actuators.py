@@ -1,0 +1,117 @@
+"""The inputs that steer and drive a model which does not name its actuators.
+
+An input with a usual name is taken for what the name says. Where there is none, an angle among the inputs that turns
+the model steers it, whatever it is called, and a speed of revolution, a force or a command without a unit drives it: so
+the steering gear and the engine of a user's own model can be at fault as those of any other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from seatruth.models.actuators import Rudder
+from seatruth.models.base import Environment, Model, record
+from seatruth.models.black_box import BlackBox
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
+
+USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"rudder": ("delta", "delta_r"), "plane": ("delta_s", "delta_e"), "thruster": ()}
+)
+"""Standard names of inputs by the kind of actuator that they are, where a model names none."""
+_TURNING = MappingProxyType({"rudder": ("r", "psi"), "plane": ("q", "theta")})
+_DRIVES = ("rev/s", "N", "1")
+"""Units of what drives a vehicle."""
+_OUTSIDE = ("wind", "wave", "current", "sea", "flow", "tide")
+"""Words in the names of inputs that are no actuator, but the weather."""
+_TRIED = 0.1
+"""rad: the change of an angle that is tried. [S]"""
+
+
+def steering_inputs(model: Model, kind: str) -> tuple[str, ...]:
+    """Inputs of a model that act as "rudder" or as "plane": those that it names; else usual names; else what turns it.
+
+    Example:
+        >>> from seatruth import Channel, Model, load_model
+        >>> class Boat(Model):
+        ...     name = "boat"
+        ...     states = outputs = (Channel("r", "rad/s"),)
+        ...     inputs = (Channel("helm", "rad"),)
+        ...
+        ...     @staticmethod
+        ...     def rhs(s, i, p):
+        ...         return (0.3 * i.helm - s.r,)
+        >>> steering_inputs(Boat(), "rudder"), steering_inputs(load_model("torpedo"), "plane")
+        (('helm',), ('delta_s',))
+    """
+    named = tuple(one.input for one in model.actuators if isinstance(one, Rudder) and one.kind == kind)
+    if named:
+        return named
+    by_name = {model.standard_of(channel.name)[0]: channel.name for channel in model.inputs}
+    usual = tuple(by_name[name] for name in USUAL[kind] if name in by_name)
+    if usual:
+        return usual[:1]
+    return tuple(name for name in _free_angles(model) if _turned_by(model, name) == kind)
+
+
+def drive_inputs(model: Model) -> tuple[str, ...]:
+    """Inputs that drive a model which names no thruster: its revolutions, forces and commands without a unit.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> drive_inputs(load_model("mmg")), drive_inputs(load_model("twin_thruster"))
+        (('n',), ())
+    """
+    if any(one.kind == "thruster" for one in model.actuators):
+        return ()
+    free = _unnamed(model)
+    return tuple(channel.name for channel in model.inputs if channel.name in free and channel.unit in _DRIVES)
+
+
+def _unnamed(model: Model) -> set[str]:
+    """Inputs that are no named actuator, no motion that a log gives, and no weather."""
+    named = {actuator.input for actuator in model.actuators}
+    usual = {name for names in USUAL.values() for name in names}
+    motions = set(STANDARD_CHANNELS) - usual - {"n"}
+    return {
+        channel.name
+        for channel in model.inputs
+        if channel.name not in named
+        and model.standard_of(channel.name)[0] not in motions | usual
+        and not any(word in channel.name.lower() for word in _OUTSIDE)
+    }
+
+
+def _free_angles(model: Model) -> list[str]:
+    free = _unnamed(model)
+    return [channel.name for channel in model.inputs if channel.name in free and channel.unit == "rad"]
+
+
+def _turned_by(model: Model, name: str) -> str:
+    """The kind of actuator that an angle is: "rudder" where it turns the model in yaw, "plane" in pitch; else ''."""
+    shown = model.innermost.outputs if isinstance(model, BlackBox) else model.states
+    motions = {model.standard_of(channel.name)[0] for channel in shown}
+    kinds = [kind for kind, rates in _TURNING.items() if motions & {*rates}]
+    if len(kinds) < 2 or isinstance(model, BlackBox):
+        return kinds[0] if len(kinds) == 1 else ""
+    change = {kind: _change(model, name, _TURNING[kind][0]) for kind in kinds}
+    strongest = max(kinds, key=lambda kind: change[kind])
+    return strongest if change[strongest] > 0.0 else ""
+
+
+def _change(model: Model, name: str, rate: str) -> float:
+    """How much an angle changes the rate of a state, under way with every drive on; 0 where that cannot be computed."""
+    names = [model.standard_of(state.name)[0] for state in model.states]
+    if rate not in names:
+        return 0.0
+    s = record("States", model.states)(*(1.0 if state == "u" else 0.0 for state in names))
+    i = record("Inputs", model.inputs)(*(1.0 if channel.unit in _DRIVES else 0.0 for channel in model.inputs))
+    p = record("Parameters", model.parameters)(**model.nominal())
+    try:
+        before, after = (
+            model.rhs(s, i._replace(**{name: angle}), p, Environment())[names.index(rate)] for angle in (0.0, _TRIED)
+        )
+    except (ArithmeticError, ValueError):
+        return 0.0
+    return abs(after - before) if math.isfinite(after - before) else 0.0

@@ -1,0 +1,103 @@
+"""What steers and drives a model whose author named no actuators."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from seatruth import BlackBox, Channel, Model
+from seatruth.effects import available
+from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
+from seatruth.models import load_model
+
+_STATES = tuple(Channel(name, unit) for name, unit in (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"), ("psi", "rad")))
+
+
+class Tug(Model):
+    """Two drives that turn about the vertical, a bow tunnel that is ordered in newtons, and a recorded wind."""
+
+    name = "tug"
+    states = outputs = _STATES
+    inputs = (
+        Channel("az_port", "rad"),
+        Channel("az_starboard", "rad"),
+        Channel("n_port", "rev/s"),
+        Channel("n_starboard", "rev/s"),
+        Channel("tunnel", "N"),
+        Channel("wind_angle", "rad"),
+        Channel("ballast", "kg"),
+    )
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        port, starboard = i.n_port * abs(i.n_port), i.n_starboard * abs(i.n_starboard)
+        side = port * math.sin(i.az_port) + starboard * math.sin(i.az_starboard)
+        ahead = port * math.cos(i.az_port) + starboard * math.cos(i.az_starboard)
+        return ahead - s.u, side + i.tunnel - s.v + math.sin(i.wind_angle), i.tunnel - side - s.r, s.r
+
+
+class Torpedo(Model):
+    """A vehicle with fins of its author's names, one for each turn, and one that does nothing."""
+
+    name = "torpedo_of_a_user"
+    kind = "auv"
+    states = outputs = tuple(
+        Channel(name, unit)
+        for name, unit in (("u", "m/s"), ("q", "rad/s"), ("r", "rad/s"), ("theta", "rad"), ("psi", "rad"))
+    )
+    inputs = (Channel("fin_h", "rad"), Channel("fin_v", "rad"), Channel("dummy", "rad"), Channel("rpm", "rev/s"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return i.rpm - s.u, -s.u * i.fin_h - s.q, s.u * i.fin_v - s.r, s.q, s.r
+
+
+def test_angles_that_turn_a_model_steer_it_and_what_has_revolutions_or_forces_drives_it() -> None:
+    assert steering_inputs(Tug(), "rudder") == ("az_port", "az_starboard")
+    assert steering_inputs(Tug(), "plane") == ()
+    assert drive_inputs(Tug()) == ("n_port", "n_starboard", "tunnel")
+
+
+def test_fins_of_a_submerged_vehicle_are_told_apart_by_what_they_turn() -> None:
+    assert steering_inputs(Torpedo(), "rudder") == ("fin_v",)
+    assert steering_inputs(Torpedo(), "plane") == ("fin_h",)
+    assert drive_inputs(Torpedo()) == ("rpm",)
+
+
+def test_a_black_box_that_shows_one_turn_is_steered_in_it() -> None:
+    fields: dict[str, Any] = {"inputs": [Channel("helm", "rad")], "parameters": []}
+    box = BlackBox("box", print, outputs=[Channel("psi", "rad", angle=True)], **fields)
+    both = BlackBox("box", print, outputs=[Channel("psi", "rad", angle=True), Channel("theta", "rad")], **fields)
+    assert steering_inputs(box, "rudder") == ("helm",)
+    assert steering_inputs(both, "rudder") == ()  # nobody can say which
+    assert not available()["rudder_lag"].missing(box)
+
+
+@pytest.mark.parametrize(
+    ("name", "rudder", "plane", "drives"),
+    [
+        ("mmg", ("delta",), (), ("n",)),
+        ("torpedo", ("delta",), ("delta_s",), ("n",)),
+        ("twin_thruster", (), (), ()),
+        ("diving_plane", (), ("delta_s",), ()),
+    ],
+)
+def test_usual_names_and_declared_actuators_come_first(
+    name: str, rudder: tuple[str, ...], plane: tuple[str, ...], drives: tuple[str, ...]
+) -> None:
+    model = load_model(name)
+    assert steering_inputs(model, "rudder") == rudder
+    assert steering_inputs(model, "plane") == plane
+    assert drive_inputs(model) == drives
+
+
+def test_effects_act_on_all_of_them_alike_and_on_each_alone() -> None:
+    found = available()
+    for name, inputs in (("rudder_offset", ("az_port", "az_starboard")), ("thruster_lag", Tug().inputs[2:5])):
+        names = [one if isinstance(one, str) else one.name for one in inputs]
+        forms = found[name].variants(Tug())
+        assert [form.name for form in forms] == [name, *(f"{name}_{one}" for one in names)]
+        assert [form.places(Tug()) for form in forms[1:]] == [(f"actuator:{one}",) for one in names]
+    assert "names no thruster" in found["thruster_dead_band"].missing(Tug())
