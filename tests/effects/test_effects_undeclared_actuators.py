@@ -99,5 +99,6 @@ def test_effects_act_on_all_of_them_alike_and_on_each_alone() -> None:
         names = [one if isinstance(one, str) else one.name for one in inputs]
         forms = found[name].variants(Tug())
         assert [form.name for form in forms] == [name, *(f"{name}_{one}" for one in names)]
+        assert forms[0].title == f"{found[name].title} ({' and '.join(names)})"
         assert [form.places(Tug()) for form in forms[1:]] == [(f"actuator:{one}",) for one in names]
     assert "names no thruster" in found["thruster_dead_band"].missing(Tug())

@@ -182,11 +182,21 @@ class Effect:
 
     def variants(self, model: Model) -> tuple[Effect, ...]:
         """The forms in which it can act on a model: on all actuators of its kind alike, and on each alone."""
-        found = targets(self, model) if self.actuator and not self.which and not self.common_only else ()
+        acted_on = targets(self, model) if self.actuator and not self.which else ()
+        found = () if self.common_only else acted_on
         if self.pairs and found:
             thrusters = [actuator.name for actuator in model.actuators if actuator.kind == self.actuator]
             return tuple(self.only(thrusters[target.thruster], thrusters[target.other]) for target in found)
-        return (self, *(self.only(target.name) for target in found)) if len(found) > 1 else (self,)
+        every = self._with_inputs([target.input for target in acted_on if target.inferred])
+        return (every, *(self.only(target.name) for target in found)) if len(found) > 1 else (every,)
+
+    def _with_inputs(self, inputs: Sequence[str]) -> Effect:
+        """The same with the inputs in its title that were taken for its actuators: "lag of the rudder (helm)"."""
+        if not inputs:
+            return self
+        named = copy(self)
+        named.title = f"{self.title} ({' and '.join(inputs)})"
+        return named
 
     def candidates(self, model: Model) -> tuple[Effect, ...]:
         """Those of its `variants` that a diagnosis tries by itself; a study may name any other.

@@ -11,9 +11,10 @@ from itertools import combinations
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
-from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
+from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, steering_inputs
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
+from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
 
 class ActsOnInputs(Protocol):
@@ -48,6 +49,8 @@ class Target(NamedTuple):
     full: float = 1.0
     thruster: int = -1
     other: int = -1
+    inferred: bool = False
+    """Whether the model neither names it nor calls its input by a usual name."""
 
 
 def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
@@ -63,7 +66,8 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
     if not named:
         steer = effect.actuator != "thruster"
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
-        found = [Target(name, name) for name in names]
+        usual = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]}
+        found = [Target(name, name, inferred=model.standard_of(name)[0] not in usual) for name in names]
     if effect.pairs:
         pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
         wanted = [thrusters.index(name) for name in effect.which]

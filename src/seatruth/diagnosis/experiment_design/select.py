@@ -32,7 +32,7 @@ _ELSEWHERE = 0.01
 _ASKED = 4
 """Trials, the best first, that are asked with rivals refitted. [S]"""
 _KEPT = 3
-"""Sequences that are continued. [S]"""
+"""Sequences that are continued; of a simulator whose runs are dear one, from its usual course and speed. [S]"""
 _WORTH = 0.5
 """Chance of doubling below which no trial is suggested: more likely than not it would not. Of 95 opened cases of
 `experiments/withheld` 9 had a suggestion of a lower chance; 2 of these doubled."""
@@ -63,8 +63,10 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
         return _none("One cause is left: nothing is to be separated.", tuple(rivals.chances), math.nan, ())
     menu = Menu(search.problem)
     options: list[_Option] = []
-    starts = menu.starts()
-    expected = len(menu.phases) * (len(starts) + (MAX_PHASES - 1) * _KEPT)
+    starts, most = menu.starts(), _KEPT
+    if search.problem.few_runs is not None:
+        starts, most = starts[:1], 1
+    expected = len(menu.phases) * (len(starts) + (MAX_PHASES - 1) * most)
 
     def consider(names: Sequence[str], start: str) -> None:
         option = menu.trial(names, start)
@@ -84,7 +86,7 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
                     consider((*begun, name), start)
         longest = sorted((o for o in options if len(o.phases) == many), key=lambda o: (o.worth, o.entry.manoeuvre))
         best_of = {option.phases: option for option in longest}
-        leading = sorted(best_of.values(), key=lambda o: (o.worth, o.entry.manoeuvre))[-_KEPT:]
+        leading = sorted(best_of.values(), key=lambda o: (o.worth, o.entry.manoeuvre))[-most:]
         kept = [(option.start, option.phases) for option in leading]
     options.sort(key=lambda o: (-o.worth, o.entry.manoeuvre))
     now = _nearest(rivals.before, rivals.leader)[0]
