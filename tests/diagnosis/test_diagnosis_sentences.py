@@ -89,6 +89,8 @@ def test_a_search_that_was_stopped_says_so_first(kind: Kind) -> None:
 
 
 def test_an_implausible_size_looks_like_a_cause_and_is_not_said_to_be_it() -> None:
+    form = said("effects", replace(CURRENT, implausible=True, beyond="ln x ratio of 2.1"))
+    assert "but the ln x ratio of 2.1 is beyond what is believed of this vehicle" in form
     text = said("effects", replace(CURRENT, implausible=True))
     assert text.startswith("The gap looks like a uniform current")
     assert "another cause may act in the same way" in text

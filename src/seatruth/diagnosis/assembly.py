@@ -31,7 +31,7 @@ from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.size_errors import size_errors
 from seatruth.diagnosis.sizes import noise_shapes
-from seatruth.diagnosis.sizes_in_words import effect_in_words
+from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
@@ -352,6 +352,7 @@ class Assembly:
             share=share,
             small=math.isfinite(share) and share < self.settings.small_share,
             implausible=self._prior_deviations(parameters) > self.settings.implausible,
+            beyond=furthest(effect, parameters),
         )
 
     def _noise(self) -> tuple[ChannelNoise, ...]:

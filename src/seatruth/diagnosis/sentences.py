@@ -244,8 +244,8 @@ def _named(
         subject = "The rest looks" if sure else "The gap looks"
         sure_of = "" if sure else f" (probability {chance(probability)})"
         sentences.append(
-            f"{subject} like {_listed(doubtful)}{sure_of}, but the size is beyond what is believed of this vehicle: "
-            "another cause may act in the same way."
+            f"{subject} like {_listed(doubtful)}{sure_of}, but {_beyond(doubtful)} beyond what is believed of this "
+            "vehicle: another cause may act in the same way."
         )
     if not large:
         sentences.append("No cause of practical size is seen.")
@@ -304,6 +304,12 @@ def _undecided(causes: Sequence[NamedCause], probability: float) -> str:
         f"These trials cannot decide what causes the gap. The most probable cause is {_listed(causes)} (probability "
         f"{chance(probability)})."
     )
+
+
+def _beyond(causes: Sequence[NamedCause]) -> str:
+    """What of them is beyond belief, with its verb: "the size is"."""
+    found = list(dict.fromkeys(f"the {cause.beyond}" for cause in causes))
+    return f"{listed(found)} {'is' if len(found) == 1 else 'are'}"
 
 
 def _small(causes: Sequence[NamedCause]) -> str:

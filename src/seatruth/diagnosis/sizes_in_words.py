@@ -33,3 +33,11 @@ def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectPar
     rate = math.degrees(1.0 / slowness)
     words = f"{with_error(rate, rate * own.stderr / slowness)} deg/s"
     return words if math.isinf(stated) else f"{words} in place of {math.degrees(stated):.3g} deg/s"
+
+
+def furthest(effect: Effect, parameters: Sequence[EffectParameter]) -> str:
+    """What of an effect is furthest from what is believed of it: its size, or a parameter of its form in words."""
+    far = max(parameters, key=lambda q: abs(q.value - q.null) / q.prior_sd if q.prior_sd > 0.0 else 0.0, default=None)
+    if far is None or far.name in effect.magnitudes:
+        return "size"
+    return f"{far.name.replace('_', ' ')} of {far.value:.2g}"

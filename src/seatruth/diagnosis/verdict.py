@@ -123,6 +123,8 @@ class NamedCause:
     """Significant, but of no practical size."""
     implausible: bool
     """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
+    beyond: str = "size"
+    """What of it is: "size", or a parameter that says how well its form is known: "ln x ratio of 2.1"."""
 
 
 @dataclass(frozen=True)
