@@ -88,6 +88,14 @@ def test_a_search_that_was_stopped_says_so_first(kind: Kind) -> None:
     assert text.endswith(said(kind, *causes))
 
 
+def test_what_cannot_be_tried_is_said_to_look_the_same() -> None:
+    alone = said("unknown", untried=["steady drift"])
+    assert "It looks like steady drift, or like a force that cannot be tried on this model." in alone
+    beside = said("effects", CURRENT, untried=["shallow water"])
+    assert "The rest looks like shallow water, or like a force" in beside
+    assert "cannot decide whether an effect acts, nor which" in said("underpowered")
+
+
 def test_an_implausible_size_looks_like_a_cause_and_is_not_said_to_be_it() -> None:
     form = said("effects", replace(CURRENT, implausible=True, beyond="ln x ratio of 2.1"))
     assert "but the ln x ratio of 2.1 is beyond what is believed of this vehicle" in form

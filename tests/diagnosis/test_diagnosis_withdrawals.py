@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import replace
 
 import pytest
@@ -17,6 +18,7 @@ from seatruth.diagnosis.withdrawals import (
     without_small,
     without_unseen,
     without_unsure,
+    without_untried,
 )
 
 
@@ -30,6 +32,36 @@ def outdone(
     """What is left where the set has this validation, and any part of it has that of `rest`."""
     by_key = {said.shown: validation}
     return without_outdone(said, found, EFFECTS, lambda key: by_key.get(key, rest), lambda name: moved)
+
+
+@pytest.mark.parametrize(
+    ("explained", "lower", "stays"),
+    [(0.2, -0.1, False), (0.2, 0.05, True), (0.8, -0.1, True), (0.8, math.nan, True), (math.nan, math.nan, False)],
+)
+def test_what_may_be_something_that_cannot_be_tried_must_close_the_gap(
+    explained: float, lower: float, stays: bool
+) -> None:
+    """Where no forces can be tried any effect, and a drift that may be leeway where the model lacks something."""
+    fold = Fold("turn", ("wind",), 3.0, 2.5, 1.3, 1.3, 1.0, 0.1, 5.0)
+    validation = Validation((fold,), explained, lower, 1.5, 0.0)
+    drift = copy(EFFECTS["wind"])
+    drift.stands_for_untried = True
+    alone, beside = (("wind",), 0.95), (("wind",), 0.95, True)
+    for forces, leading, effect in ((False, alone, EFFECTS["wind"]), (True, beside, drift)):
+        entries = leading, ((), 0.05)
+        said, found = decided(*entries), hypotheses(*entries)
+        effects = {**EFFECTS, "wind": effect}
+        left = without_untried(said, found, effects, lambda key: validation, forces=forces)
+        if stays:
+            assert left == said
+        else:
+            assert (left.kind, left.clusters, left.untried) == ("unknown", (), ("wind",))
+            assert left.probability == pytest.approx(0.95)
+    # Beside forces what stands for nothing else stays whatever it closes; so does a drift that leaves only noise.
+    for leading, effect in ((beside, EFFECTS["wind"]), (alone, drift)):
+        entries = leading, ((), 0.05)
+        said, found = decided(*entries), hypotheses(*entries)
+        assert without_untried(said, found, {**EFFECTS, "wind": effect}, lambda key: validation, forces=True) == said
 
 
 def test_what_terms_of_no_name_predict_better_is_not_named_where_the_gap_does_not_shrink_surely() -> None:

@@ -113,5 +113,6 @@ def test_where_wind_would_look_the_same_the_cause_is_the_environment(model: Mode
     for name in ("current", "varying_current", "trial_current"):
         (form,) = available()[name].variants(model)
         assert form.cause == ("environment" if drift else available()[name].cause)
-        assert ("leeway" in form.title) == drift
-        assert form.of_trials(["a", "b"]).cause == form.cause
+        assert ("leeway" in form.title) == form.stands_for_untried == drift
+        again = form.of_trials(["a", "b"])
+        assert (again.cause, again.title, again.stands_for_untried) == (form.cause, form.title, drift)

@@ -39,6 +39,7 @@ from seatruth.diagnosis.withdrawals import (
     without_small,
     without_unseen,
     without_unsure,
+    without_untried,
 )
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
@@ -143,8 +144,11 @@ class Assembly:
 
     def _judged(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without."""
-        moves = self._gap_of(said.shown).moved_by
-        return without_outdone(said, self._weighed, self.problem.effects, self._validated, moves)
+        moves, effects = self._gap_of(said.shown).moved_by, self.problem.effects
+        left = without_outdone(said, self._weighed, effects, self._validated, moves)
+        return without_untried(
+            left, self._weighed, effects, self._validated, forces=self.problem.discrepancy is not None
+        )
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -233,6 +237,7 @@ class Assembly:
             one_trial=len(problem.trials) == 1,
             form=[problem.effects[name].title for name in self.decision.form],
             along=[problem.effects[name].title for name in self.decision.along],
+            untried=[problem.effects[name].title for name in self.decision.untried],
             small=[problem.effects[name].title for name in self.decision.small],
             outdone=[problem.effects[name].title for name in self.decision.outdone],
             stopped=self.search.interrupted,

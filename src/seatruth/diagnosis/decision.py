@@ -87,6 +87,8 @@ class Decision:
     """Effects that are significant beside a cause that is not in the library, but close next to none of the gap."""
     outdone: Key = ()
     """Effects that explain the trials, but not surely those left out, which terms in the equations predict better."""
+    untried: Key = ()
+    """Effects that what cannot be tried on the model looks like, and that do not surely predict trials left out."""
 
 
 def decide(

@@ -49,6 +49,7 @@ def verdict_sentence(
     along: Sequence[str] = (),
     small: Sequence[str] = (),
     outdone: Sequence[str] = (),
+    untried: Sequence[str] = (),
     stopped: bool = False,
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
@@ -67,6 +68,7 @@ def verdict_sentence(
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
         outdone: titles of effects that explain the trials, but predict those left out worse than terms in the
             equations do.
+        untried: titles of effects that may as well be something that cannot be tried on the model.
         stopped: whether the search ended before all effects were compared.
 
     Returns:
@@ -81,12 +83,10 @@ def verdict_sentence(
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
-        return _joined(
-            first, said, _of_another_form(form), _on_one_course(along), _outdone(outdone, beside=False), beside
-        )
-    return _joined(
-        first, _named(causes, probability, discrepancy, shares, validation, one_trial), _outdone(outdone, beside=True)
-    )
+        refused = _outdone(outdone, beside=False), _untried(untried, beside=False)
+        return _joined(first, said, _of_another_form(form), _on_one_course(along), *refused, beside)
+    refused = _outdone(outdone, beside=True), _untried(untried, beside=True)
+    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *refused)
 
 
 def chance(probability: float) -> str:
@@ -282,6 +282,16 @@ def _outdone(titles: Sequence[str], *, beside: bool) -> str:
     )
 
 
+def _untried(titles: Sequence[str], *, beside: bool) -> str:
+    """What explains the trials, where what cannot be tried on the model may do so as well."""
+    if not titles:
+        return ""
+    return (
+        f"{'The rest' if beside else 'It'} looks like {listed(titles)}, or like a force that cannot be tried on this "
+        "model."
+    )
+
+
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
     sure = f"(probability {chance(probability)})"
     if meets_noise(shares):
@@ -299,7 +309,7 @@ def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -
 
 def _undecided(causes: Sequence[NamedCause], probability: float) -> str:
     if not causes:
-        return f"These trials cannot decide whether an effect acts (the first answer has {chance(probability)})."
+        return "These trials cannot decide whether an effect acts, nor which."
     return (
         f"These trials cannot decide what causes the gap. The most probable cause is {_listed(causes)} (probability "
         f"{chance(probability)})."

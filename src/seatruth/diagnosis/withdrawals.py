@@ -1,8 +1,9 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of five things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
-left out are predicted better without, what is no longer significant without the latter, what stands only beside an
-effect of a size that nobody believes, and what no trial left out could show where the model leaves no more than noise.
+Of six things nothing is named: what is significant beside an unknown cause, but closes next to nothing, what trials
+left out are predicted better without, what may as well be something that cannot be tried, what is no longer significant
+without these, what stands only beside an effect of a size that nobody believes, and what no trial left out could show
+where the model leaves no more than noise.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ _MISSED = 0.25
 """Part of the gap by which what an error of a sensor closes on trials left out falls short of what it would close if it
 acted, from which it does not act. [S] 10 % of the depth, of a glider whose hull its model has too slippery, fell short
 by 0.96; the bias of a ship's gyro in a basin, which moves its runs by a fortieth of what they miss, by nothing."""
+
+_MOST = 0.5
+"""Part of the gap from which most of it is closed, where too few trials bound it."""
 
 
 def without_small(
@@ -113,6 +117,40 @@ def without_outdone(
     if kept:
         return replace(_keeping(decision, kept), discrepancy=True, outdone=outdone)
     return _unknown(decision, _lacking(found, outdone), outdone)
+
+
+def without_untried(
+    decision: Decision,
+    found: Sequence[Hypothesis],
+    effects: Mapping[str, Effect],
+    validated: Callable[[Key], Validation | None],
+    *,
+    forces: bool,
+) -> Decision:
+    """The decision less what may as well be something that cannot be tried on the model.
+
+    That is a drift where the model also lacks something, and any effect where no missing `forces` can be tried. It
+    stays where it closes most of the gap on trials left out, or surely a part. Of a launch in wind, whose model takes
+    no outside force, the hull's moment in a current towards 319 deg stood for that of a wind towards 138 deg; of one
+    whose damping is quadratic, beside an opaque simulator, shallow water had over 99.9 %.
+    """
+    if forces and not decision.discrepancy:
+        return decision
+    kept = tuple(
+        one for one in decision.clusters if forces and not effects[one.member_in(decision.shown)].stands_for_untried
+    )
+    validation = validated(decision.shown) if len(kept) < len(decision.clusters) else None
+    if len(kept) == len(decision.clusters) or (validation is not None and _closes(validation)):
+        return decision
+    untried = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
+    if kept:
+        return replace(_keeping(decision, kept), untried=untried)
+    return replace(_unknown(decision, _lacking(found, untried), decision.outdone), untried=untried)
+
+
+def _closes(validation: Validation) -> bool:
+    """Whether effects close most of the gap on trials left out, or surely a part of it."""
+    return validation.lower > 0.0 or validation.gap_explained > _MOST
 
 
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:

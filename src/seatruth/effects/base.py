@@ -141,6 +141,8 @@ class Effect:
     direction: tuple[str, ...] = ()
     """The two magnitudes that are components along x and y of the earth, ("north", "east"), of an effect that has a
     direction: a fit starts in several of them, and a report gives it in degrees."""
+    stands_for_untried: bool = False
+    """What cannot be tried on the model looks the same: a drift, where no wind can push."""
     stochastic: bool = False
     """It has a random part, which no trial repeats: the noise of a fit must hold that."""
     each_trial: bool = False

@@ -88,7 +88,7 @@ class EachTrial(Effect):
 
     def of_trials(self, trials: Sequence[str]) -> Effect:
         found = type(self)(trials)
-        found.title, found.cause = self.title, self.cause
+        found.title, found.cause, found.stands_for_untried = self.title, self.cause, self.stands_for_untried
         return found
 
     @property

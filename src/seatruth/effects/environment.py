@@ -46,7 +46,7 @@ def as_drift(effect: Effect, model: Model, title: str) -> Effect:
     if model.kind in _SUBMERGED or (sways and pushed):
         return effect
     drift = copy(effect)
-    drift.title, drift.cause = title, "environment"
+    drift.title, drift.cause, drift.stands_for_untried = title, "environment", True
     return drift
 
 
