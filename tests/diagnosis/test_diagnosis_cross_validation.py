@@ -55,45 +55,62 @@ def test_without_trials_there_is_no_bound() -> None:
     assert math.isnan(lower_bound(np.zeros(0), 0.05))
 
 
+MANY = 10**18
+"""Samples that tell the noise exactly."""
+
+
 def folds(refit: list[float], effects: list[float]) -> list[Fold]:
     return [Fold(f"run {k}", (), a, b, a, b, 1.0, 0.0, 0.0) for k, (a, b) in enumerate(zip(refit, effects))]
 
 
 def test_the_gap_explained_with_its_interval() -> None:
     """By hand: errors 3 -> 1 of a gap of 2 is all; a mean of 2 of a mean gap of 8/3 is three quarters."""
-    same = summary(folds([3.0] * 3, [1.0] * 3))
+    same = summary(folds([3.0] * 3, [1.0] * 3), MANY)
     assert same.gap_explained == pytest.approx(1.0)
     assert (same.lower, same.upper) == (pytest.approx(1.0), pytest.approx(1.0))
     assert same.control == pytest.approx(0.0)
-    found = summary(folds([3.0, 3.0, 5.0], [1.0, 2.0, 2.0]))
+    found = summary(folds([3.0, 3.0, 5.0], [1.0, 2.0, 2.0]), MANY)
     assert found.gap_explained == pytest.approx(0.75)
     low, high = ratio_interval(np.array([2.0, 1.0, 3.0]), np.array([2.0, 2.0, 4.0]))
-    assert (found.lower, found.upper) == (low, high)
+    assert (found.lower, found.upper) == (pytest.approx(low), pytest.approx(high))
     assert found.lower < 0.75 < found.upper
 
 
+def test_noise_of_few_samples_widens_the_interval_and_not_beyond_nothing() -> None:
+    """A gap of a tenth of the noise, whose level 200 samples tell to 5 %: what is explained is known to a factor."""
+    found = summary(folds([1.1] * 3, [1.02] * 3), 200)
+    assert found.gap_explained == pytest.approx(0.8)
+    assert found.lower == pytest.approx(0.8 * math.exp(-1.96 * 0.05 / 0.1), rel=1e-3)
+    assert found.upper == pytest.approx(0.8 * math.exp(1.96 * 0.05 / 0.1), rel=1e-3)
+    worse = summary(folds([1.1] * 3, [1.18] * 3), 200)
+    assert worse.lower == pytest.approx(-found.upper)
+    assert worse.upper == pytest.approx(-found.lower)
+    hardly = summary(folds([1.01] * 3, [1.0] * 3), 10)
+    assert 0.0 < hardly.lower < hardly.gap_explained < hardly.upper < math.inf
+
+
 def test_trials_that_hardly_show_the_gap_do_not_bound_what_is_explained() -> None:
-    found = summary(folds([1.0, 1.0, 1.6], [1.0, 1.0, 1.1]))
+    found = summary(folds([1.0, 1.0, 1.6], [1.0, 1.0, 1.1]), MANY)
     assert (found.lower, found.upper) == (-math.inf, math.inf)
     assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 3"
     assert not shrinks_surely(found)
 
 
 def test_an_interval_that_says_nothing_is_not_printed() -> None:
-    found = summary(folds([9.0, 2.0], [2.0, 2.1]))
+    found = summary(folds([9.0, 2.0], [2.0, 2.1]), MANY)
     assert found.upper - found.lower > 2.0
     assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 2"
 
 
 def test_where_there_is_no_gap_none_is_explained() -> None:
-    assert math.isnan(summary(folds([1.0, 1.0], [0.9, 0.9])).gap_explained)
+    assert math.isnan(summary(folds([1.0, 1.0], [0.9, 0.9]), MANY).gap_explained)
 
 
 def test_a_trial_that_diverges_explains_nothing() -> None:
-    found = summary(folds([3.0, 3.0], [1.0, math.inf]))
+    found = summary(folds([3.0, 3.0], [1.0, math.inf]), MANY)
     assert math.isnan(found.gap_explained)
     assert no_share_in_words(found) == "Left out, run 1 could not be predicted: the motion diverges."
-    assert "no gap" in no_share_in_words(summary(folds([1.0, 1.0], [0.9, 0.9])))
+    assert "no gap" in no_share_in_words(summary(folds([1.0, 1.0], [0.9, 0.9]), MANY))
 
 
 def test_the_gains_of_all_trials_are_what_was_seen_less_what_one_shows_by_itself(found: Search) -> None:

@@ -40,6 +40,10 @@ _ENUMERATED = 6
 _DRAWS = 2000
 _CLEARLY = 3.0
 """nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
+_Z = 1.959964
+"""Standard deviations to either side that hold 95 % of a normal distribution."""
+_MOST_REACH = 5.0
+"""Logarithm of a factor from which nothing is known of it: beyond, the interval would overflow."""
 _NO_GAP = 0.005
 """Mean error of the refitted model on trials left out, less the noise, in deviations of the noise, below which there is
 no gap to explain. [S]"""
@@ -171,11 +175,17 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
                 predictive_gain=float(gains[number]),
             )
         )  # fmt: skip
-    return summary(folds)
+    return summary(folds, problem.count)
 
 
-def summary(folds: Sequence[Fold]) -> Validation:
-    """The part of the gap that the effects explain on trials left out, with its interval over trials."""
+def summary(folds: Sequence[Fold], samples: int) -> Validation:
+    """The part of the gap that the effects explain on trials left out, with its interval over trials.
+
+    The noise that the gap stands above is taken to be known as well as these `samples` tell its level, to 1/sqrt(2 N)
+    of it. [S] Where the gap is a part of the noise that is much, and it is the same in all trials, whose scatter does
+    not show it. In 36 opened cases of `experiments/withheld` (four test sets, 2026-11-26) the interval held the part
+    that one who knows the cause closes 26 times without this, 34 times with it.
+    """
     refit, named, control, noise = (
         np.array([_known(getattr(fold, f"error_{which}")) for fold in folds])
         for which in ("refit", "effects", "discrepancy", "noise")
@@ -183,6 +193,12 @@ def summary(folds: Sequence[Fold]) -> Validation:
     gap = refit - noise
     value = _explained(refit - named, gap)
     low, high = ratio_interval(refit - named, gap) if math.isfinite(value) else (math.nan, math.nan)
+    if math.isfinite(low) and math.isfinite(high):
+        # The gap's factor is log-normal, so that the sign of what is explained does not depend on it.
+        reach = min(_MOST_REACH, _Z * float(noise.sum() / gap.sum()) / math.sqrt(2.0 * samples))
+        ends = sorted((value * math.exp(-reach), value * math.exp(reach)))
+        low = value - math.hypot(value - low, value - ends[0])
+        high = value + math.hypot(high - value, ends[1] - value)
     return Validation(tuple(folds), value, low, high, _explained(refit - control, gap))
 
 
