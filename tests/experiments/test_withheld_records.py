@@ -22,7 +22,8 @@ from withheld.commands import main  # noqa: E402
 from withheld.diagnose import diagnose, walls  # noqa: E402
 from withheld.programs.kinematics import ERRORS, kinematics, left  # noqa: E402
 from withheld.records import measures  # noqa: E402
-from withheld.records.anemometer import FOLDER, of_day, of_run  # noqa: E402
+from withheld.records.anemometer import FOLDER, WIND, of_day, of_run  # noqa: E402
+from withheld.records.left_out import in_estimated_wind  # noqa: E402
 from withheld.records.make import SET, make  # noqa: E402
 from withheld.records.page import write_page  # noqa: E402
 from withheld.records.plan import SOURCES  # noqa: E402
@@ -32,6 +33,7 @@ from withheld.records.tables import read, text  # noqa: E402
 from withheld.seal import note, write  # noqa: E402
 from withheld.verdicts import verdict  # noqa: E402
 
+import seatruth.sample  # noqa: E402
 from seatruth.errors import BadInput  # noqa: E402
 
 DATA = ROOT.parent / "shared" / "data"
@@ -338,3 +340,12 @@ def test_score_of_the_quick_set_keeps_to_the_order_of_steps(quick: Path, tmp_pat
     note(out, "score", "again", {})
     with pytest.raises(BadInput, match="is broken"):
         score(out, DATA)
+
+
+def test_an_estimated_wind_has_all_parameters_of_the_effect() -> None:
+    """Its size begins beside nothing, its form where it is expected."""
+    study = in_estimated_wind(seatruth.sample.load("study.toml"))
+    wind = {p.name.removeprefix("wind_"): p for p in study.parameters if p.name.startswith("wind_")}
+    assert set(wind) == {q.name for q in WIND.parameters}
+    assert all(p.vary and p.prior is not None for p in wind.values())
+    assert (wind["north"].value, wind["lever"].value, wind["yaw_slope"].value) == (0.1, 0.0, pytest.approx(0.18))

@@ -29,8 +29,9 @@ def in_estimated_wind(study: Study) -> Study:
     model = with_effects(study.model, [WIND])
     told = {p.name: p for p in study.parameters}
     priors = {WIND.named(name): prior for name, prior in WIND.priors(study.model).items()}
-    # At no wind its derivative by the lever vanishes: the search begins beside it.
-    start = {WIND.named("north"): 0.1, WIND.named("east"): 0.1, WIND.named("lever"): 0.0}
+    # At no wind its derivatives by its form vanish: the search begins beside it, with the form that is expected.
+    start = {name: prior.mean for name, prior in priors.items()}
+    start |= {WIND.named("north"): 0.1, WIND.named("east"): 0.1}
     parameters = tuple(
         p.replace(value=start[p.name], vary=True, prior=priors[p.name]) if p.name in priors else told.get(p.name, p)
         for p in model.parameters
