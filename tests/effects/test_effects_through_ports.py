@@ -71,6 +71,18 @@ def test_a_current_carries_a_simulator_without_a_port_for_one() -> None:
     assert form.cause == "environment"  # no wind can be tried: leeway would look the same
 
 
+def test_a_run_that_diverges_in_a_current_is_not_a_number() -> None:
+    def away(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, np.ndarray]:
+        return {name: np.full(len(trial), np.inf) for name in ("u", "r", "psi")}
+
+    outputs = [Channel("u", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad", angle=True)]
+    box = BlackBox("away", away, inputs=[], outputs=outputs, parameters=[])
+    model = with_effects(box, load_effects(["current"]))
+    trial = Trial("run", [0.0, 1.0], {}, {"u": [1.0, 1.0], "r": [0.0, 0.0], "psi": [0.0, 0.0]})
+    assert isinstance(model, BlackBox)
+    assert np.isnan(model.run(trial, {**model.nominal(), "current_north": 0.2}, None)).all()
+
+
 def test_a_current_is_not_added_to_a_speed_over_ground() -> None:
     fields: dict[str, Any] = {"inputs": [], "parameters": []}
     names = {"u": "m/s", "r": "rad/s", "psi": "rad", "sog": "m/s"}

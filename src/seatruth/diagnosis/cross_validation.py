@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy.special
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
@@ -40,10 +41,10 @@ _ENUMERATED = 6
 _DRAWS = 2000
 _CLEARLY = 3.0
 """nats by which discrepancy must raise the evidence to stand beside both: odds of 20."""
-_Z = 1.959964
+_Z = float(scipy.special.ndtri(0.975))
 """Standard deviations to either side that hold 95 % of a normal distribution."""
 _MOST_REACH = 5.0
-"""Logarithm of a factor from which nothing is known of it: beyond, the interval would overflow."""
+"""Logarithm of a factor from which nothing is known of it: beyond, the interval would overflow. [S]"""
 _NO_GAP = 0.005
 """Mean error of the refitted model on trials left out, less the noise, in deviations of the noise, below which there is
 no gap to explain. [S]"""

@@ -15,7 +15,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.models.base import Environment, record
 from seatruth.models.black_box import BlackBox
-from seatruth.models.moving_water import to_earth_axes
+from seatruth.models.measures import Motion, to_earth
 from seatruth.trials.trial import Trial
 
 _BODY, _OVER_GROUND, _PLACES = ("u", "v", "w"), ("v_n", "v_e", "v_d"), ("x", "y", "z")
@@ -64,7 +64,9 @@ class CarriedByWater:
         return replace(trial, outputs=outputs), None if first is None else dict(first)
 
     def over_ground(self, trial: Trial, outputs: Array) -> Array:
-        """Outputs (n, D) over the ground, from those in the water."""
+        """Outputs (n, D) over the ground, from those in the water; NaN where one of these is not finite."""
+        if not np.isfinite(outputs).all():
+            return np.full_like(outputs, np.nan)
         names = [channel.name for channel in self._box.outputs]
         rows = [dict(zip(names, row)) for row in outputs.tolist()]
         water = [self._water(time, row) for time, row in zip(np.asarray(trial.t).tolist(), rows)]
@@ -86,8 +88,8 @@ class CarriedByWater:
         for current in self._currents:
             e = current(e, s)
         body = (float(e.u_c), float(e.v_c), float(e.w_c))
-        angles = []
+        angles = {}
         for standard in _ANGLES:
             name = self._names.get(standard, "")
-            angles.append(self._box.standard_of(name)[1] * row[name] if name else 0.0)
-        return body, to_earth_axes(*body, *angles)
+            angles[standard] = self._box.standard_of(name)[1] * row[name] if name else 0.0
+        return body, to_earth(body, Motion(**angles))

@@ -72,13 +72,12 @@ def drive_inputs(model: Model) -> tuple[str, ...]:
 def _unnamed(model: Model) -> set[str]:
     """Inputs that are no named actuator, no motion that a log gives, and no weather."""
     named = {actuator.input for actuator in model.actuators}
-    usual = {name for names in USUAL.values() for name in names}
-    motions = set(STANDARD_CHANNELS) - usual - {"n"}
+    known = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]} - {"n"}
     return {
         channel.name
         for channel in model.inputs
         if channel.name not in named
-        and model.standard_of(channel.name)[0] not in motions | usual
+        and model.standard_of(channel.name)[0] not in known
         and not any(word in channel.name.lower() for word in _OUTSIDE)
     }
 

@@ -9,8 +9,9 @@ floats freely.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
+
+from seatruth.models.measures import Motion, to_earth
 
 if TYPE_CHECKING:
     from seatruth.models.base import Equations, Model
@@ -45,26 +46,9 @@ def in_moving_water(model: Model, rhs: Equations) -> Equations:
         for axis, place, _, sign in body:
             rates[place] = rates[place] + sign * quickens[axis]
         phi, theta, psi = (0.0 if place < 0 else sign * s[place] for place, sign in angles)
-        over_ground = to_earth_axes(*water, phi, theta, psi)
+        over_ground = to_earth(water, Motion(phi=phi, theta=theta, psi=psi))
         for axis, place, sign in earth:
             rates[place] = rates[place] + sign * over_ground[axis]
         return tuple(rates)
 
     return equations
-
-
-def to_earth_axes(x: Any, y: Any, z: Any, phi: Any, theta: Any, psi: Any) -> tuple[Any, Any, Any]:
-    """A vector in body axes (x, y, z) in earth axes (north, east, down), for a vehicle of these angles (rad).
-
-    Example:
-        >>> import math
-        >>> [abs(round(value, 9)) for value in to_earth_axes(1.0, 0.0, 0.0, 0.0, 0.0, math.pi / 2.0)]
-        [0.0, 1.0, 0.0]
-    """
-    upright_y, upright_z = y * math.cos(phi) - z * math.sin(phi), y * math.sin(phi) + z * math.cos(phi)
-    along, down = x * math.cos(theta) + upright_z * math.sin(theta), upright_z * math.cos(theta) - x * math.sin(theta)
-    return (
-        along * math.cos(psi) - upright_y * math.sin(psi),
-        along * math.sin(psi) + upright_y * math.cos(psi),
-        down,
-    )
