@@ -7,10 +7,12 @@ from typing import Any
 
 import pytest
 
-from seatruth import BlackBox, Channel, Model
-from seatruth.effects import available
+from seatruth import BlackBox, Channel, Model, Parameter
+from seatruth.effects import available, with_effects
 from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
 from seatruth.models import load_model
+from seatruth.models.base import KINDS
+from seatruth.models.geometry import Dimensions
 
 _STATES = tuple(Channel(name, unit) for name, unit in (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"), ("psi", "rad")))
 
@@ -102,3 +104,37 @@ def test_effects_act_on_all_of_them_alike_and_on_each_alone() -> None:
         assert forms[0].title == f"{found[name].title} ({' and '.join(names)})"
         assert [form.places(Tug()) for form in forms[1:]] == [(f"actuator:{one}",) for one in names]
     assert "names no thruster" in found["thruster_dead_band"].missing(Tug())
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+@pytest.mark.parametrize("size", [None, Dimensions(6.0, 1.8, 0.5, 900.0, 1025.0)])
+@pytest.mark.parametrize("drive", [Channel("n", "rev/s"), Channel("push", "N"), Channel("lever", "1"), None])
+def test_every_effect_says_whether_it_suits_a_model_that_declares_little(
+    kind: str, size: Dimensions | None, drive: Channel | None
+) -> None:
+    """The thrust follows from the equations where there is one drive; the size may be declared beside it, or not."""
+
+    class Launch(Model):
+        name = "launch_of_a_user"
+        states = outputs = _STATES
+        inputs = (Channel("wheel", "rad"), *([drive] if drive else []))
+        parameters = (Parameter("m", 900.0, "kg"), Parameter("X_uu", 30.0, "kg/m"))
+        dimensions = staticmethod(lambda p: size) if size else None
+
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            thrust = 80.0 if drive is None else 40.0 * i[1] * (2.0 - 0.1 * s.u)
+            surge = (thrust - p.X_uu * s.u * abs(s.u) + e.X) / p.m
+            return surge, (e.Y - 90.0 * s.v) / p.m, 0.1 * s.u * i.wheel - s.r + e.N / 3000.0, s.r
+
+    Launch.kind = kind
+    model, usable = Launch(), []
+    for effect in available().values():
+        for form in effect.candidates(model):
+            if not form.missing(model):
+                usable.append(form.name)
+                with_effects(model, [form])
+    driven = drive is not None and kind != "glider"
+    assert {"drag_increase", "rudder_offset", "current"} <= set(usable)
+    assert ("thrust_gain" in usable) == driven
+    assert ("thrust_misalignment" in usable) == (driven and size is not None)

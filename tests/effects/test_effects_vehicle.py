@@ -240,6 +240,24 @@ def test_a_speed_astern_has_a_drag_against_it() -> None:
     assert _drag_at(sled, drag, 1.6, "back", u_c=0.4) == pytest.approx(-12.0)
 
 
+class _Pushed(_Sled):
+    name = "pushed"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        back = s.back + e.u_c
+        return ((-70.0 - p.X_uu * back * abs(back) - e.X) / p.m,)
+
+
+def test_a_thrust_that_no_input_changes_is_no_drag() -> None:
+    """A boat whose engine is not recorded had no drag, and a fouled hull was not among what was tried."""
+    sled = _Pushed()
+    drag = straight_drag(sled)
+    assert _drag_at(sled, drag, -2.0, "back") == pytest.approx(12.0)
+    assert _drag_at(sled, drag, -2.4, "back", u_c=0.4) == pytest.approx(12.0)
+    assert available()["drag_increase"].missing(sled) == ""
+
+
 class _Deaf(Model):
     name, kind = "deaf", "auv"
     states = outputs = _Sled.states

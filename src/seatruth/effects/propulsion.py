@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.vehicle import motion_channels
+from seatruth.effects.vehicle import motion_channels, role_of
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.parameter import Parameter
 
@@ -114,13 +115,19 @@ def _drivers(model: Model) -> list[str]:
 
 
 def _thrust(model: Model, u: float, inputs: Sequence[float]) -> float:
-    """A model's thrust (N) ahead at the speed `u` (m/s) under its inputs, in their order."""
-    assert model.thrust is not None
+    """A model's thrust (N) ahead at the speed `u` (m/s) under its inputs, in their order; NaN where it has none there.
+
+    It is declared, or follows from the equations.
+    """
+    thrust = role_of(model, "thrust")
     motions = motion_channels(model)
     s = record("States", motions)(*(u if c.name == "u" else 0.0 for c in motions))
     i = record("Inputs", model.inputs)(*inputs)
     p = record("Parameters", model.parameters)(**model.nominal())
-    return float(model.thrust(s, i, p, Environment()))
+    try:
+        return float(thrust(s, i, p, Environment()))
+    except (ArithmeticError, ValueError):
+        return math.nan
 
 
 class PropellerTorque(OfPropeller):

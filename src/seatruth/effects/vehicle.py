@@ -62,8 +62,8 @@ def straight_drag(model: Model) -> Role | None:
     """The drag (N) of a model that declares none: what slows it in straight motion, upright and undriven.
 
     In these equations an outside force of 1 N tells the inertia: the drag is the deceleration over what it adds. Every
-    other state and every input is zero. None where there is no speed ahead, no outside force acts, or it cannot be
-    computed so.
+    other state and every input is zero. A thrust that no input changes drives at rest as well, and is taken off. None
+    where there is no speed ahead, no outside force acts, or it cannot be computed so.
 
     Example:
         >>> from seatruth import Channel, Model, Parameter
@@ -88,12 +88,17 @@ def straight_drag(model: Model) -> Role | None:
     if force is None:
         return None
     undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
-
-    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
-        return -force(s, undriven, p, e)
-
     s, p, sign, name = _at_rest(model)
     try:
+        driven = force(s, undriven, p, Environment()) != 0.0
+
+        def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+            slowed = -force(s, undriven, p, e)
+            if driven:
+                # Only what needs it pays for it: the engine writes out the equations once more.
+                slowed = slowed + force(s._replace(**{name: sign * e.u_c}), undriven, p, e)
+            return slowed
+
         tried = [sign * speed * drag(s._replace(**{name: speed}), None, p, Environment()) for speed in (-1.0, 1.0)]
     except (ArithmeticError, ValueError):
         return None
