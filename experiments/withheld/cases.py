@@ -11,7 +11,7 @@ import numpy as np
 
 from withheld.names import NAMES
 from withheld.oracle import oracle_closure
-from withheld.reality.families import Family, design, families
+from withheld.reality.families import Family, design, family_of
 from withheld.reality.manoeuvres import Trial
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array, View
@@ -61,6 +61,8 @@ class Plan:
     """Key of the other form that the vehicle has."""
     stated: bool = True
     """Whether the study states the data sheet's white noise."""
+    water_log: bool = False
+    """Whether the velocities are those through the water."""
 
 
 @dataclass
@@ -86,7 +88,7 @@ class NotDrawn(Exception):
 
 def draw(plan: Plan) -> Case:
     """The case of a plan: the same seed gives the same case. Raises NotDrawn."""
-    family = families()[plan.family]
+    family = family_of(plan.family, water_log=plan.water_log)
     for attempt in range(TRIES):
         rng = np.random.default_rng([plan.seed, attempt])
         try:

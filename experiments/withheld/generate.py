@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import secrets
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,13 +46,17 @@ def plans(which: str, count: int, seed: int) -> list[Plan]:
     """The plans of a set, in an order that says nothing.
 
     Kinds in fixed shares, families in turn, causes and forms in a shuffled turn, so that none comes twice before all
-    came once; strata in turn. Half of the studies state their noise.
+    came once; strata in turn. Half of the studies state their noise. In a test set a third of those of
+    vehicles that a current carries sideways have velocities through the water.
     """
     rng = np.random.default_rng(seed)
     known = families()
     kinds = [kind for kind in KINDS for _ in range(max(1, round(SHARES[kind] * count)))]
     kinds = (kinds + ["single"] * count)[:count]
     stated = rng.permutation(np.arange(count) % 2 == 0)
+    # By numbers of their own: the other draws of a seed stay what they were, and with them the stored calibration.
+    water_log = np.random.default_rng([seed, 1]).permutation(np.arange(count) % 3 == 0) & (which == "test")
+    carried = {key for key, family in known.items() if family.vehicle.earth_current}
     turns: dict[tuple[str, str], Iterator[str]] = {}
     result = []
     for k, kind in enumerate(kinds):
@@ -65,7 +71,8 @@ def plans(which: str, count: int, seed: int) -> list[Plan]:
             causes = (next(turn), next(turn)) if kind == "double" else (next(turn),)
         strong = kind in ("confounded", "double", *FORM_KINDS)
         stratum = 1 + k % (len(STRATA) - 1) if strong else (k // 2) % len(STRATA)
-        result.append(Plan(name, kind, causes, stratum, int(rng.integers(2**62)), form, bool(stated[k])))
+        plan = Plan(name, kind, causes, stratum, int(rng.integers(2**62)), form, bool(stated[k]))
+        result.append(replace(plan, water_log=name in carried and bool(water_log[k])))
     return [result[k] for k in rng.permutation(len(result))]
 
 
@@ -112,6 +119,7 @@ def sealed(case: Case, name: str) -> dict[str, Any]:
         **case.truth,
         "ordered": case.ordered,
         "stated": case.plan.stated,
+        "water_log": case.plan.water_log,
         "distractors": [
             {"key": p.mechanism.key, "values": dict(p.values), "lambda": size} for p, size in case.distractors
         ],
@@ -127,7 +135,10 @@ def _place(word: str, family: Family) -> str:
     word = word.replace("actuator:delta", f"actuator:{family.input}")
     word = word.replace("sensor:turning", "sensor:r" if "r" in family.outputs else "sensor:q")
     second = "v" if "v" in family.outputs else "w"
-    return word.replace("sensor:across", f"sensor:{second}")
+    word = word.replace("sensor:across", f"sensor:{second}")
+    for name, shown in family.named_in_log.items():
+        word = re.sub(rf"sensor:{name}(?!\w)", f"sensor:{shown}", word)
+    return word
 
 
 def stratum(size: float) -> str:

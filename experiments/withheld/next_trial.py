@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from withheld.names import NAMES
-from withheld.reality.families import Family, families
+from withheld.reality.families import Family, family_of
 from withheld.reality.manoeuvres import Fixed, Trial
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
@@ -45,7 +45,7 @@ def pairs_after(
 ) -> dict[str, float]:
     """Pairwise lambda of the cause against these effects (all others where None) with the suggested trial; {} if it is
     on no menu."""
-    family = families()[truth["family"]]
+    family = sealed_family(truth)
     records = read(family, truth, public)
     trial = suggested(family, records, manoeuvre.format(input=family.input))
     if trial is None:
@@ -131,6 +131,11 @@ def _thrusters(family: Family, seconds: float) -> dict[str, list[Orders]]:
     return found
 
 
+def sealed_family(truth: Mapping[str, Any]) -> Family:
+    """The family of a sealed case; in those from before 2026-11-26 velocities are over ground."""
+    return family_of(truth["family"], water_log=bool(truth.get("water_log", False)))
+
+
 def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]:
     """The recorded inputs of a case again, with the true first states from the sealed part."""
     records = []
@@ -141,6 +146,6 @@ def read(family: Family, truth: Mapping[str, Any], public: Path) -> list[Record]
         columns: dict[str, Array] = {name.split(" ")[0]: table[:, j] for j, name in enumerate(rows[0])}
         trial = Trial(sealed["name"], lambda: Fixed([]), sealed["heading"], sealed["seconds"])
         delta, n = family.orders(columns)
-        outputs = {name: columns[name] for name in family.outputs if name in UNITS}
+        outputs = {name: columns[shown] for name, shown in family.named_in_log.items() if shown in UNITS}
         records.append(Record(trial, columns["t"], delta, n, outputs, {}, tuple(sealed["first"])))
     return records

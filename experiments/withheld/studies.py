@@ -13,6 +13,7 @@ from withheld.referee import PRIOR
 
 UNITS = {
     "x": "m", "y": "m", "z": "m", "psi": "rad", "theta": "rad", "u": "m/s", "v": "m/s", "w": "m/s", "r": "rad/s",
+    "u_w": "m/s", "v_w": "m/s", "w_w": "m/s",
     "q": "rad/s", "delta": "rad", "delta_s": "rad", "n": "rev/s", "n_port": "rev/s", "n_starboard": "rev/s",
     **{f"n_{end}_{side}": "rev/s" for end in ("bow", "stern") for side in ("port", "starboard")},
 }  # fmt: skip
@@ -26,7 +27,7 @@ WIDE = 0.75
 
 def channels(family: Family) -> list[str]:
     """Columns of a log besides time: inputs, then outputs."""
-    return [*family.inputs, *family.outputs]
+    return [*family.inputs, *family.named_in_log.values()]
 
 
 def log_text(family: Family, record: Record) -> str:
@@ -36,8 +37,9 @@ def log_text(family: Family, record: Record) -> str:
         "# SYNTHETIC: simulated by experiments/withheld; no measurement",
         ",".join(["t [s]", *(f"{name} [{UNITS[name]}]" for name in columns)]),
     ]
-    values = {**family.recorded(record.delta, record.n), **record.outputs}
-    places = {name: max(0, math.ceil(-math.log10(KEPT * sd))) for name, sd in family.noise.items()}
+    shown = family.named_in_log
+    values = {**family.recorded(record.delta, record.n), **{shown[name]: y for name, y in record.outputs.items()}}
+    places = {shown[name]: max(0, math.ceil(-math.log10(KEPT * sd))) for name, sd in family.noise.items()}
     places |= {name: 6 if UNITS[name] == "rad" else 4 for name in family.inputs}
     table = [[f"{t:.2f}" for t in record.t]]
     table += [[f"{value:.{places[name]}f}" for value in np.round(values[name], places[name]) + 0.0] for name in columns]
@@ -90,7 +92,7 @@ def study_text(case: Case, name: str) -> str:
         ]
     if case.plan.stated:
         lines += ["[noise]  # white noise of the sensors, by their data sheets"]
-        lines += [f'{key} = "{sd:.6g} {UNITS[key]}"' for key, sd in family.noise.items()]
+        lines += [f'{family.named_in_log[key]} = "{sd:.6g} {UNITS[key]}"' for key, sd in family.noise.items()]
         lines += [""]
     lines += ["[cost]", 'kind = "trajectory"', 'initial = "free"', ""]
     lines += ["[optimizer]", 'use = "least_squares"', "", "[budget]", "evaluations = 20000"]

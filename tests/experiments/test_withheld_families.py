@@ -15,7 +15,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 from withheld.cases import LOOKALIKES, Case, Plan, drawn_coefficients, drawn_noise, growth
 from withheld.generate import ASIDE, SETS, SHEETS
 from withheld.names import NAMES
-from withheld.reality.families import VERTICAL, Family, design, families
+from withheld.reality.families import VERTICAL, Family, design, families, family_of
 from withheld.reality.manoeuvres import Fixed, Trial, ship_trial, torpedo_trial
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
@@ -166,10 +166,10 @@ def test_craft_with_thrusters_keep_their_course_turn_and_record_their_thrusters(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NEW)
-def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "water_log"), [*((name, False) for name in NEW), ("twin", True)])
+def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, water_log: bool, tmp_path: Path) -> None:
     """Slow errors of a sensor are left out: the first states of a trial take up much of them."""
-    family, rng = FAMILIES[name], np.random.default_rng(17)
+    family, rng = family_of(name, water_log=water_log), np.random.default_rng(17)
     coefficients = drawn_coefficients(family, rng)
     noise = {output: Noise(sd, 0.0, 1.0) for output, sd in family.noise.items()}
     trials = design(family, rng)[:4]
@@ -190,7 +190,7 @@ def test_a_vehicle_without_a_cause_refits_to_its_noise(name: str, tmp_path: Path
         free = [p for p in study.parameters if p.vary]
         assert all(p.min <= p.value - 4 * p.prior.sd and p.max >= p.value + 4 * p.prior.sd for p in free)
     fit = identify(study, seed=0, threads=1).fit.reset_index()
-    for channel in family.outputs:
-        left = math.sqrt(float((fit.loc[fit["channel"] == channel, "rmse"] ** 2).mean()))
+    for channel, shown in family.named_in_log.items():
+        left = math.sqrt(float((fit.loc[fit["channel"] == shown, "rmse"] ** 2).mean()))
         drawn = math.sqrt(np.mean([np.mean((r.outputs[channel] - r.clean[channel]) ** 2) for r in records]))
         assert 0.9 < left / drawn < 1.02, channel

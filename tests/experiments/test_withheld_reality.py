@@ -13,11 +13,12 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
 from withheld.cases import growth
 from withheld.names import NAMES
-from withheld.reality.families import Family, families
+from withheld.reality.families import Family, families, family_of
 from withheld.reality.gear import Gear
-from withheld.reality.manoeuvres import Fixed, Trial
+from withheld.reality.manoeuvres import Fixed, Trial, ship_trial
 from withheld.reality.sensors import Noise
 from withheld.reality.simulate import Present, Record, make
+from withheld.studies import log_text
 
 from seatruth import simulator
 from seatruth.effects import available
@@ -49,6 +50,32 @@ def _model(family: Family) -> Model:
         return load_model(family.model, parameter_set=family.set or None)
     found: Model = load_object(family.model, SHEETS)()
     return found
+
+
+@pytest.mark.parametrize("name", ["ship", "mariner", "twin"])
+@pytest.mark.parametrize("key", ["current", "rising_current"])
+def test_a_log_of_the_speed_through_the_water_leaves_the_current_out(name: str, key: str) -> None:
+    over_ground = FAMILIES[name]
+    through_water = family_of(name, water_log=True)
+    mechanism = over_ground.mechanism(key)
+    acting = (Present(mechanism, mechanism.draw(np.random.default_rng(3))),)
+    trial = ship_trial("turn_20_port", 0.4, over_ground.time)
+    ground, water = (
+        make(family, [trial], dict(family.coefficients), acting, QUIET[name], np.random.default_rng(0), True)[0]
+        for family in (over_ground, through_water)
+    )
+    north, east = (
+        np.broadcast_to(part, ground.t.shape)
+        for part in mechanism.act({q: np.array(value) for q, value in acting[0].values.items()}, ground.t)[:2]
+    )
+    c, d = np.cos(ground.clean["psi"]), np.sin(ground.clean["psi"])
+    moved = {"u": north * c + east * d, "v": east * c - north * d}
+    assert np.hypot(moved["u"], moved["v"])[-1] > 1e-3 * over_ground.speed
+    for output in over_ground.outputs:
+        left = ground.clean[output] - moved.get(output, 0.0)
+        assert water.clean[output] == pytest.approx(left, abs=1e-6 * over_ground.speed), output
+    assert ",u_w [m/s],v_w [m/s]," in log_text(through_water, water).splitlines()[1]
+    assert ",u [m/s],v [m/s]," in log_text(over_ground, ground).splitlines()[1]
 
 
 def _made(name: str, trial: Trial, acting: tuple[Present, ...] = ()) -> Record:

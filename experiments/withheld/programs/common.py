@@ -14,6 +14,7 @@ from seatruth import Study, load_study
 from seatruth.costs import TrajectoryCost
 from seatruth.effects import Effect, available, with_effects
 from seatruth.models import Model
+from seatruth.trials import Trial
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -130,6 +131,11 @@ def refitted(path: Path, *, fit: bool = True, effects: bool = True) -> Refitted:
         x,
         columns,
     )
+
+
+def recorded(trial: Trial, name: str) -> Array:
+    """What a trial recorded of a state (n,), or the velocity through the water, which these programs take for it."""
+    return np.asarray(trial.outputs[name if name in trial.outputs else f"{name}_w"])
 
 
 def soft(scores: dict[str, float]) -> list[tuple[list[str], float]]:

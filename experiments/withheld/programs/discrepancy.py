@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from withheld.programs.common import fitted
+from withheld.programs.common import fitted, recorded
 from withheld.verdicts import verdict
 
 THRESHOLD = 0.1
@@ -42,7 +42,7 @@ def sindy(study: Path) -> dict[str, Any]:
     inputs = [channel.name for channel in model.inputs if channel.name != "n"]
     features, targets = [], []
     for trial in loaded.trials:
-        states = np.stack([_smooth(np.asarray(trial.outputs[s.name])) for s in model.states], axis=1)
+        states = np.stack([_smooth(recorded(trial, s.name)) for s in model.states], axis=1)
         columns = [*states.T, *(np.asarray(trial.inputs[c.name]) for c in model.inputs)]
         rates = _modelled(model, values, columns)
         real = np.gradient(states, trial.t, axis=0)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from withheld.programs.common import soft
+from withheld.programs.common import recorded, soft
 from withheld.verdicts import verdict
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def kinematics(study: Path) -> dict[str, Any]:
     from seatruth import load_study
 
     records = [
-        {"t": t.t, **{name: _whole(t.t, np.asarray(t.outputs[name])) for name in NEEDED}}
+        {"t": t.t, **{name: _whole(t.t, recorded(t, name)) for name in NEEDED}}
         for t in load_study(study).trials
     ]
     base = [_joined([left(c)[k] for c in records]) for k in (0, 1)]

@@ -29,11 +29,11 @@ from seatruth.effects import available
 from seatruth.effects.causes import ROOT, ancestors
 from withheld.cases import FORM_BESIDE, LOOKALIKES
 from withheld.names import NAMES, UNKNOWN
-from withheld.next_trial import read
+from withheld.next_trial import read, sealed_family
 from withheld.programs.common import Rows
 from withheld.programs.evidence import NOTHING, Menu, alone, both, evidence, log_sum, other_ways
 from withheld.programs.ways import ANY, SEEDS, STRONG, Way, rungs, sizes, ways
-from withheld.reality.families import Family, families
+from withheld.reality.families import Family
 from withheld.reality.mechanism import Mechanism
 from withheld.reality.motion import Array
 from withheld.reality.sensors import Noise
@@ -58,7 +58,7 @@ BESIDE = sizes([FORM_BESIDE])
 
 def limit(truth: Mapping[str, Any], public: Path) -> dict[str, Any]:
     """The verdict of the best possible program on one case; `truth` is the sealed part."""
-    family = families()[truth["family"]]
+    family = sealed_family(truth)
     usable = [one for one in family.mechanisms if truth["ordered"] or not one.orders]
     poor = len(truth["trials"]) == POOR and len({trial["heading"] for trial in truth["trials"]}) == 1
     named = [one for one in usable if one.key in NAMES[family.name]]

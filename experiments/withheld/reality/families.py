@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from withheld.reality.motion import Array, Vehicle
 
 RUDDER_RATE = math.radians(5.0)
 """rad/s at model scale: slow enough for the record's rate, so that samples joined by lines are the rudder's motion."""
+
+
+VELOCITIES = ("u", "v", "w")
+"""Outputs that a log of the speed through the water may record."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +60,16 @@ class Family:
     thrusters: Mapping[str, float] = field(default_factory=dict)
     """Of a craft without a rudder: what is recorded in place of angle and revolutions; names of thrusters, and by how
     many rev/s each runs faster a radian of the pilot's angle."""
+    water_log: bool = False
+    """Whether its velocities are recorded through the water, as a speed log has them, and not over ground."""
     sheet: str = ""
     """File beside this package that holds the model as a user would write it from a data sheet; "" where the library
     has the model."""
+
+    @property
+    def named_in_log(self) -> dict[str, str]:
+        """The names of the outputs in a log and a study, by those of the state rows."""
+        return {name: f"{name}_w" if self.water_log and name in VELOCITIES else name for name in self.outputs}
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -233,6 +244,11 @@ def _torpedo() -> Family:
         catalogue.vertical(speed, time, sizes["m"], catalogue.SMALL), 30.0, True,
         {"dG": sizes["net"], "y_G": sizes["y_G"]}, forms=vertical_forms(),
     )  # fmt: skip
+
+
+def family_of(name: str, *, water_log: bool) -> Family:
+    """One family by name, its velocities recorded through the water or over ground."""
+    return replace(families()[name], water_log=water_log)
 
 
 def families() -> dict[str, Family]:

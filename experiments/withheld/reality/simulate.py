@@ -134,6 +134,8 @@ class Bench:
     def read(self, states: Array, t: Array) -> dict[str, Array]:
         """What the sensors read, without noise, of states (time, 6, lanes)."""
         y = {name: states[:, j].copy() for j, name in enumerate(self.family.outputs)}
+        if self.family.water_log:
+            self._take_current_off(y, t)
         whole = len(t) > 1
         # A velocity log reads what passes its mounting; delay comes after all else.
         for one in sorted(self.readings, key=lambda one: one.act in sensors.HISTORY):
@@ -143,6 +145,16 @@ class Bench:
             for name, value in one.act(part, one.values, t).items():
                 y[name][:, one.rows] = value
         return y
+
+
+    def _take_current_off(self, y: dict[str, Array], t: Array) -> None:
+        """Makes the velocities (time, lanes) those through the water."""
+        c, d = np.cos(y["psi"]), np.sin(y["psi"])
+        for one in self.currents:
+            north, east = one.act(one.values, t[:, None])[:2]
+            a, b = c[:, one.rows], d[:, one.rows]
+            y["u"][:, one.rows] -= north * a + east * b
+            y["v"][:, one.rows] -= east * a - north * b
 
 
 class Pilots:
@@ -166,7 +178,7 @@ class Pilots:
     def interval(self, k: int, state: Array) -> tuple[Array, Array]:
         """Orders over the next sample interval, slewed."""
         family = self.bench.family
-        y = self.bench.read(state[None, :6], np.zeros(1))
+        y = self.bench.read(state[None, :6], np.array([k * family.dt]))
         read = {name: y[name][0] + self.noise[name][k] for name in y}
         read[family.craft.angle] = read[family.craft.angle] - self.angle
         wanted, share = np.empty(len(self.manoeuvres)), np.empty(len(self.manoeuvres))
