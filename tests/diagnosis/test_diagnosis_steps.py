@@ -13,7 +13,7 @@ import seatruth.diagnosis.steps as module
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import Sizes, first_sizes, noise_prior
-from seatruth.diagnosis.steps import corrected, likelihood_at, objective, step, weighted_squares
+from seatruth.diagnosis.steps import Step, corrected, likelihood_at, objective, step, weighted_squares
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.study import Study
@@ -43,10 +43,11 @@ def far(problem: Problem) -> Point:
 def test_a_step_falls_by_what_it_says(problem: Problem, sizes: Sizes) -> None:
     at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
     likelihood = likelihood_at(problem, at, sizes, EFFECTS)
-    to, fall = step(problem, at, sizes, likelihood)
+    to, fall, damping, _ = step(problem, at, sizes, likelihood)
     values = [objective(problem, p, problem.errors(p), sizes, EFFECTS, likelihood) for p in (at.point, to)]
     assert fall == pytest.approx(values[0] - values[1], rel=1e-9)
     assert fall > 0.0
+    assert damping == 0.0
     assert (to.shared >= problem.low).all()
     assert (to.shared <= problem.high).all()
 
@@ -84,9 +85,8 @@ class Valley(Model):
         return p.a * i.push, 1000.0 * (p.b - p.a * p.a) * i.push
 
 
-@pytest.mark.parametrize("corrections", [0, module._CORRECTIONS])
-def test_corrected_steps_follow_a_curved_valley(corrections: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Straight steps leave it at once; the truth is at a = 1."""
+def walked(steps: int) -> tuple[float, list[float]]:
+    """Where `a` is after so many steps along the valley, and the damping that each of them hands on."""
     t, rng = np.arange(20.0), np.random.default_rng(0)
     outputs = {"x": t + 0.1 * rng.normal(size=20), "y": 0.1 * rng.normal(size=20)}
     trial = Trial("run", t, {"push": np.ones(20)}, outputs, synthetic=True)
@@ -95,10 +95,32 @@ def test_corrected_steps_follow_a_curved_valley(corrections: int, monkeypatch: p
     problem = Problem(study, [], Settings(), threads=1)
     nothing = np.zeros(0)
     sizes = Sizes(np.log([0.1, 0.1]), (0, 0), nothing, nothing, nothing)
-    monkeypatch.setattr(module, "_CORRECTIONS", corrections)
     point, names = problem.start, [q.name for q in problem.unknowns]
-    for _ in range(8):
+    taken: Step | None = None
+    dampings = []
+    for _ in range(steps):
         at = problem.linearize(point, (), discrepancy=False)
-        point, _ = step(problem, at, sizes, likelihood_at(problem, at, sizes, ()))
-    reached = point.shared[names.index("a")]
+        taken = step(problem, at, sizes, likelihood_at(problem, at, sizes, ()), taken)
+        point = taken.point
+        dampings.append(taken.damping)
+    return float(point.shared[names.index("a")]), dampings
+
+
+@pytest.mark.parametrize("corrections", [0, module._CORRECTIONS])
+def test_corrected_steps_follow_a_curved_valley(corrections: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Straight steps leave it at once; the truth is at a = 1."""
+    monkeypatch.setattr(module, "_CORRECTIONS", corrections)
+    monkeypatch.setattr(module, "_SMALL_PART", 0.0)
+    reached, dampings = walked(8)
+    assert not any(dampings)
     assert reached == pytest.approx(1.0, abs=0.02) if corrections else reached < 0.5
+
+
+def test_steps_that_are_held_back_follow_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where corrections do not, as of long runs that bend by more than their first order tells."""
+    monkeypatch.setattr(module, "_CORRECTIONS", 0)
+    reached, dampings = walked(8)
+    monkeypatch.setattr(module, "_SMALL_PART", 0.0)
+    straight, _ = walked(8)
+    assert max(dampings) > 1.0
+    assert reached + 1.0 > 2.0 * (straight + 1.0)

@@ -27,7 +27,7 @@ from seatruth.diagnosis.sizes import (
     price_of_sizes,
     proposed_shapes,
 )
-from seatruth.diagnosis.steps import likelihood_at, objective, step
+from seatruth.diagnosis.steps import Step, likelihood_at, objective, step
 from seatruth.diagnosis.unknowns import Solution
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.filters import MAD_TO_SD
@@ -140,6 +140,7 @@ def fit(
     reached, left = -math.inf, 0.0
     for round_ in range(_ROUNDS):
         last, settled, highest, still, fallen = -math.inf, False, -math.inf, 0, 0.0
+        taken: Step | None = None
         for number in range(settings.fit_steps):
             at = problem.linearize(point, effects, discrepancy=discrepancy)
             if not np.isfinite(at.errors).all():
@@ -158,14 +159,14 @@ def fit(
             if still >= _STILL:
                 settled = True
                 break
-            point, fall = step(problem, at, sizes, likelihood)
-            fallen += fall
-            kept = _kept_promise(problem, at, sizes, likelihood, fall)
+            taken = step(problem, at, sizes, likelihood, taken)
+            point, fallen = taken.point, fallen + taken.fall
+            kept = _kept_promise(problem, at, sizes, likelihood, taken.fall)
             # Derivatives of another point may lead astray; those of runs that bend hold for tiny steps only.
             if problem.lent and kept < _KEPT_PROMISE:
                 problem.renew()
                 continue
-            if fall < settings.settled:
+            if taken.fall < settings.settled:
                 settled = True
                 break
         last_left = left
@@ -187,17 +188,18 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
     the weights come to those of the noise as the errors fall. It ends where they fall no more.
     """
     distance = _distances(problem, problem.errors(point), sizes)
+    taken: Step | None = None
     for _ in range(problem.settings.fit_steps):
         if not np.isfinite(distance).all() or (distance <= _CLOSE).all():
             break
         inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
         at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
         likelihood = likelihood_at(problem, at, inflated, effects)
-        moved, _ = step(problem, at, inflated, likelihood)
-        nearer = _distances(problem, problem.errors(moved), sizes)
+        taken = step(problem, at, inflated, likelihood, taken)
+        nearer = _distances(problem, problem.errors(taken.point), sizes)
         progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
         if progress > 0.0:
-            point, distance = moved, nearer
+            point, distance = taken.point, nearer
         if progress < _NO_NEARER * len(distance):
             if not problem.lent:
                 break

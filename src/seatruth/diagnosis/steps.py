@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,63 +24,130 @@ _PARTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 """Parts of a step that are tried, the longest first."""
 _LARGE_PART = 0.5
 """Part of a step from which no other step is tried. [S]"""
+_SMALL_PART = 0.1
+"""Part below which a corrected step goes so little of its way that steps that are held back are tried too. [S]"""
 _CORRECTIONS = 4
 """Corrections of a step. [S] Each costs a simulation; three bring most."""
-_DAMPINGS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
-"""Dampings (Marquardt 1963) that are tried else. [S] At 1e5 hardly anything moves."""
+_DAMPING = 1e4
+"""Damping (Marquardt 1963) that is tried first. [S] The priors of initial states are so wide that less holds nothing
+back where long runs bend."""
+_LEAST_DAMPING, _LARGEST_DAMPING = 1.0, 1e10
+"""Least and largest damping. [S] The least hardly holds anything back; with the largest hardly anything moves."""
+_TIMES = 10.0
+"""Ratio of one damping to the next. Marquardt's."""
+_WORN_OUT = 0.1
+"""Part of what steps of all kinds brought below which they are all tried again. [S]"""
 _DIVERGED = 1e8
 """Error, in SI units, beyond which a run counts as diverged."""
 
 
-def step(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood) -> tuple[Point, float]:
-    """One step from a linearization: the new point, and the fall of the objective (nats).
+class Step(NamedTuple):
+    """One step: the new point, the fall of the objective (nats), and what the next one is told.
+
+    That is the damping with which it begins, 0 for the whole step, and what the last step of all kinds brought (nats).
+    """
+
+    point: Point
+    fall: float
+    damping: float
+    all_kinds: float
+
+
+class _Descent:
+    """The lowest of the points that were tried from a linearization."""
+
+    def __init__(self, problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood) -> None:
+        self._problem, self._sizes, self._effects, self._likelihood = problem, sizes, at.effects, likelihood
+        self.point = at.point
+        self._before = self._reached = self._objective(at.point, at.errors)
+
+    @property
+    def fall(self) -> float:
+        """Of the objective (nats)."""
+        return self._before - self._reached
+
+    def lower(self, point: Point, errors: Array) -> bool:
+        """Whether a point with these errors (N,) is lower than all before, and then stands for them."""
+        after = self._objective(point, errors)
+        if not after < self._reached:
+            return False
+        self.point, self._reached = point, after
+        return True
+
+    def simulated(self, point: Point) -> bool:
+        """The same for a point that is simulated."""
+        return self.lower(point, self._problem.errors(point))
+
+    def _objective(self, point: Point, errors: Array) -> float:
+        return objective(self._problem, point, errors, self._sizes, self._effects, self._likelihood)
+
+
+def step(
+    problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, before: Step | None = None
+) -> Step:
+    """One step from a linearization, after the one `before`.
 
     A Gauss-Newton step with backtracking. Where only a small part of the step is of use, coefficients and forces trade
     along a curved valley: corrected steps are tried, then those of Levenberg and Marquardt, which hold back what the
-    trials hardly determine, and not what they do.
+    trials hardly determine, and not what they do. Where these go furthest, the next steps are of their kind, as long as
+    they bring about as much.
     """
-    point, effects = at.point, at.effects
-    before = objective(problem, point, at.errors, sizes, effects, likelihood)
-    best, reached = point, before
-
-    def better(trial: Point, errors: Array) -> bool:
-        nonlocal best, reached
-        after = objective(problem, trial, errors, sizes, effects, likelihood)
-        if not after < reached:
-            return False
-        best, reached = trial, after
-        return True
-
-    def simulated(trial: Point) -> bool:
-        return better(trial, problem.errors(trial))
-
+    found, held, all_kinds = _Descent(problem, at, sizes, likelihood), 0.0, 0.0
     try:
-        within = likelihood.bounded(sizes, effects)
-        whole = within.solve(sizes, effects)
-        forced = bool(np.isfinite(sizes.forces).any()) and can_compensate(problem)
-        near: Callable[[float], Point] | None = None
-
-        def useful(part: float) -> bool:
-            nonlocal near
-            if simulated(problem.moved(point, whole.shared, whole.local, part)):
-                return True
-            if forced and near is None:
-                near = along(problem, point, whole)
-            return near is not None and simulated(near(part))
-
-        part = next((part for part in _PARTS if useful(part)), 0.0)
+        within = likelihood.bounded(sizes, at.effects)
         # With derivatives lent from another point, new ones bring more than other steps.
-        if part < _LARGE_PART and not problem.lent:
-            for longer in (part for part in _PARTS if part <= _LARGE_PART):
-                if any(better(*nearer) for nearer in corrected(problem, at, sizes, within, whole, longer)):
-                    break
+        if before is not None and before.damping > 0.0 and not problem.lent:
+            held, all_kinds = _held_back(found, problem, at, sizes, within, before.damping), before.all_kinds
+        if found.fall <= _WORN_OUT * all_kinds:
+            whole = within.solve(sizes, at.effects)
+            if _useful_part(found, problem, at, sizes, whole) < _LARGE_PART and not problem.lent:
+                shorter = (part for part in _PARTS if part <= _LARGE_PART)
+                tried = ((part, corrected(problem, at, sizes, within, whole, part)) for part in shorter)
+                part = next((part for part, nearer in tried if any(found.lower(*one) for one in nearer)), 0.0)
+                held = _held_back(found, problem, at, sizes, within, _DAMPING) if part < _SMALL_PART else 0.0
             else:
-                for damping in _DAMPINGS:
-                    held_back = within.damped(damping).solve(sizes, effects)
-                    simulated(problem.moved(point, held_back.shared, held_back.local))
+                held = 0.0
+            all_kinds = found.fall
     except np.linalg.LinAlgError:
         pass
-    return best, before - reached
+    return Step(found.point, found.fall, held / _TIMES if held > _LEAST_DAMPING else 0.0, all_kinds)
+
+
+def _useful_part(found: _Descent, problem: Problem, at: Linearization, sizes: Sizes, whole: Solution) -> float:
+    """The longest part of a step that lowers the objective, straight or along the motion; 0 where none does."""
+    forced = bool(np.isfinite(sizes.forces).any()) and can_compensate(problem)
+    near: Callable[[float], Point] | None = None
+    for part in _PARTS:
+        if found.simulated(problem.moved(at.point, whole.shared, whole.local, part)):
+            return part
+        if forced and near is None:
+            near = along(problem, at.point, whole)
+        if near is not None and found.simulated(near(part)):
+            return part
+    return 0.0
+
+
+def _held_back(
+    found: _Descent, problem: Problem, at: Linearization, sizes: Sizes, within: Likelihood, damping: float
+) -> float:
+    """The least damping, from this one on, with which a step lowers the objective most; 0 where none does.
+
+    It falls as long as that brings more, and rises until one is of use.
+    """
+
+    def lowers(strength: float) -> bool:
+        held = within.damped(strength).solve(sizes, at.effects)
+        return found.simulated(problem.moved(at.point, held.shared, held.local))
+
+    if lowers(damping):
+        while damping > _LEAST_DAMPING and lowers(damping / _TIMES):
+            damping /= _TIMES
+        return damping
+    while damping < _LARGEST_DAMPING:
+        damping *= _TIMES
+        if lowers(damping):
+            return damping
+    return 0.0
 
 
 def corrected(
