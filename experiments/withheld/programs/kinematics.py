@@ -77,8 +77,7 @@ def kinematics(study: Path) -> dict[str, Any]:
     from seatruth import load_study
 
     records = [
-        {"t": t.t, **{name: _whole(t.t, recorded(t, name)) for name in NEEDED}}
-        for t in load_study(study).trials
+        {"t": t.t, **{name: _whole(t.t, recorded(t, name)) for name in NEEDED}} for t in load_study(study).trials
     ]
     base = [_joined([left(c)[k] for c in records]) for k in (0, 1)]
     columns: dict[str, list[Array]] = {}

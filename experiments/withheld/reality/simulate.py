@@ -146,7 +146,6 @@ class Bench:
                 y[name][:, one.rows] = value
         return y
 
-
     def _take_current_off(self, y: dict[str, Array], t: Array) -> None:
         """Makes the velocities (time, lanes) those through the water."""
         c, d = np.cos(y["psi"]), np.sin(y["psi"])

@@ -82,9 +82,7 @@ class _Descent:
         return objective(self._problem, point, errors, self._sizes, self._effects, self._likelihood)
 
 
-def step(
-    problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, before: Step | None = None
-) -> Step:
+def step(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, before: Step | None = None) -> Step:
     """One step from a linearization, after the one `before`.
 
     A Gauss-Newton step with backtracking. Where only a small part of the step is of use, coefficients and forces trade
