@@ -52,6 +52,20 @@ def test_a_step_falls_by_what_it_says(problem: Problem, sizes: Sizes) -> None:
     assert (to.shared <= problem.high).all()
 
 
+def test_a_step_leads_back_from_where_the_model_diverges(
+    problem: Problem, sizes: Sizes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
+    likelihood = likelihood_at(problem, at, sizes, EFFECTS)
+    monkeypatch.setattr(module, "_DIVERGED", 0.99 * float(np.abs(at.errors).max()))
+    taken = step(problem, at, sizes, likelihood)
+    assert taken.fall == np.inf
+    assert np.isfinite(objective(problem, taken.point, problem.errors(taken.point), sizes, EFFECTS, likelihood))
+    # Nothing is lower where everything diverges.
+    monkeypatch.setattr(module, "_DIVERGED", 0.0)
+    assert step(problem, at, sizes, likelihood)[1:] == (0.0, 0.0, 0.0)
+
+
 def test_corrections_come_nearer_to_where_the_step_was_to_lead(problem: Problem, sizes: Sizes) -> None:
     at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
     likelihood = likelihood_at(problem, at, sizes, EFFECTS)

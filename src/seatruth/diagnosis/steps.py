@@ -63,8 +63,8 @@ class _Descent:
 
     @property
     def fall(self) -> float:
-        """Of the objective (nats)."""
-        return self._before - self._reached
+        """Of the objective (nats); infinite from where the model diverges to where it does not."""
+        return 0.0 if self._reached == self._before else self._before - self._reached
 
     def lower(self, point: Point, errors: Array) -> bool:
         """Whether a point with these errors (N,) is lower than all before, and then stands for them."""
