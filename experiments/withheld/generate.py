@@ -8,7 +8,6 @@ import secrets
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +45,8 @@ def plans(which: str, count: int, seed: int) -> list[Plan]:
     """The plans of a set, in an order that says nothing.
 
     Kinds in fixed shares, families in turn, causes and forms in a shuffled turn, so that none comes twice before all
-    came once; strata in turn. Half of the studies state their noise. In a test set a third of those of
-    vehicles that a current carries sideways have velocities through the water.
+    came once; strata in turn. Half of the studies state their noise. In a test set a third of those of vehicles that a
+    current carries sideways have velocities through the water.
     """
     rng = np.random.default_rng(seed)
     known = families()
@@ -71,8 +70,8 @@ def plans(which: str, count: int, seed: int) -> list[Plan]:
             causes = (next(turn), next(turn)) if kind == "double" else (next(turn),)
         strong = kind in ("confounded", "double", *FORM_KINDS)
         stratum = 1 + k % (len(STRATA) - 1) if strong else (k // 2) % len(STRATA)
-        plan = Plan(name, kind, causes, stratum, int(rng.integers(2**62)), form, bool(stated[k]))
-        result.append(replace(plan, water_log=name in carried and bool(water_log[k])))
+        through_water = name in carried and bool(water_log[k])
+        result.append(Plan(name, kind, causes, stratum, int(rng.integers(2**62)), form, bool(stated[k]), through_water))
     return [result[k] for k in rng.permutation(len(result))]
 
 

@@ -13,7 +13,7 @@ from withheld.referee import PRIOR
 
 UNITS = {
     "x": "m", "y": "m", "z": "m", "psi": "rad", "theta": "rad", "u": "m/s", "v": "m/s", "w": "m/s", "r": "rad/s",
-    "u_w": "m/s", "v_w": "m/s", "w_w": "m/s",
+    "u_w": "m/s", "v_w": "m/s",
     "q": "rad/s", "delta": "rad", "delta_s": "rad", "n": "rev/s", "n_port": "rev/s", "n_starboard": "rev/s",
     **{f"n_{end}_{side}": "rev/s" for end in ("bow", "stern") for side in ("port", "starboard")},
 }  # fmt: skip

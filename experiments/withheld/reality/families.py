@@ -16,10 +16,8 @@ from withheld.reality.motion import Array, Vehicle
 
 RUDDER_RATE = math.radians(5.0)
 """rad/s at model scale: slow enough for the record's rate, so that samples joined by lines are the rudder's motion."""
-
-
-VELOCITIES = ("u", "v", "w")
-"""Outputs that a log of the speed through the water may record."""
+VELOCITIES = ("u", "v")
+"""Outputs that a log of the speed through the water records, of a vehicle that a current carries sideways."""
 
 
 @dataclass(frozen=True)

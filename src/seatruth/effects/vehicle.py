@@ -89,16 +89,16 @@ def straight_drag(model: Model) -> Role | None:
         return None
     undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
     s, p, sign, name = _at_rest(model)
+
+    def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
+        slowed = -force(s, undriven, p, e)
+        if driven:
+            # Only what needs it pays for it: the engine writes out the equations once more.
+            slowed = slowed + force(s._replace(**{name: sign * e.u_c}), undriven, p, e)
+        return slowed
+
     try:
         driven = force(s, undriven, p, Environment()) != 0.0
-
-        def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
-            slowed = -force(s, undriven, p, e)
-            if driven:
-                # Only what needs it pays for it: the engine writes out the equations once more.
-                slowed = slowed + force(s._replace(**{name: sign * e.u_c}), undriven, p, e)
-            return slowed
-
         tried = [sign * speed * drag(s._replace(**{name: speed}), None, p, Environment()) for speed in (-1.0, 1.0)]
     except (ArithmeticError, ValueError):
         return None
