@@ -6,6 +6,7 @@ import json
 import shutil
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,14 @@ import one_story
 import pytest
 
 import seatruth.diagnosis
+import seatruth.sample
 from seatruth.cli import run
-from seatruth.commands.diagnose import AUGMENTED, CHECKPOINT, REPORT, show
+from seatruth.commands.diagnose import AUGMENTED, CHECKPOINT, REPORT, _say_errors, show
 from seatruth.diagnosis.results import NAME, Diagnosis
 from seatruth.progress import ProgressEvent
 from seatruth.storage.checkpoint import StaleCheckpoint
 from seatruth.study import load_study
+from seatruth.trials.trial import Trials
 
 Shown = pytest.CaptureFixture[str]
 
@@ -160,3 +163,14 @@ def test_a_result_that_cannot_be_written_is_shown(folder: Path, calls: Any, caps
     shown = capsys.readouterr()
     assert "A cause is named" in shown.out
     assert "Traceback" not in shown.err
+
+
+def test_what_makes_a_diagnosis_meaningless_is_said_before_it_begins(capsys: Shown) -> None:
+    study = seatruth.sample.load("diagnose.toml")
+    _say_errors(study, 1)
+    assert capsys.readouterr().out == ""
+    turned = [replace(trial, inputs={**trial.inputs, "delta": -trial.inputs["delta"]}) for trial in study.trials]
+    _say_errors(study.replace(trials=Trials(turned)), 1)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "input 'delta': The model turns the other way than the record." in said
+    assert "Correct this first" in said

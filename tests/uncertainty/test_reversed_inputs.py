@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from astray_boat import study
+from astray_boat import Boat, study
 
-from seatruth import BlackBox, Study, identify
+from seatruth import BlackBox, Study, diagnose, identify
 from seatruth.costs.options import RegressionOptions
 from seatruth.models import Rudder, load_model
+from seatruth.report.text.diagnosis import data_first
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial, Trials
@@ -31,6 +32,44 @@ def test_a_rudder_is_found_turned_round_from_the_heading_alone() -> None:
     (found,) = reversed_inputs(wrong, threads=1)
     assert (found.severity, found.code, found.channel) == ("warning", "input-reversed", "delta")
     assert "Set sign = -1 for delta" in found.do
+
+
+class Ship(Boat):
+    """The boat with a gyro: its runs start with the recorded yaw rate."""
+
+    name = "ship"
+    title = "A ship that answers her rudder in a minute"
+    outputs = Boat.states
+
+    @staticmethod
+    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return y.r, y.psi, y.x, y.y
+
+
+def ship(sign: float) -> Study:
+    """SYNTHETIC turns of a ship that answers her rudder in 60 s, whose yaw rate at the start is as recorded."""
+    model = Ship()
+    values = {"K": 0.05, "T": 60.0, "U": 8.0}
+    rng, trials = np.random.default_rng(4), []
+    for number, delta in enumerate((0.35, -0.2)):
+        t = np.arange(0.0, 600.0, 1.0)
+        bare = Trial(f"turn {number}", t, {"delta": np.where(t < 30.0, 0.0, delta)}, {}, synthetic=True)
+        y = simulator(model, [bare], values=values).outputs(np.zeros((1, 0)), np.zeros((1, len(model.states)))).y[0]
+        outputs = {c.name: y[:, k] + 1e-4 * rng.normal(size=len(t)) for k, c in enumerate(model.outputs)}
+        trials.append(replace(bare, inputs={"delta": sign * bare.inputs["delta"]}, outputs=outputs))
+    parameters = tuple(p.replace(value=values[p.name], max=100.0, vary=p.name == "K") for p in model.parameters)
+    return Study("ship", model, Trials(trials), parameters=parameters)
+
+
+def test_a_ship_that_goes_on_turning_for_a_minute_is_seen_in_longer_pieces() -> None:
+    assert reversed_inputs(ship(1.0), threads=1) == []
+    (found,) = reversed_inputs(ship(-1.0), threads=1)
+    assert found.channel == "delta"
+
+
+def test_a_diagnosis_of_a_model_that_turns_the_other_way_says_so_first() -> None:
+    found = diagnose(ship(-1.0), ["heading_bias"], validate=False, suggest=False, threads=1)
+    assert data_first(found).startswith("The data first: input 'delta': The model turns the other way than the record.")
 
 
 def test_a_regression_is_not_simulated() -> None:
@@ -124,4 +163,4 @@ def test_a_gap_of_ages_makes_no_more_pieces() -> None:
     """A log with a gap of 1e12 s took gigabytes, one entry for every fifteen seconds of it."""
     t = np.concatenate([np.arange(0.0, 60.0, 0.5), 1.5e12 + np.arange(0.0, 60.0, 0.5)])
     trial = Trial(name="a", t=t, inputs={}, outputs={"r": np.zeros(t.size)})
-    assert [len(piece) for piece in _pieces(trial)] == [30] * 8
+    assert [len(piece) for piece in _pieces(trial, 15.0)] == [30] * 8

@@ -78,6 +78,23 @@ def diagnose(
     )
 
 
+def _say_errors(study: Study, threads: int | None) -> None:
+    """Says what makes any diagnosis meaningless before it takes its minutes."""
+    from seatruth.diagnosis.preconditions import turned_round
+    from seatruth.models.black_box import BlackBox
+    from seatruth.trials.check import check_trials
+
+    findings = check_trials(study.trials, study.model)
+    if not isinstance(study.model, BlackBox):  # its runs may take minutes, and the diagnosis asks for them itself
+        findings += turned_round(study, threads)
+    errors = [finding for finding in findings if finding.severity == "error"]
+    for number, finding in enumerate(errors):
+        if finding.code not in {other.code for other in errors[:number]}:
+            say(str(finding), style="bold red")
+    if errors:
+        say("Correct this first: a diagnosis means nothing beside it.\n")
+
+
 def run(
     study: Study,
     folder: Path,
@@ -107,6 +124,7 @@ def run(
     chosen, specs = select_effects(effects or [], place)
     if not quiet:
         say_cost(study, chosen, "diagnose", evaluations=evaluations, threads=threads)
+        _say_errors(study, threads)
     with resumable(folder, [checkpoint], fresh=fresh, quiet=quiet) as progress:
         diagnosis = diagnose_study(
             study,

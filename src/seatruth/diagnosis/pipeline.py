@@ -18,6 +18,7 @@ from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.preconditions import (
     require_trials,
+    turned_round,
     unseen,
     untried_forms,
     usable_effects,
@@ -107,7 +108,11 @@ def diagnose(
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
         problem = Problem(study, chosen, settings, threads=threads, evaluations=evaluations)
-        findings = [*check_trials(study.trials, study.model), *weaknesses(study, problem)]
+        findings = [
+            *check_trials(study.trials, study.model),
+            *turned_round(study, threads),
+            *weaknesses(study, problem),
+        ]
         box = isolated_in(study.model)
         # Runs that are kept on disk make a search again as it was; finished fits would leave out what others learn.
         again = checkpoint if box is None or box.identity is None else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
+from seatruth.uncertainty.reversed_inputs import reversed_inputs
 
 _FEWEST_SAMPLES = 10
 """Samples of a trial below which nothing can be said of its motion. [S]"""
@@ -46,6 +48,15 @@ def require_trials(study: Study) -> None:
                     where=f"trial {trial.name!r}, channel {name!r}, t = {trial.t[wild[0]]:g} s",
                     do="Correct it, or leave the sample empty.",
                 )
+
+
+def turned_round(study: Study, threads: int | None) -> list[Finding]:
+    """An error for each input that makes the model turn the other way than the record, and turned round as recorded.
+
+    Its refit would end at a bound, and what is missing beside it would be its own mirror image.
+    """
+    found = reversed_inputs(study, threads=threads)
+    return [replace(f, severity="error", where=f"input {f.channel!r}" if f.channel else f.where) for f in found]
 
 
 def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

@@ -19,7 +19,7 @@ from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
-from seatruth.effects.undeclared_actuators import steering_inputs
+from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
 from seatruth.errors import SeatruthError
 from seatruth.models.actuators import Entry, Thruster, entry
 from seatruth.models.base import Model
@@ -27,14 +27,20 @@ from seatruth.text import listed
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
 
-_SECONDS = 15.0
-"""s between two starts from the record: some time constants of most vehicles in yaw and pitch. Chosen here [S]."""
+_SECONDS = (15.0, 60.0, 240.0)
+"""s between two starts from the record: some time constants in yaw and pitch (T of Nomoto's equation) of small
+vehicles, of launches and of ships: a second, ten, a minute. Chosen here [S]."""
 _FEWEST_SAMPLES, _MOST_PIECES = 15, 200
 _AGREES = 0.5
 """Correlation of simulated and recorded rate from which they agree; below its negative they go opposite ways. Chosen
 here [S]."""
 _RATES = {"yaw": ("r", "psi"), "pitch": ("q", "theta")}
 """The rate by which a turn is judged, and the angle whose derivative stands for it where it is not recorded."""
+_SPEEDS = ("u", "u_w", "sog")
+"""The speed by which a drive is judged: the first that the model shows and all trials hold."""
+_FAR, _NEAR = 0.3, 0.5
+"""Part of its speed by which a vehicle must be missed, and part of that which is left with its drive turned round.
+Chosen here [S]: a thrust or a drag that is off by any factor of one sign comes no nearer the wrong way round."""
 _SIDES = 0.02
 """Part of a thruster's distance from the middle within which another lies opposite to it."""
 
@@ -53,15 +59,68 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
     """
     if not isinstance(study.cost, TrajectoryOptions):
         return []
-    found = []
-    for words, turns, change in _changes(study):
-        try:
-            now, then = (_agreement(study, turns, taken, x, threads) for taken in ({}, change))
-        except SeatruthError:  # it cannot be simulated so: other findings say why
-            continue
-        if now < -_AGREES and then > _AGREES:
-            found.append(_finding(words, turns, change, now, then))
-    return found
+    found, changes = [], _changes(study)
+    for turns in _RATES:
+        about = [(words, change) for words, axis, change in changes if axis == turns]
+        for seconds in _SECONDS if about else ():
+            if (now := _tried(study, turns, {}, x, threads, seconds)) >= -_AGREES:
+                continue
+            better = [(words, change, _tried(study, turns, change, x, threads, seconds)) for words, change in about]
+            better = [one for one in better if one[2] > _AGREES]
+            found += [_finding(words, turns, change, now, then) for words, change, then in better]
+            if better:
+                break
+    return [*found, *_reversed_drives(study, x, threads)]
+
+
+def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | None) -> list[Finding]:
+    """A warning for the drives that must be turned round for the model to keep the recorded speed."""
+    thrusters = [one.input for one in study.model.actuators if isinstance(one, Thruster)]
+    names = tuple(dict.fromkeys((*thrusters, *drive_inputs(study.model))))
+    channel = _judged(study.model, study.trials, _SPEEDS)
+    if not names or channel is None:
+        return []
+    change = {name: (name, -1.0) for name in names}
+    for seconds in _SECONDS:
+        missed = []
+        for taken in ({}, change):
+            try:
+                simulated, measured = _compared(study, channel, taken, x, threads, seconds)
+            except SeatruthError:  # it cannot be simulated so: other findings say why
+                return []
+            missed.append(float(np.sqrt(np.sum((simulated - measured) ** 2))) if simulated.size else 0.0)
+        now, then = missed
+        if now > _FAR * float(np.sqrt(np.sum(measured**2))) and then < _NEAR * now:
+            said = f"the input {names[0]!r}" if len(names) == 1 else f"the inputs {listed([repr(n) for n in names])}"
+            return [_drive_finding(said, names[0], channel, then / now)]
+    return []
+
+
+def _drive_finding(said: str, name: str, channel: str, left: float) -> Finding:
+    return Finding(
+        "warning",
+        "input-reversed",
+        f"The model drives the other way than the record. With {said} turned round, it moves as recorded: it then "
+        f"misses {channel} by {100 * left:.0f} % of what it misses as it is.",
+        "model",
+        f"Set sign = -1 for {name} in [channels], or change the sign of what it does in the model.",
+        channel=name,
+    )
+
+
+def _tried(
+    study: EstimationProblem,
+    turns: str,
+    change: Mapping[str, tuple[str, float]],
+    x: Array | None,
+    threads: int | None,
+    seconds: float,
+) -> float:
+    """As `_agreement`; 0 where it cannot be simulated: other findings say why."""
+    try:
+        return _agreement(study, turns, change, x, threads, seconds)
+    except SeatruthError:
+        return 0.0
 
 
 def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], now: float, then: float) -> Finding:
@@ -132,35 +191,52 @@ class _Values:
 
 
 def _agreement(
-    study: EstimationProblem, turns: str, change: Mapping[str, tuple[str, float]], x: Array | None, threads: int | None
+    study: EstimationProblem,
+    turns: str,
+    change: Mapping[str, tuple[str, float]],
+    x: Array | None,
+    threads: int | None,
+    seconds: float,
 ) -> float:
     """Correlation about zero of the simulated with the recorded rate; 0 where the record does not tell."""
-    channel = _judged(study.model, study.trials, turns)
+    channel = _judged(study.model, study.trials, _RATES[turns])
     if channel is None:
         return 0.0
-    pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change))]
+    simulated, measured = _compared(study, channel, change, x, threads, seconds)
+    size = float(np.sqrt((simulated @ simulated) * (measured @ measured)))
+    return float(simulated @ measured) / size if size > 0 else 0.0
+
+
+def _compared(
+    study: EstimationProblem,
+    channel: str,
+    change: Mapping[str, tuple[str, float]],
+    x: Array | None,
+    threads: int | None,
+    seconds: float,
+) -> tuple[Array, Array]:
+    """A channel (n,) as simulated and as recorded, in pieces of so many seconds; of an angle its change over each."""
+    pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change), seconds)]
     if not pieces:
-        return 0.0
+        return np.zeros(0), np.zeros(0)
     options: Any = study.cost
     plain = options.replace(segments=None, multiple_shooting=False, initial="fixed", initial_sd={})
     cost: StudyCost = cost_of(study.replace(trials=Trials(pieces[:_MOST_PIECES]), cost=plain), threads=threads)
     column = [one.name for one in study.model.outputs].index(channel)
     at = np.clip(cost.start if x is None else x[: len(cost.start)], *cost.bounds)
     pairs = [
-        (_rate(piece, y[:, column], channel), _rate(piece, piece.outputs[channel], channel))
+        (_rate(y[:, column], channel), _rate(piece.outputs[channel], channel))
         for piece, y in zip(cost.trials, cost.predict(at))
     ]
     simulated, measured = (np.concatenate(part) for part in zip(*pairs))
     good = np.isfinite(simulated) & np.isfinite(measured)
-    simulated, measured = simulated[good], measured[good]
-    size = float(np.sqrt((simulated @ simulated) * (measured @ measured)))
-    return float(simulated @ measured) / size if size > 0 else 0.0
+    return simulated[good], measured[good]
 
 
-def _judged(model: Model, trials: Sequence[Trial], turns: str) -> str | None:
-    """The rate, or the angle, that the model shows and all trials hold."""
+def _judged(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> str | None:
+    """The first of these channels that the model shows and all trials hold."""
     shown = {channel.name for channel in model.outputs}
-    for name in _RATES[turns]:
+    for name in names:
         if name in shown and all(name in t.outputs and np.isfinite(t.outputs[name]).any() for t in trials):
             return name
     return None
@@ -171,9 +247,9 @@ def _changed(trial: Trial, change: Mapping[str, tuple[str, float]]) -> Trial:
     return replace(trial, inputs={**trial.inputs, **inputs})
 
 
-def _pieces(trial: Trial) -> list[Trial]:
-    """The trial in pieces of some seconds, however long its gaps are."""
-    turns = np.floor((trial.t - trial.t[0]) / _SECONDS)
+def _pieces(trial: Trial, seconds: float) -> list[Trial]:
+    """The trial in pieces of so many seconds, however long its gaps are."""
+    turns = np.floor((trial.t - trial.t[0]) / seconds)
     edges = [0, *(np.flatnonzero(np.diff(turns)) + 1).tolist(), len(trial)]
     return [
         trial.section(first, stop, f"{trial.name} {number}")
@@ -182,6 +258,6 @@ def _pieces(trial: Trial) -> list[Trial]:
     ]
 
 
-def _rate(trial: Trial, values: Array, channel: str) -> Array:
-    """The rate (n,); of an angle, its change over the piece so far, which noise hides less than it hides a slope."""
-    return values if channel in ("r", "q") else values - values[np.argmax(np.isfinite(values))]
+def _rate(values: Array, channel: str) -> Array:
+    """A rate (n,); of an angle, its change over the piece so far, which noise hides less than it hides a slope."""
+    return values - values[np.argmax(np.isfinite(values))] if channel in ("psi", "theta") else values

@@ -15,6 +15,7 @@ import numpy as np
 
 from seatruth.trials.check.duplicates import check_duplicates
 from seatruth.trials.check.excitation import check_coverage, check_inputs, check_rate, excitation_table
+from seatruth.trials.check.ground_track import check_ground_track
 from seatruth.trials.check.helpers import Channels
 from seatruth.trials.check.positions import check_depth, check_positions
 from seatruth.trials.check.rates import check_rates
@@ -78,6 +79,7 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
             yield from check_steering(trial, model)
         if not wrong & {"psi", "theta", "phi"}:
             yield from check_positions(trial)
+        yield from check_ground_track(trial)
         if "theta" not in wrong:
             yield from check_depth(trial)
         yield from check_sensors(trial)

@@ -1,0 +1,139 @@
+"""Positions against the velocity over ground that a satellite receiver gives, and speeds through the water against it.
+
+A receiver gives its speed and course (`sog`, `cog`), or its velocity north and east (`v_n`, `v_e`). These hold what a
+log's u and v hold where neither was recorded: which way x and y count, and in what unit a speed stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatruth.trials.check import limits
+from seatruth.trials.check.helpers import (
+    Windows,
+    at_all_times,
+    has_channels,
+    integral,
+    make_finding,
+    rms,
+    windows,
+)
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+Complex = NDArray[np.complex128]
+_UNITS = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"), (3600.0 / 1852.0, "m/s"))
+"""Factor from a number to the speed in m/s where it is read as m/s, or, of the last, as knots."""
+_AXES: tuple[tuple[str, str, str, Callable[[Complex], Complex]], ...] = (
+    (
+        "x and y (latitude and longitude) are swapped.",
+        "Exchange their columns.",
+        "x",
+        lambda z: np.asarray(z.imag + 1j * z.real),
+    ),
+    ("y counts the other way.", "Set sign = -1 for y.", "y", lambda z: np.asarray(np.conj(z))),
+    ("x counts the other way.", "Set sign = -1 for x.", "x", lambda z: np.asarray(-np.conj(z))),
+    ("x and y both count the other way.", "Set sign = -1 for both.", "x", lambda z: np.asarray(-z)),
+)
+
+
+def check_ground_track(trial: Trial) -> Iterator[Finding]:
+    """x and y against the velocity over ground; the speed through the water against that over ground."""
+    for names in (("sog", "cog"), ("v_n", "v_e")):
+        if has_channels(trial, *names):
+            found = list(_track(trial, names)) if has_channels(trial, "x", "y") else []
+            yield from found
+            # Against a speed over ground that is wrong itself, the other one would be blamed.
+            if not found and has_channels(trial, "u_w"):
+                yield from _through_the_water(trial, names)
+            return
+
+
+def _velocity(trial: Trial, names: tuple[str, str]) -> Complex:
+    """Velocity over ground (n,), north + i east."""
+    one, other = (at_all_times(trial, name) for name in names)
+    return np.asarray(one * np.exp(1j * other) if names[0] == "sog" else one + 1j * other, dtype=np.complex128)
+
+
+def _windows(trial: Trial, inside: Complex) -> Windows | None:
+    return windows(trial.t, [inside.real, inside.imag], [trial.channel("x"), trial.channel("y")])
+
+
+def _way(trial: Trial, w: Windows, velocity: Complex) -> Complex:
+    """Displacement (m,) over each window at this velocity."""
+    change = w.change(integral(trial.t, velocity.real)) + 1j * w.change(integral(trial.t, velocity.imag))
+    return np.asarray(change, dtype=np.complex128)
+
+
+def _track(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
+    velocity = _velocity(trial, names)
+    w = _windows(trial, velocity)
+    if w is None:
+        return
+    position = trial.channel("x") + 1j * trial.channel("y")
+    moved, expected = np.asarray(position[w.last] - position[w.first]), _way(trial, w, velocity)
+    travel = rms(np.abs(moved))
+    if travel == 0.0 or rms(np.abs(expected)) == 0.0:
+        return
+
+    def apart(one: Complex, other: Complex) -> float:
+        return rms(np.abs(one - other)) / travel
+
+    mismatch, said = apart(moved, expected), " and ".join(names)
+    if mismatch <= limits.DISAGREEMENT:
+        return
+    options: list[tuple[float, Finding]] = []
+
+    def message(left: float, text: str) -> str:
+        return f"Displacements disagree with {said} by {100 * mismatch:.0f} %, and by {100 * left:.0f} % if {text}"
+
+    for text, do, channel, undo in _AXES:
+        left = apart(undo(moved), expected)
+        options.append((left, make_finding(trial, "error", "position-axes", message(left, text), do, channel=channel)))
+    if names[0] == "sog" and has_channels(trial, "psi"):
+        heading = np.asarray(at_all_times(trial, "sog") * np.exp(1j * at_all_times(trial, "psi")))
+        if _windows(trial, heading) is not None:
+            left = apart(moved, _way(trial, w, heading))
+            text, do = "psi stands in the place of cog.", "Exchange the columns of psi and cog, or leave cog out."
+            options.append(
+                (left, make_finding(trial, "error", "heading-course", message(left, text), do, channel="cog"))
+            )
+    size = travel / rms(np.abs(expected))
+    for factor, unit in _UNITS:
+        if abs(size / factor - 1.0) < limits.KNOWN_SCALE:
+            left, do = apart(moved, factor * expected), f"State unit = '{unit}' for {names[0]}."
+            text = message(left, f"{said} stand in {unit}.")
+            options.append((left, make_finding(trial, "error", "unit", text, do, channel=names[0])))
+    best, found = min(options, key=lambda option: option[0])
+    if best <= limits.EXPLAINED * mismatch:
+        yield found
+
+
+def _through_the_water(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
+    """The unit of the speed through the water, where it is a known factor off on courses a quarter turn apart."""
+    velocity, through = _velocity(trial, names), at_all_times(trial, "u_w")
+    good = np.isfinite(velocity) & np.isfinite(through) & (np.abs(velocity) > 0.5 * rms(np.abs(velocity)))
+    if int(good.sum()) < limits.FEW_SAMPLES or _turned(velocity[good]) < limits.HEADING_COVERAGE:
+        return
+    ratio = np.abs(velocity[good]) / np.maximum(np.abs(through[good]), 1e-12)
+    low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
+    if high - low > limits.DISAGREEMENT * middle:
+        return
+    for factor, unit in _UNITS:
+        if abs(middle / factor - 1.0) < limits.KNOWN_SCALE:
+            yield make_finding(
+                trial,
+                "error",
+                "unit",
+                f"On every course the speed over ground is {middle:.3g} times u_w: u_w stands in {unit}.",
+                f"State unit = '{unit}' for u_w.",
+                channel="u_w",
+            )
+
+
+def _turned(velocity: Complex) -> float:
+    """Range of the course, rad."""
+    return float(np.ptp(np.unwrap(np.angle(velocity))))
