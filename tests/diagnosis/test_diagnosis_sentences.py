@@ -175,6 +175,14 @@ def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like(
     assert "one course" not in said("unknown")
 
 
+def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -> None:
+    text = said("unknown", part=["added-mass error"])
+    assert (
+        "It looks like added-mass error, but forces of no name are missing beside it: a model of another form" in text
+    )
+    assert "forces of no name" not in said("unknown")
+
+
 def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", outdone=["wind", "lag of the rudder"])
     assert "It looks like wind and lag of the rudder, but trials left out are predicted better without them:" in text

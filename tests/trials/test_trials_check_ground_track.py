@@ -67,6 +67,18 @@ def test_exchanged_columns_are_named() -> None:
     assert (exchanged.code, exchanged.channel) == ("heading-course", "cog")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "said"), [(lambda psi: -psi, "counter-clockwise."), (lambda psi: np.pi / 2 - psi, "from east")]
+)
+def test_a_heading_that_counts_another_way_is_named(wrong: Callable[[Array], Array], said: str) -> None:
+    turning = received(zigzag(amplitude=0.6, speed=3.0, period=150.0, course=0.7))
+    kept = {name: values for name, values in turning.outputs.items() if name != "r"}
+    assert list(check_ground_track(replace(turning, outputs=kept))) == []
+    (found,) = check_ground_track(altered(replace(turning, outputs=kept), {"psi": wrong}))
+    assert (found.code, found.channel) == ("heading-course", "psi")
+    assert said in found.message
+
+
 def test_velocities_north_and_east_serve_as_well() -> None:
     right = log()
     velocity = right.outputs["sog"] * np.exp(1j * right.outputs["cog"])

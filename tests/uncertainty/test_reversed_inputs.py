@@ -72,6 +72,37 @@ def test_a_diagnosis_of_a_model_that_turns_the_other_way_says_so_first() -> None
     assert data_first(found).startswith("The data first: input 'delta': The model turns the other way than the record.")
 
 
+class Differential(Boat):
+    """A boat whose two orders are no thrusters that anyone has declared."""
+
+    name = "differential"
+    title = "A boat with two orders"
+    outputs = Boat.states
+    inputs = (Channel("left", "1"), Channel("right", "1"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return (p.K * (i.left - i.right) - s.r) / p.T, s.r, p.U * np.cos(s.psi), p.U * np.sin(s.psi)
+
+    @staticmethod
+    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return y.r, y.psi, y.x, y.y
+
+
+def test_a_model_that_turns_the_other_way_by_inputs_of_no_known_kind_is_said_to_do_so() -> None:
+    (run,) = study().trials
+    rate = np.gradient(run.outputs["psi"], run.t)
+    orders = {"left": run.inputs["delta"], "right": np.zeros(len(run))}
+    trial = replace(run, inputs=orders, outputs={**run.outputs, "r": rate})
+    parameters = tuple(p.replace(value={"K": 0.5, "T": 3.0, "U": 1.5}[p.name]) for p in Boat.parameters)
+    right = Study("differential", Differential(), Trials([trial]), parameters=parameters)
+    assert reversed_inputs(right, threads=1) == []
+    up = replace(trial, outputs={**trial.outputs, "r": -rate, "psi": -trial.outputs["psi"]})
+    (found,) = reversed_inputs(right.replace(trials=Trials([up])), threads=1)
+    assert (found.code, found.channel) == ("input-reversed", "r")
+    assert "Check the sign of r" in found.do
+
+
 def test_a_regression_is_not_simulated() -> None:
     wrong = study(values=STARTS, cost=RegressionOptions())
     assert reversed_inputs(wrong, threads=1) == []

@@ -236,6 +236,7 @@ class Assembly:
             self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
             form=[problem.effects[name].title for name in self.decision.form],
+            part=[problem.effects[name].title for name in self.decision.part],
             along=[problem.effects[name].title for name in self.decision.along],
             untried=[problem.effects[name].title for name in self.decision.untried],
             small=[problem.effects[name].title for name in self.decision.small],

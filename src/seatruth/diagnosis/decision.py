@@ -9,8 +9,8 @@ are missing beside it: it is then a part of a model of another form, and stands 
 and in turns counts for what it explains beyond forces of no name, since damping of another form looks the same; a
 factor on all thrust beside another cause is not named, which a resistance of another form looks like. Where all trials
 are on one course, what keeps its direction on the earth is not named beside other missing forces either: it is then a
-force ahead or to one side, as a model of another form has them. A term that is refused takes nothing with it: what it
-stood for is left to the discrepancy of the model's form, beside which the other effects have been compared as well.
+force ahead or to one side, as a model of another form has them. A term that is refused takes nothing with it: its part
+is left to the discrepancy of the model's form.
 """
 
 from __future__ import annotations
@@ -50,8 +50,7 @@ _FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust", "actuator.pr
 """Factors on all that a rudder or a propeller gives, the same as an error of its coefficients: beside discrepancy they
 are a part of a model of another form. In the last two opened test sets of `experiments/withheld` (65 cases, 2026-11-22)
 such a factor was named beside discrepancy in two where it did not act, and beside the errors put into a recorded ship a
-rudder of 0.5 or 1.3 times its effect. Thrust that falls with the load is a thrust curve of another form: of a crew boat
-with two diesels, whose curve bends otherwise than its model's, it explained a hundred nats."""
+rudder of 0.5 or 1.3 times its effect. Thrust that falls with the load is a thrust curve of another form."""
 
 
 @dataclass(frozen=True)
@@ -82,13 +81,15 @@ class Decision:
     form: Key = ()
     """Effects that fit the trials as a hull of another form does, and are not named for that."""
     along: Key = ()
-    """Effects that keep their direction on the earth, and are not named since all trials are on one course."""
+    """Effects that keep their direction on the earth, not named since all trials are on one course."""
     small: Key = ()
-    """Effects that are significant beside a cause that is not in the library, but close next to none of the gap."""
+    """Effects that are significant beside an unknown cause, but close next to none of the gap."""
     outdone: Key = ()
     """Effects that explain the trials, but not surely those left out, which terms in the equations predict better."""
     untried: Key = ()
     """Effects that what cannot be tried on the model looks like, and that do not surely predict trials left out."""
+    part: Key = ()
+    """Terms of the model's forces that are probable, and not named since others are missing beside them."""
 
 
 def decide(
@@ -127,9 +128,10 @@ def decide(
     along: Key = ()
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
-    left, gone = list(found), set[str]()
+    left, gone, part = list(found), set[str](), dict[str, None]()
     for _ in range(_ROUNDS):
         answer = _answer(left, effects, settings, near, helps, one_course)
+        part |= dict.fromkeys(name for name in answer.part if name not in form)
         if answer.clusters:
             return Decision(
                 kind_of(answer.clusters),
@@ -150,7 +152,7 @@ def decide(
     lacking = sum(one.probability for one in found if one.discrepancy or forms_in(one.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unnamed), True, (), form, along)
+        return Decision("unknown", (), min(1.0, unnamed), True, (), form, along, part=tuple(part))
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
@@ -166,6 +168,8 @@ class _Answer:
     clusters: tuple[Cluster, ...]
     kept: Key
     refused: Key
+    part: Key
+    """Terms of the model's forces that were probable beside others that are missing."""
     lacking: bool
     """Whether the model also lacks something that no effect describes."""
 
@@ -182,12 +186,11 @@ def _answer(
     sets = answers(found)
     first: Key = next(iter(sets), ())
     form, share = forms_in(first, effects), acting(found, first, effects)
-    kept, refused, gone = first, list[str](), set[str]()
+    kept, refused, gone, part = first, list[str](), set[str](), list[str]()
     clusters: list[Cluster] = []
     while kept:
-        # What is refused leaves the others to explain more, or less: they are asked again without it, and two effects
-        # that only together look like something else do not stand when one of them falls. What is only improbable may
-        # act all the same.
+        # What is refused leaves the others to explain more, or less: they are asked again without it, so that two that
+        # only together look like something else do not stand when one falls. What is only improbable may act.
         beside = _discrepancy(found, kept)
         candidates = {name: _cluster(name, first, sets, effects, settings, near, beside=beside) for name in kept}
         # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
@@ -203,6 +206,7 @@ def _answer(
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
             and not _says_nothing(candidates[name], near, settings)
         ]
+        part += [name for name in likely if beside and _is_structure(name, effects)]
         # So they predict beside what stands for the other form, which forces beside them need not take up.
         asked = tuple(sorted({*kept, *form}))
         passing = tuple(name for name in probable if _one_helps(candidates[name], name, asked, helps))
@@ -215,7 +219,7 @@ def _answer(
             break
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
-    return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), lacking)
+    return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking)
 
 
 def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:
@@ -303,7 +307,7 @@ def _weight(found: Sequence[Hypothesis]) -> float:
 
 
 def _explained(found: Sequence[Hypothesis]) -> float:
-    """Log-evidence (nats) of the best of these hypotheses over the best one without effects."""
+    """Log-evidence (nats) of the best of them over the best one without effects."""
     alone = max((one.log_evidence for one in found if not one.effects), default=0.0)
     return max((one.log_evidence for one in found), default=alone) - alone
 

@@ -151,7 +151,8 @@ def fit_both(found: Search, key: Key, near: Fit) -> None:
         own = found.fits.get((key, on))
         # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
         if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
-            fit_once(found, key, on, parent.point, parent.sizes, attempt=_FROM_ITS_BEST_PART)
+            near_enough = found.rival - HOPE
+            fit_once(found, key, on, parent.point, parent.sizes, attempt=_FROM_ITS_BEST_PART, rival=near_enough)
 
 
 def ensure(found: Search, key: Key, near: Fit, attempt: str = _FIRST) -> Fit | None:
@@ -222,6 +223,7 @@ def fit_once(
 def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
     problem, best, start = found.problem, found.rival, _start(found, key, near)
+    near_enough = best - HOPE  # further attempts at what is hopeless are broken off too, if later
     # It may be fitted already, in a search without forces.
     got = found.fits.get((key, False))
     if got is None:
@@ -238,12 +240,14 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     loose = fit_once(found, key, True, start, sizes)
     if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
-        loose = fit_once(found, key, True, got.point, sizes, attempt="from its fit without discrepancy") or loose
+        words = "from its fit without discrepancy"
+        loose = fit_once(found, key, True, got.point, sizes, attempt=words, rival=near_enough) or loose
     hope = loose is not None and loose.evidence > best - problem.settings.hopeless
     if loose is not None and hope and (got is None or got.evidence < loose.evidence - _NESTED):
         # It may explain the trials without discrepancy, though one step, or a fit of runs that stray, did not show it.
         bare = without_discrepancy(problem, loose.point)
-        got = fit_once(found, key, False, bare, loose.sizes, attempt="from its fit with discrepancy")
+        words = "from its fit with discrepancy"
+        got = fit_once(found, key, False, bare, loose.sizes, attempt=words, rival=near_enough)
         if got is not None and got.evidence > loose.evidence + _NESTED:
             # What it reaches there is no optimum of forces: they contain it.
             fit_once(found, key, True, got.point, _beside(found, got, near), attempt="from its end without discrepancy")

@@ -293,6 +293,7 @@ def _fit_to_the_end(found: Search, turn: int) -> None:
                 fit.point,
                 fit.sizes,
                 attempt=f"from where it stopped short, {turn}",
+                rival=near - HOPE,
             )
 
 

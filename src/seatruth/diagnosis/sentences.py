@@ -46,6 +46,7 @@ def verdict_sentence(
     validation: Validation | None,
     one_trial: bool,
     form: Sequence[str] = (),
+    part: Sequence[str] = (),
     along: Sequence[str] = (),
     small: Sequence[str] = (),
     outdone: Sequence[str] = (),
@@ -63,6 +64,7 @@ def verdict_sentence(
         validation: prediction of trials that were left out, or None.
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
+        part: titles of terms of the model's forces that are probable, and not named since others are missing.
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
             course.
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
@@ -84,7 +86,7 @@ def verdict_sentence(
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
         refused = _outdone(outdone, beside=False), _untried(untried, beside=False)
-        return _joined(first, said, _of_another_form(form), _on_one_course(along), *refused, beside)
+        return _joined(first, said, _of_another_form(form), _part_of_it(part), _on_one_course(along), *refused, beside)
     refused = _outdone(outdone, beside=True), _untried(untried, beside=True)
     return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *refused)
 
@@ -262,6 +264,17 @@ def _of_another_form(titles: Sequence[str]) -> str:
     if not titles:
         return ""
     return f"It looks like {listed(titles)}, or like damping of another form than the model's, which shows the same."
+
+
+def _part_of_it(titles: Sequence[str]) -> str:
+    """What fits, where forces are missing beside it, of which it may be a part."""
+    if not titles:
+        return ""
+    them = "it" if len(titles) == 1 else "them"
+    return (
+        f"It looks like {listed(titles)}, but forces of no name are missing beside {them}: a model of another form "
+        "looks the same."
+    )
 
 
 def _on_one_course(titles: Sequence[str]) -> str:

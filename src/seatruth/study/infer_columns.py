@@ -35,7 +35,10 @@ _AUTOPILOTS = {
 x, y, z and vx, vy, vz are north, east, down), ArduPilot's list of log messages (GPS, IMU, XKF1)."""
 _MEANT = {word: channel for channel, words in _AUTOPILOTS.items() for word in words}
 _NAMES: dict[str, tuple[str, ...]] = {
-    "t": ("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time"),
+    "t": (
+        *("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time", "stamp"),
+        *("unix time", "unix", "epoch", "gps time", "log time"),
+    ),
     "x": ("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
     "y": ("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
     "z": ("z", "z0", "pos z", "position z", "down"),

@@ -30,6 +30,9 @@ _FIX = ("latitude", "longitude")
 """Channels from which reading makes x and y."""
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
+_WEIGHED_OR_MEASURED = frozenset(("kg", "kg m2", "kg m^2", "kg*m^2", "m", "m2", "m^2", "m3", "m^3", "kg/m3", "kg/m^3"))
+"""Units of masses, moments of inertia and sizes: a scale and a drawing know them. Where they are free as well as the
+forces, a record shows the ratio of the two alone."""
 _SHOWN = 40
 """Columns without a channel that are listed; a flight log has hundreds. Chosen here [S]."""
 
@@ -118,7 +121,7 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
         [
             *_head(path, log.notes, model, use),
             *of_simulator,
-            *_parameters(model),
+            *_parameters(model, own=":" in use),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
             *_accelerometers(measured, fields),
@@ -169,11 +172,13 @@ def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
     ]
 
 
-def _parameters(model: Model) -> list[str]:
+def _parameters(model: Model, *, own: bool) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
     bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
-    usual = declared or [name for name in bounded if name in _USUAL]
-    first = free_parameters(model) if isinstance(model, FMU) else bounded[:4]
+    # Of a model of one's own, all that no scale or drawing says: an error in what is held looks like a cause.
+    unsure = [p.name for p in model.parameters if p.name in bounded and p.unit not in _WEIGHED_OR_MEASURED]
+    usual = declared or [name for name in bounded if name in _USUAL and not own]
+    first = free_parameters(model) if isinstance(model, FMU) else unsure or bounded[:4]
     free = usual or first or [model.parameters[0].name]
     listing = ", ".join(_text(name) for name in free)
     others = [p for p in model.parameters if p.name not in free]

@@ -36,6 +36,10 @@ _AGREES = 0.5
 here [S]."""
 _RATES = {"yaw": ("r", "psi"), "pitch": ("q", "theta")}
 """The rate by which a turn is judged, and the angle whose derivative stands for it where it is not recorded."""
+_VERBS = {"yaw": "turns", "pitch": "pitches"}
+_OPPOSITE = 0.7
+"""Correlation below whose negative they go opposite ways, though no input is known that would mend it: half of what the
+one does is the other's mirror image. Chosen here [S]."""
 _SPEEDS = ("u", "u_w", "sog")
 """The speed by which a drive is judged: the first that the model shows and all trials hold."""
 _FAR, _NEAR = 0.3, 0.5
@@ -62,14 +66,18 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
     found, changes = [], _changes(study)
     for turns in _RATES:
         about = [(words, change) for words, axis, change in changes if axis == turns]
-        for seconds in _SECONDS if about else ():
+        lowest = 0.0
+        for seconds in _SECONDS if study.model.inputs else ():
             if (now := _tried(study, turns, {}, x, threads, seconds)) >= -_AGREES:
                 continue
+            lowest = min(lowest, now)
             better = [(words, change, _tried(study, turns, change, x, threads, seconds)) for words, change in about]
             better = [one for one in better if one[2] > _AGREES]
             found += [_finding(words, turns, change, now, then) for words, change, then in better]
             if better:
                 break
+        else:
+            found += [_opposite_finding(study, turns, lowest)] if lowest < -_OPPOSITE else []
     return [*found, *_reversed_drives(study, x, threads)]
 
 
@@ -94,6 +102,21 @@ def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | N
             said = f"the input {names[0]!r}" if len(names) == 1 else f"the inputs {listed([repr(n) for n in names])}"
             return [_drive_finding(said, names[0], channel, then / now)]
     return []
+
+
+def _opposite_finding(study: EstimationProblem, turns: str, now: float) -> Finding:
+    channel = _judged(study.model, study.trials, _RATES[turns]) or ""
+    side = "positive to starboard, psi clockwise" if turns == "yaw" else "positive nose up, as theta"
+    return Finding(
+        "warning",
+        "input-reversed",
+        f"The model {_VERBS[turns]} the other way than the record: the correlation of its {turns} rate with the record "
+        f"is {now:.2f}.",
+        "model",
+        f"Check the sign of {channel} ({_RATES[turns][0]} is {side}), and of what turns the model: the columns of two "
+        "thrusters may be exchanged.",
+        channel=channel,
+    )
 
 
 def _drive_finding(said: str, name: str, channel: str, left: float) -> Finding:
@@ -133,7 +156,7 @@ def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], no
     return Finding(
         "warning",
         "input-reversed",
-        f"The model {'turns' if turns == 'yaw' else 'pitches'} the other way than the record. {words}, it moves as "
+        f"The model {_VERBS[turns]} the other way than the record. {words}, it moves as "
         f"recorded: the correlation of its {turns} rate with the record is {now:.2f} as it is, and {then:.2f} then.",
         "model",
         do,

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
     Windows,
@@ -39,6 +40,16 @@ _AXES: tuple[tuple[str, str, str, Callable[[Complex], Complex]], ...] = (
     ("x and y both count the other way.", "Set sign = -1 for both.", "x", lambda z: np.asarray(-z)),
 )
 
+_HEADINGS: tuple[tuple[str, str, Callable[[Array], Array]], ...] = (
+    ("it counts counter-clockwise.", "Set sign = -1 for psi (and for r, if it agrees with psi).", lambda psi: -psi),
+    (
+        "it counts counter-clockwise from east (as ROS does).",
+        "Set sign = -1 and offset = 1.5708 (90 deg) for psi, and sign = -1 for r if it agrees with psi.",
+        lambda psi: np.pi / 2 - psi,
+    ),
+)
+"""Headings that point nowhere near the course. One that is half a turn off is named by `check_positions`."""
+
 
 def check_ground_track(trial: Trial) -> Iterator[Finding]:
     """x and y against the velocity over ground; the speed through the water against that over ground."""
@@ -46,6 +57,8 @@ def check_ground_track(trial: Trial) -> Iterator[Finding]:
         if has_channels(trial, *names):
             found = list(_track(trial, names)) if has_channels(trial, "x", "y") else []
             yield from found
+            if not found and has_channels(trial, "psi") and not has_channels(trial, "u"):
+                yield from _heading(trial, names)
             # Against a speed over ground that is wrong itself, the other one would be blamed.
             if not found and has_channels(trial, "u_w"):
                 yield from _through_the_water(trial, names)
@@ -110,6 +123,33 @@ def _track(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
     best, found = min(options, key=lambda option: option[0])
     if best <= limits.EXPLAINED * mismatch:
         yield found
+
+
+def _heading(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
+    """psi against the course: a heading that counts another way is near it nowhere but by chance."""
+    velocity, psi = _velocity(trial, names), at_all_times(trial, "psi")
+    good = np.isfinite(velocity) & np.isfinite(psi)
+    if int(good.sum()) < limits.FEW_SAMPLES or _turned(velocity[good]) < limits.HEADING_COVERAGE:
+        return
+    velocity, psi = velocity[good], psi[good]
+    size = rms(np.abs(velocity))
+    if size == 0.0:
+        return
+    left = {
+        text: rms(np.abs(velocity - np.abs(velocity) * np.exp(1j * read(psi)))) / size for text, _, read in _HEADINGS
+    }
+    now = rms(np.abs(velocity - np.abs(velocity) * np.exp(1j * psi))) / size
+    best = min(_HEADINGS, key=lambda option: left[option[0]])
+    if left[best[0]] <= limits.EXPLAINED * now:
+        yield make_finding(
+            trial,
+            "error",
+            "heading-course",
+            f"psi disagrees with the course over ground by {100 * now:.0f} %, and by {100 * left[best[0]]:.0f} % if "
+            f"{best[0]}",
+            best[1],
+            channel="psi",
+        )
 
 
 def _through_the_water(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
