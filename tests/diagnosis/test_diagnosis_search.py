@@ -14,7 +14,7 @@ import small_case as small
 from seatruth.diagnosis import hypothesis_fits, noise_sharing
 from seatruth.diagnosis import search as search_module
 from seatruth.diagnosis.fit import Fit, fit_at
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
@@ -212,9 +212,11 @@ def test_no_two_attempts_at_a_hypothesis_are_stored_under_one_name(
     begun: dict[str, set[bytes]] = {}
     real = hypothesis_fits.fit_once
 
-    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first") -> Fit | None:
+    def watched(
+        found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first", rival: float = -math.inf
+    ) -> Fit | None:
         begun.setdefault(f"{key} {on} {attempt}", set()).add(start.shared.tobytes() + sizes.white.tobytes())
-        return real(found, key, on, start, sizes, attempt=attempt)
+        return real(found, key, on, start, sizes, attempt=attempt, rival=rival)
 
     monkeypatch.setattr(hypothesis_fits, "_NOT_AGAIN", -math.inf)
     for module in (hypothesis_fits, search_module, noise_sharing):
@@ -313,10 +315,12 @@ def test_a_set_is_tried_without_forces_from_where_they_held_the_runs(
     """Half a lost thruster: a fit of runs that stray ended elsewhere, 1700 nats behind, and a sensor was blamed."""
     key: Key = ("rudder_offset",)
     bare, loose = found.fits[key, False], found.fits[key, True]
-    begun: list[tuple[bool, str]] = []
+    begun: list[tuple[bool, str, float]] = []
 
-    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first") -> Fit:
-        begun.append((on, attempt))
+    def watched(
+        found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first", rival: float = -math.inf
+    ) -> Fit:
+        begun.append((on, attempt, rival))
         return loose if on else replace(bare, evidence=loose.evidence - 2000.0)
 
     monkeypatch.setattr(hypothesis_fits, "fit_once", watched)
@@ -325,7 +329,8 @@ def test_a_set_is_tried_without_forces_from_where_they_held_the_runs(
     again.rival = near.evidence
     monkeypatch.setattr(hypothesis_fits, "_fit_bare", lambda *_: (bare.point, replace(bare, evidence=-1e6)))
     hypothesis_fits._fit_forward(again, key, near)
-    assert begun[-1] == (False, "from its fit with discrepancy")
+    # It is broken off where it comes nowhere near what leads.
+    assert begun[-1] == (False, "from its fit with discrepancy", near.evidence - HOPE)
 
 
 def test_runs_that_are_simulated_are_fitted_without_the_forces_that_held_them(found: Search) -> None:
