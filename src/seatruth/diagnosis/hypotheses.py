@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
@@ -12,6 +15,7 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import NoisePrior
 from seatruth.storage.checkpoint import Checkpoint
 
+T = TypeVar("T")
 Key = tuple[str, ...]
 HOPE = 100.0
 """Log-evidence (nats) behind the best by which a set's linearized one may be wrong, or half of the gap. [S]"""
@@ -35,7 +39,7 @@ class Search:
     waves: dict[str, Array] = field(default_factory=dict)
     """Values (n,) from which effects of waves begin, where what the model alone leaves shows a narrow band."""
     failed: dict[Key, str] = field(default_factory=dict)
-    """Hypotheses that were set aside, with the reason."""
+    """Hypotheses, or parts of the search in words, that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
     """Finished fits and screens, for a run that goes on."""
     rival: float = -math.inf
@@ -83,6 +87,14 @@ class Search:
     def expected(self, key: Key) -> float:
         """Linearized evidence of a set."""
         return max(self.screened.get((key, on), -math.inf) for on in (False, True))
+
+    def or_set_aside(self, what: str, stage: Callable[[], T], otherwise: T) -> T:
+        """What a stage gives; where its algebra fails it is named among what was set aside, and all fits stay."""
+        try:
+            return stage()
+        except np.linalg.LinAlgError as trouble:
+            self.failed.setdefault((what,), str(trouble))
+            return otherwise
 
     def hopeful(self, key: Key) -> bool:
         """Whether a set's fit could come near the rival: its linearized evidence may be wrong by half of the gap.

@@ -126,14 +126,20 @@ def waves_beside(found: Search, at: Fit) -> list[str]:
 
 
 def _with_amplitudes(found: Search, at: Fit, key: Key, name: str, values: Array) -> Array:
-    """These values of an effect with the magnitudes that fit best beside them, its form held."""
+    """These values of an effect with the magnitudes that fit best beside them, its form held.
+
+    The values themselves where the model diverges there, or the algebra fails: long runs may be about to diverge.
+    """
     problem, columns = found.problem, found.problem.columns[name]
     form = [int(k) for k, q in zip(columns, problem.effects[name].parameters) if q.prior is not None]
     here = problem.linearize(started(problem, at, name, values), key, discrepancy=at.discrepancy)
     if not np.isfinite(here.errors).all():
         return values
     low, high = problem.low[columns], problem.high[columns]
-    step = Likelihood(problem, here, held=form).solve(at.sizes, key).shared[columns]
+    try:
+        step = Likelihood(problem, here, held=form).solve(at.sizes, key).shared[columns]
+    except np.linalg.LinAlgError:
+        return values
     return np.asarray(np.clip(values + step, low, high))
 
 
