@@ -38,6 +38,19 @@ def test_init_guesses_a_study_that_parses(folder: Path, capsys: pytest.CaptureFi
     assert "seatruth check" in capsys.readouterr().out
 
 
+def test_init_frees_what_no_scale_or_drawing_says_of_ones_own_model(folder: Path) -> None:
+    """Damping may have the unit of a mass: it is known by its name."""
+    names = {"m": "kg", "I_zz": "kg m2", "N_rd": "kg m2", "Y_r": "kg", "N_rr": "kg m2", "X_uu": "kg/m", "beam": "m"}
+    declared = ", ".join(f'Parameter({name!r}, 1.0, {unit!r}, 0.1, 9.0, source="own")' for name, unit in names.items())
+    text = (folder / "ship.py").read_text().replace(", vary=True", "")
+    head, _, rest = text.partition("    parameters = (")
+    (folder / "own.py").write_text(f"{head}    parameters = ({declared}, {rest}")
+    assert call("init", "zigzag.csv", "--model", "own.py:Nomoto", "--output", "own.toml") == 0
+    file, _ = parse((folder / "own.toml").read_text())
+    assert file.model is not None
+    assert {*file.model.vary} == {"Y_r", "N_rr", "X_uu", "K", "T"}
+
+
 def test_init_never_overwrites_unless_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "zigzag.toml").write_text("precious")
     assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 2

@@ -183,6 +183,12 @@ def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -
     assert "forces of no name" not in said("unknown")
 
 
+def test_what_does_not_predict_is_said_to_be_what_it_looks_like() -> None:
+    text = said("unknown", refused=["wind", "lag of the thrusters"])
+    assert "It looks like wind and lag of the thrusters, which do not surely predict trials left out." in text
+    assert "surely predict" not in said("unknown")
+
+
 def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", outdone=["wind", "lag of the rudder"])
     assert "It looks like wind and lag of the rudder, but trials left out are predicted better without them:" in text

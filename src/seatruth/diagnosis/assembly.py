@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, are_one, decide, follows_each_trial
+from seatruth.diagnosis.decision import Cluster, Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy
@@ -43,6 +43,7 @@ from seatruth.diagnosis.withdrawals import (
 )
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
+from seatruth.effects.each_trial import are_one, follows_each_trial
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.check.excitation import narrow_headings
@@ -237,6 +238,7 @@ class Assembly:
             one_trial=len(problem.trials) == 1,
             form=[problem.effects[name].title for name in self.decision.form],
             part=[problem.effects[name].title for name in self.decision.part],
+            refused=[problem.effects[name].title for name in self.decision.refused],
             along=[problem.effects[name].title for name in self.decision.along],
             untried=[problem.effects[name].title for name in self.decision.untried],
             small=[problem.effects[name].title for name in self.decision.small],

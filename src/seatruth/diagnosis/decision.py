@@ -26,7 +26,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, is_within, lowest_common_ancestor
-from seatruth.effects.each_trial import EachTrial
+from seatruth.effects.each_trial import follows_each_trial, repeats
 
 _NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it, and odds of seven nats. [S]"""
@@ -90,6 +90,8 @@ class Decision:
     """Effects that what cannot be tried on the model looks like, and that do not surely predict trials left out."""
     part: Key = ()
     """Terms of the model's forces that are probable, and not named since others are missing beside them."""
+    refused: Key = ()
+    """Effects that are probable, and not named since they do not surely predict trials left out."""
 
 
 def decide(
@@ -152,7 +154,9 @@ def decide(
     lacking = sum(one.probability for one in found if one.discrepancy or forms_in(one.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
-        return Decision("unknown", (), min(1.0, unnamed), True, (), form, along, part=tuple(part))
+        return Decision(
+            "unknown", (), min(1.0, unnamed), True, (), form, along, part=tuple(part), refused=answer.refused
+        )
     return Decision("underpowered", (), max(named, unknown), unknown > none, ())
 
 
@@ -351,21 +355,6 @@ def _cluster(
     counted = (*members, *repeated)
     covered = sum(p for other, p in sets.items() if set(other) & set(counted))
     return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered, counted)
-
-
-def repeats(effect: Effect, name: str) -> bool:
-    """Whether an effect is the one of this name, with a value for each trial."""
-    return isinstance(effect, EachTrial) and effect.like.name == name
-
-
-def follows_each_trial(effect: Effect) -> bool:
-    """Whether an effect has a phase of its own in each trial, as waves have: others do not predict it."""
-    return effect.each_trial and effect.stochastic
-
-
-def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:
-    """Whether one of two effects is the other with a value for each trial: no other cause."""
-    return repeats(effects[name], other) or repeats(effects[other], name)
 
 
 def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.decision import follows_each_trial
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.prediction_errors import Simulated, moved
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.effects.each_trial import follows_each_trial
 from seatruth.models.base import whole_name
 
 _MOST = 0.5

@@ -47,6 +47,7 @@ def verdict_sentence(
     one_trial: bool,
     form: Sequence[str] = (),
     part: Sequence[str] = (),
+    refused: Sequence[str] = (),
     along: Sequence[str] = (),
     small: Sequence[str] = (),
     outdone: Sequence[str] = (),
@@ -65,6 +66,7 @@ def verdict_sentence(
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
         part: titles of terms of the model's forces that are probable, and not named since others are missing.
+        refused: titles of effects that are probable, and not named since they do not surely predict trials left out.
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
             course.
         small: titles of effects that are significant beside an unknown cause, but close next to none of the gap.
@@ -85,10 +87,11 @@ def verdict_sentence(
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
-        refused = _outdone(outdone, beside=False), _untried(untried, beside=False)
-        return _joined(first, said, _of_another_form(form), _part_of_it(part), _on_one_course(along), *refused, beside)
-    refused = _outdone(outdone, beside=True), _untried(untried, beside=True)
-    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *refused)
+        looks = _of_another_form(form), _part_of_it(part), _on_one_course(along), _unpredictive(refused)
+        withdrawn = _outdone(outdone, beside=False), _untried(untried, beside=False)
+        return _joined(first, said, *looks, *withdrawn, beside)
+    rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
+    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest)
 
 
 def chance(probability: float) -> str:
@@ -275,6 +278,14 @@ def _part_of_it(titles: Sequence[str]) -> str:
         f"It looks like {listed(titles)}, but forces of no name are missing beside {them}: a model of another form "
         "looks the same."
     )
+
+
+def _unpredictive(titles: Sequence[str]) -> str:
+    """What explains the trials, and does not surely predict those left out."""
+    if not titles:
+        return ""
+    do = "does" if len(titles) == 1 else "do"
+    return f"It looks like {listed(titles)}, which {do} not surely predict trials left out."
 
 
 def _on_one_course(titles: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.decision import Cluster, Decision, follows_each_trial, kind_of
+from seatruth.diagnosis.decision import Cluster, Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import SENSOR
@@ -20,7 +20,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within
-from seatruth.effects.each_trial import EachTrial
+from seatruth.effects.each_trial import EachTrial, follows_each_trial
 
 _MISSED = 0.25
 """Part of the gap by which what an error of a sensor closes on trials left out falls short of what it would close if it

@@ -191,3 +191,18 @@ class TrialWind(EachTrial):
     equation = "as a steady wind, (north, east) of each trial"
     confused_with = ("wind", "wave_drift", "trial_current", "rudder_offset", "drag_increase")
     distinguished_by = "differs between trials of one course; each of them must turn to show its own"
+
+
+def repeats(effect: Effect, name: str) -> bool:
+    """Whether an effect is the one of this name, with a value for each trial."""
+    return isinstance(effect, EachTrial) and effect.like.name == name
+
+
+def follows_each_trial(effect: Effect) -> bool:
+    """Whether an effect has a phase of its own in each trial, as waves have: others do not predict it."""
+    return effect.each_trial and effect.stochastic
+
+
+def are_one(effects: Mapping[str, Effect], name: str, other: str) -> bool:
+    """Whether one of two effects is the other with a value for each trial: no other cause."""
+    return repeats(effects[name], other) or repeats(effects[other], name)

@@ -1,4 +1,4 @@
-"""What `init` can only propose: positions in UTM, whose zone must be known, and accelerometers, whose place matters."""
+"""What `init` can only propose: positions in UTM, whose zone must be known, accelerometers, and what is to be free."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.models import Model
+from seatruth.models import Model, Parameter
 from seatruth.readers import Log
 from seatruth.readers.listing import names
 from seatruth.readers.tables import as_text
@@ -23,6 +23,11 @@ counted from the equator, or from 10,000 km south of it. ([L] NGA.SIG.0012, The 
 _ZONE = re.compile(r"(\d{1,2})\s*(north|south|[C-HJ-NP-X])", re.IGNORECASE)
 _NORTHERN, _SOUTHERN = "NPQRTUVWX", "CDEFGHJKLM"
 """Letters of latitude bands. S is missing: "32S" can be band S, which is north, or the south."""
+_OF_A_DRAWING = frozenset(("m", "m2", "m^2", "m3", "m^3", "kg/m3", "kg/m^3"))
+_OF_A_MASS = re.compile(r"(m|i|j)(_?[xyz]+)?|mass.*|.*(dot|d)", re.IGNORECASE)
+"""Names of masses, moments of inertia and added masses, of a unit of kg: m, m_y, I_zz, Jz, X_ud, N_rdot. Damping may
+have that unit too. A scale and a drawing know masses and sizes, and where they are free as well as the forces, a record
+shows the ratio of the two alone."""
 
 
 def utm_positions(fields: Mapping[str, NDArray[np.float64]]) -> dict[str, InferredColumn]:
@@ -54,3 +59,9 @@ def utm_zone(log: Log) -> str | None:
 def accelerometers(fields: Mapping[str, NDArray[np.float64]], model: Model) -> dict[str, InferredColumn]:
     """Columns of accelerometers that the model can show."""
     return infer_columns(fields, observable(model, accelerates=True))
+
+
+def is_measured(parameter: Parameter) -> bool:
+    """Whether a scale or a drawing knows a parameter: a mass, a moment of inertia, or a size."""
+    heavy = parameter.unit.startswith("kg") and _OF_A_MASS.fullmatch(parameter.name) is not None
+    return heavy or parameter.unit in _OF_A_DRAWING

@@ -18,7 +18,7 @@ from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
-from seatruth.study.proposals import UTM, accelerometers, utm_positions, utm_zone
+from seatruth.study.proposals import UTM, accelerometers, is_measured, utm_positions, utm_zone
 from seatruth.study.template_simulator import free_parameters, recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
@@ -30,9 +30,6 @@ _FIX = ("latitude", "longitude")
 """Channels from which reading makes x and y."""
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
-_WEIGHED_OR_MEASURED = frozenset(("kg", "kg m2", "kg m^2", "kg*m^2", "m", "m2", "m^2", "m3", "m^3", "kg/m3", "kg/m^3"))
-"""Units of masses, moments of inertia and sizes: a scale and a drawing know them. Where they are free as well as the
-forces, a record shows the ratio of the two alone."""
 _SHOWN = 40
 """Columns without a channel that are listed; a flight log has hundreds. Chosen here [S]."""
 
@@ -176,7 +173,7 @@ def _parameters(model: Model, *, own: bool) -> list[str]:
     declared = [parameter.name for parameter in model.parameters if parameter.vary]
     bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
     # Of a model of one's own, all that no scale or drawing says: an error in what is held looks like a cause.
-    unsure = [p.name for p in model.parameters if p.name in bounded and p.unit not in _WEIGHED_OR_MEASURED]
+    unsure = [p.name for p in model.parameters if p.name in bounded and not is_measured(p)]
     usual = declared or [name for name in bounded if name in _USUAL and not own]
     first = free_parameters(model) if isinstance(model, FMU) else unsure or bounded[:4]
     free = usual or first or [model.parameters[0].name]
