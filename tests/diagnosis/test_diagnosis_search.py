@@ -398,7 +398,7 @@ def test_the_first_of_each_family_is_added_to_a_set_whatever_stands_before_it(
     values = {(name,): -100.0 * k for k, name in enumerate(ranked)}
     faked = SimpleNamespace(problem=problem, expected=values.__getitem__)
     leader = replace(found.fits[(), False], effects=())
-    chosen = search_module._additions(faked, leader)  # type: ignore[arg-type]  # what it asks of a search alone
+    chosen = search_module._additions(faked, leader)
     assert chosen == ["rudder_dead_band", "rudder_lag", "thruster_lag", "wind", "gyro_bias"]
 
 
