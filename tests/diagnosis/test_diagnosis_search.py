@@ -399,7 +399,7 @@ def test_the_first_of_each_family_is_added_to_a_set_whatever_stands_before_it(
     faked = SimpleNamespace(problem=problem, expected=values.__getitem__)
     leader = replace(found.fits[(), False], effects=())
     chosen = search_module._additions(faked, leader)
-    assert chosen == ["rudder_dead_band", "rudder_lag", "thruster_lag", "wind", "gyro_bias"]
+    assert chosen == ["rudder_dead_band", "rudder_lag", "thruster_lag", "wind", "current", "gyro_bias"]
 
 
 @pytest.mark.parametrize(

@@ -220,7 +220,8 @@ def _additions(found: Search, leader: Fit) -> list[str]:
     few, families = found.problem.settings.additions, set[str]()
     chosen = []
     for k, name in enumerate(ranked):
-        family = effects[name].cause.split(".")[0]
+        # A force fixed to the earth and moving water are two families: what shows the one may hide the other.
+        family = ".".join(effects[name].cause.split(".")[: 2 if effects[name].direction else 1])
         if k < few or (k < 2 * few and values[k] > values[0] - _ALIKE) or family not in families:
             chosen.append(name)
         families.add(family)
