@@ -172,5 +172,5 @@ def test_what_makes_a_diagnosis_meaningless_is_said_before_it_begins(capsys: Sho
     turned = [replace(trial, inputs={**trial.inputs, "delta": -trial.inputs["delta"]}) for trial in study.trials]
     _say_errors(study.replace(trials=Trials(turned)), 1)
     said = " ".join(capsys.readouterr().out.split())
-    assert "input 'delta': The model turns the other way than the record." in said
+    assert "channel 'delta': The model turns the other way than the record." in said
     assert "Correct this first" in said

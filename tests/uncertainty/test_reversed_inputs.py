@@ -12,6 +12,8 @@ from astray_boat import Boat, study
 from seatruth import BlackBox, Study, diagnose, identify
 from seatruth.costs.options import RegressionOptions
 from seatruth.models import Rudder, load_model
+from seatruth.models.base import Model
+from seatruth.models.parameter import Parameter
 from seatruth.report.text.diagnosis import data_first
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
@@ -69,7 +71,38 @@ def test_a_ship_that_goes_on_turning_for_a_minute_is_seen_in_longer_pieces() -> 
 
 def test_a_diagnosis_of_a_model_that_turns_the_other_way_says_so_first() -> None:
     found = diagnose(ship(-1.0), ["heading_bias"], validate=False, suggest=False, threads=1)
-    assert data_first(found).startswith("The data first: input 'delta': The model turns the other way than the record.")
+    assert data_first(found).startswith(
+        "The data first: channel 'delta': The model turns the other way than the record."
+    )
+
+
+class Barge(Model):
+    """Surge alone, behind a propeller."""
+
+    name = "barge"
+    title = "A barge on a straight course"
+    states = outputs = (Channel("u", "m/s"),)
+    inputs = (Channel("n", "rev/s"),)
+    parameters = (Parameter("T", 0.02, "m", 0.0, 1.0, vary=True, source="test"),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return (p.T * i.n * abs(i.n) - 0.02 * s.u * abs(s.u),)
+
+
+def test_a_drive_that_pushes_the_wrong_way_is_found_and_one_that_is_weak_is_not() -> None:
+    t = np.arange(0.0, 300.0, 1.0)
+    bare = Trial("steps", t, {"n": np.where(t < 150.0, 2.0, 3.0)}, {}, synthetic=True)
+    start = np.array([[2.0]])
+    u = simulator(Barge(), [bare], values={"T": 0.02}).outputs(np.zeros((1, 0)), start).y[0, :, 0]
+    trial = replace(bare, outputs={"u": u + 0.01 * np.random.default_rng(2).normal(size=len(t))})
+    for thrust in (0.002, 0.02, 0.1):  # a tenth of it, as it is, five times as much
+        parameters = (Barge.parameters[0].replace(value=thrust),)
+        assert reversed_inputs(Study("barge", Barge(), Trials([trial]), parameters=parameters), threads=1) == []
+    wrong = Study("barge", Barge(), Trials([turned_round(trial, "n")]), parameters=Barge.parameters)
+    (found,) = reversed_inputs(wrong, threads=1)
+    assert found.channel == "n"
+    assert "drives the other way" in found.message
 
 
 class Differential(Boat):

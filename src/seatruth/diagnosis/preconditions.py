@@ -56,7 +56,7 @@ def turned_round(study: Study, threads: int | None) -> list[Finding]:
     Its refit would end at a bound, and what is missing beside it would be its own mirror image.
     """
     found = reversed_inputs(study, threads=threads)
-    return [replace(f, severity="error", where=f"input {f.channel!r}" if f.channel else f.where) for f in found]
+    return [replace(f, severity="error", where=f"channel {f.channel!r}" if f.channel else f.where) for f in found]
 
 
 def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple[list[Effect], dict[str, str]]:

@@ -23,6 +23,7 @@ from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
 from seatruth.errors import SeatruthError
 from seatruth.models.actuators import Entry, Thruster, entry
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
 from seatruth.text import listed
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
@@ -67,7 +68,7 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
     for turns in _RATES:
         about = [(words, change) for words, axis, change in changes if axis == turns]
         lowest = 0.0
-        for seconds in _SECONDS if study.model.inputs else ():
+        for seconds in _lengths(study) if study.model.inputs else ():
             if (now := _tried(study, turns, {}, x, threads, seconds)) >= -_AGREES:
                 continue
             lowest = min(lowest, now)
@@ -89,19 +90,34 @@ def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | N
     if not names or channel is None:
         return []
     change = {name: (name, -1.0) for name in names}
-    for seconds in _SECONDS:
-        missed = []
-        for taken in ({}, change):
-            try:
-                simulated, measured = _compared(study, channel, taken, x, threads, seconds)
-            except SeatruthError:  # it cannot be simulated so: other findings say why
-                return []
-            missed.append(float(np.sqrt(np.sum((simulated - measured) ** 2))) if simulated.size else 0.0)
-        now, then = missed
-        if now > _FAR * float(np.sqrt(np.sum(measured**2))) and then < _NEAR * now:
+    for seconds in _lengths(study):
+        try:
+            now, size = _missed(study, channel, {}, x, threads, seconds)
+            then = _missed(study, channel, change, x, threads, seconds)[0] if now > _FAR * size else now
+        except SeatruthError:  # it cannot be simulated so: other findings say why
+            return []
+        if now > _FAR * size and then < _NEAR * now:
             said = f"the input {names[0]!r}" if len(names) == 1 else f"the inputs {listed([repr(n) for n in names])}"
             return [_drive_finding(said, names[0], channel, then / now)]
     return []
+
+
+def _lengths(study: EstimationProblem) -> tuple[float, ...]:
+    """s between two starts from the record: of a black box, whose runs may take long, only the longest."""
+    return _SECONDS[-1:] if isinstance(study.model, BlackBox) else _SECONDS
+
+
+def _missed(
+    study: EstimationProblem,
+    channel: str,
+    change: Mapping[str, tuple[str, float]],
+    x: Array | None,
+    threads: int | None,
+    seconds: float,
+) -> tuple[float, float]:
+    """Norm of the error of a channel, and of its record; as `_compared`."""
+    simulated, measured = _compared(study, channel, change, x, threads, seconds)
+    return float(np.linalg.norm(simulated - measured)), float(np.linalg.norm(measured))
 
 
 def _opposite_finding(study: EstimationProblem, turns: str, now: float) -> Finding:
