@@ -181,6 +181,7 @@ def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -
         "It looks like added-mass error, but forces of no name are missing beside it: a model of another form" in text
     )
     assert "forces of no name" not in said("unknown")
+    assert "It looks like added-mass error" in said("underpowered", part=["added-mass error"])
 
 
 def test_what_does_not_predict_is_said_to_be_what_it_looks_like() -> None:

@@ -157,7 +157,9 @@ def decide(
         return Decision(
             "unknown", (), min(1.0, unnamed), True, (), form, along, part=tuple(part), refused=answer.refused
         )
-    return Decision("underpowered", (), max(named, unknown), unknown > none, ())
+    return Decision(
+        "underpowered", (), max(named, unknown), unknown > none, (), part=tuple(part), refused=answer.refused
+    )
 
 
 def kind_of(clusters: Sequence[Cluster]) -> Kind:

@@ -83,13 +83,14 @@ def verdict_sentence(
         text = "There is no gap beyond the noise and the uncertainty of the coefficients"
         return _joined(first, f"{text} (probability {chance(probability)}).", _small(causes))
     if kind == "underpowered":
-        return _joined(first, _undecided(causes, probability), _lacks(discrepancy))
+        looks = _part_of_it(part), _unpredictive(refused)
+        return _joined(first, _undecided(causes, probability), _lacks(discrepancy), *looks)
     if kind == "unknown":
         beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
-        looks = _of_another_form(form), _part_of_it(part), _on_one_course(along), _unpredictive(refused)
-        withdrawn = _outdone(outdone, beside=False), _untried(untried, beside=False)
-        return _joined(first, said, *looks, *withdrawn, beside)
+        form_or_course = _of_another_form(form), _part_of_it(part), _on_one_course(along)
+        withdrawn = _unpredictive(refused), _outdone(outdone, beside=False), _untried(untried, beside=False)
+        return _joined(first, said, *form_or_course, *withdrawn, beside)
     rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
     return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest)
 
