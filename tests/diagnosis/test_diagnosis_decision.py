@@ -263,15 +263,6 @@ def test_a_factor_on_an_actuator_is_a_part_of_another_form_of_the_model(gain: st
     assert [cause.effects for cause in alone.clusters] == [(gain,)]
 
 
-def test_what_may_be_a_part_of_another_form_is_said_where_nothing_is_named() -> None:
-    """An answer of 87 % stood in the table, and "its cause is not in the library" above it."""
-    said = decided((("added_mass",), 0.87, True), (("added_mass", "plane_lag"), 0.06, True), ((), 0.07))
-    assert (said.kind, said.part, said.form) == ("unknown", ("added_mass",), ())
-    # Where nearly half of it needs no missing forces, nothing is decided, and it looks like this all the same.
-    said = decided((("added_mass",), 0.5, True), (("added_mass",), 0.43), ((), 0.07))
-    assert (said.kind, said.part) == ("underpowered", ("added_mass",))
-
-
 def test_the_same_effect_with_a_value_for_each_trial_is_no_other_cause() -> None:
     said = decided((("current",), 0.6), (("trial_current",), 0.35), ((), 0.05))
     assert [cause.effects for cause in said.clusters] == [("current",)]

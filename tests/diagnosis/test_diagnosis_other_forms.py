@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from decided_by_hand import decided
 
 from seatruth.diagnosis.other_forms import ACTS, ACTS_ALONE, THRUST_ACTS, acting, with_other_forms
 from seatruth.diagnosis.posterior import answers, inclusion, none_and_unknown
@@ -78,3 +79,12 @@ def test_what_trials_left_out_refuse_stands_for_another_form_as_well() -> None:
     found = with_other_forms(before, EFFECTS, outdone=("wind",))
     assert none_and_unknown(found)[1] == pytest.approx(0.8 * (1.0 - ACTS))
     assert answers(found)["current",] == pytest.approx(0.2)
+
+
+def test_what_may_be_a_part_of_another_form_is_said_where_nothing_is_named() -> None:
+    """An answer of 87 % stood in the table, and "its cause is not in the library" above it."""
+    said = decided((("added_mass",), 0.87, True), (("added_mass", "plane_lag"), 0.06, True), ((), 0.07))
+    assert (said.kind, said.part, said.form) == ("unknown", ("added_mass",), ())
+    # Where nearly half of it needs no missing forces, nothing is decided, and it looks like this all the same.
+    said = decided((("added_mass",), 0.5, True), (("added_mass",), 0.43), ((), 0.07))
+    assert (said.kind, said.part) == ("underpowered", ("added_mass",))
