@@ -2,7 +2,8 @@
 
 A fit with the sign of the rudder wrong ends somewhere: with a yaw rate that stays near zero, or with a coefficient at
 its bound. What is wrong shows at once in the model itself: turned round, the input makes it move as recorded. The runs
-start from the record every few seconds, so that no error in the values can carry them far away.
+start from the record again and again, so that no error in the values can carry them far away: every few minutes, since
+a ship goes on for a minute as it turned when the run began, and where that says nothing, every few seconds.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ from seatruth.text import listed
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
 
-_SECONDS = (15.0, 60.0, 240.0)
+_SECONDS = (240.0, 60.0, 15.0)
 """s between two starts from the record: some time constants in yaw and pitch (T of Nomoto's equation) of small
-vehicles, of launches and of ships: a second, ten, a minute. Chosen here [S]."""
+vehicles, of launches and of ships: a second, ten, a minute. Where the longest agree, no others are asked; in shorter
+ones a quick vehicle is not carried away. Chosen here [S]."""
 _FEWEST_SAMPLES, _MOST_PIECES = 15, 200
 _AGREES = 0.5
 """Correlation of simulated and recorded rate from which they agree; below its negative they go opposite ways. Chosen
@@ -69,7 +71,10 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
         about = [(words, change) for words, axis, change in changes if axis == turns]
         lowest = 0.0
         for seconds in _lengths(study) if study.model.inputs else ():
-            if (now := _tried(study, turns, {}, x, threads, seconds)) >= -_AGREES:
+            now = _tried(study, turns, {}, x, threads, seconds)
+            if now > _AGREES:
+                break
+            if now >= -_AGREES:
                 continue
             lowest = min(lowest, now)
             better = [(words, change, _tried(study, turns, change, x, threads, seconds)) for words, change in about]
@@ -93,10 +98,12 @@ def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | N
     for seconds in _lengths(study):
         try:
             now, size = _missed(study, channel, {}, x, threads, seconds)
-            then = _missed(study, channel, change, x, threads, seconds)[0] if now > _FAR * size else now
+            if now <= _FAR * size:
+                return []
+            then = _missed(study, channel, change, x, threads, seconds)[0]
         except SeatruthError:  # it cannot be simulated so: other findings say why
             return []
-        if now > _FAR * size and then < _NEAR * now:
+        if then < _NEAR * now:
             said = f"the input {names[0]!r}" if len(names) == 1 else f"the inputs {listed([repr(n) for n in names])}"
             return [_drive_finding(said, names[0], channel, then / now)]
     return []
@@ -104,7 +111,7 @@ def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | N
 
 def _lengths(study: EstimationProblem) -> tuple[float, ...]:
     """s between two starts from the record: of a black box, whose runs may take long, only the longest."""
-    return _SECONDS[-1:] if isinstance(study.model, BlackBox) else _SECONDS
+    return _SECONDS[:1] if isinstance(study.model, BlackBox) else _SECONDS
 
 
 def _missed(
