@@ -9,8 +9,9 @@ a ship goes on for a minute as it turned when the run began, and where that says
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,9 @@ Chosen here [S]: a thrust or a drag that is off by any factor of one sign comes 
 _SIDES = 0.02
 """Part of a thruster's distance from the middle within which another lies opposite to it."""
 
-Change = tuple[str, str, Mapping[str, tuple[str, float]]]
+Taken = Mapping[str, tuple[str, float]]
+Compared = Callable[[str, Taken, float], tuple[Array, Array]]
+Change = tuple[str, str, Taken]
 """What is done to the inputs, in words; the axis about which it turns the vehicle; and, for each input that is
 changed, the input whose record takes its place, and the sign of that."""
 
@@ -66,28 +69,30 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
     """
     if not isinstance(study.cost, TrajectoryOptions):
         return []
-    found, changes = [], _changes(study)
+    found, changes, compared = [], _changes(study), partial(_compared, study, x, threads)
     for turns in _RATES:
         about = [(words, change) for words, axis, change in changes if axis == turns]
-        lowest = 0.0
-        for seconds in _lengths(study) if study.model.inputs else ():
-            now = _tried(study, turns, {}, x, threads, seconds)
+        channel, lowest = _judged(study.model, study.trials, _RATES[turns]), 0.0
+        if channel is None or not study.model.inputs:
+            continue
+        for seconds in _lengths(study):
+            now = _agreement(compared, channel, {}, seconds)
             if now > _AGREES:
                 break
             if now >= -_AGREES:
                 continue
             lowest = min(lowest, now)
-            better = [(words, change, _tried(study, turns, change, x, threads, seconds)) for words, change in about]
+            better = [(words, change, _agreement(compared, channel, change, seconds)) for words, change in about]
             better = [one for one in better if one[2] > _AGREES]
             found += [_finding(words, turns, change, now, then) for words, change, then in better]
             if better:
                 break
         else:
-            found += [_opposite_finding(study, turns, lowest)] if lowest < -_OPPOSITE else []
-    return [*found, *_reversed_drives(study, x, threads)]
+            found += [_opposite_finding(channel, turns, lowest)] if lowest < -_OPPOSITE else []
+    return [*found, *_reversed_drives(study, compared)]
 
 
-def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | None) -> list[Finding]:
+def _reversed_drives(study: EstimationProblem, compared: Compared) -> list[Finding]:
     """A warning for the drives that must be turned round for the model to keep the recorded speed."""
     thrusters = [one.input for one in study.model.actuators if isinstance(one, Thruster)]
     names = tuple(dict.fromkeys((*thrusters, *drive_inputs(study.model))))
@@ -97,10 +102,10 @@ def _reversed_drives(study: EstimationProblem, x: Array | None, threads: int | N
     change = {name: (name, -1.0) for name in names}
     for seconds in _lengths(study):
         try:
-            now, size = _missed(study, channel, {}, x, threads, seconds)
+            now, size = _missed(compared, channel, {}, seconds)
             if now <= _FAR * size:
                 return []
-            then = _missed(study, channel, change, x, threads, seconds)[0]
+            then = _missed(compared, channel, change, seconds)[0]
         except SeatruthError:  # it cannot be simulated so: other findings say why
             return []
         if then < _NEAR * now:
@@ -114,21 +119,13 @@ def _lengths(study: EstimationProblem) -> tuple[float, ...]:
     return _SECONDS[:1] if isinstance(study.model, BlackBox) else _SECONDS
 
 
-def _missed(
-    study: EstimationProblem,
-    channel: str,
-    change: Mapping[str, tuple[str, float]],
-    x: Array | None,
-    threads: int | None,
-    seconds: float,
-) -> tuple[float, float]:
+def _missed(compared: Compared, channel: str, change: Taken, seconds: float) -> tuple[float, float]:
     """Norm of the error of a channel, and of its record; as `_compared`."""
-    simulated, measured = _compared(study, channel, change, x, threads, seconds)
+    simulated, measured = compared(channel, change, seconds)
     return float(np.linalg.norm(simulated - measured)), float(np.linalg.norm(measured))
 
 
-def _opposite_finding(study: EstimationProblem, turns: str, now: float) -> Finding:
-    channel = _judged(study.model, study.trials, _RATES[turns]) or ""
+def _opposite_finding(channel: str, turns: str, now: float) -> Finding:
     side = "positive to starboard, psi clockwise" if turns == "yaw" else "positive nose up, as theta"
     return Finding(
         "warning",
@@ -152,21 +149,6 @@ def _drive_finding(said: str, name: str, channel: str, left: float) -> Finding:
         f"Set sign = -1 for {name} in [channels], or change the sign of what it does in the model.",
         channel=name,
     )
-
-
-def _tried(
-    study: EstimationProblem,
-    turns: str,
-    change: Mapping[str, tuple[str, float]],
-    x: Array | None,
-    threads: int | None,
-    seconds: float,
-) -> float:
-    """As `_agreement`; 0 where it cannot be simulated: other findings say why."""
-    try:
-        return _agreement(study, turns, change, x, threads, seconds)
-    except SeatruthError:
-        return 0.0
 
 
 def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], now: float, then: float) -> Finding:
@@ -236,30 +218,21 @@ class _Values:
         self.__dict__.update(values)
 
 
-def _agreement(
-    study: EstimationProblem,
-    turns: str,
-    change: Mapping[str, tuple[str, float]],
-    x: Array | None,
-    threads: int | None,
-    seconds: float,
-) -> float:
-    """Correlation about zero of the simulated with the recorded rate; 0 where the record does not tell."""
-    channel = _judged(study.model, study.trials, _RATES[turns])
-    if channel is None:
+def _agreement(compared: Compared, channel: str, change: Taken, seconds: float) -> float:
+    """Correlation about zero of a simulated with the recorded rate; 0 where nothing tells, or nothing can be simulated.
+
+    Other findings say why it cannot.
+    """
+    try:
+        simulated, measured = compared(channel, change, seconds)
+    except SeatruthError:
         return 0.0
-    simulated, measured = _compared(study, channel, change, x, threads, seconds)
     size = float(np.sqrt((simulated @ simulated) * (measured @ measured)))
     return float(simulated @ measured) / size if size > 0 else 0.0
 
 
 def _compared(
-    study: EstimationProblem,
-    channel: str,
-    change: Mapping[str, tuple[str, float]],
-    x: Array | None,
-    threads: int | None,
-    seconds: float,
+    study: EstimationProblem, x: Array | None, threads: int | None, channel: str, change: Taken, seconds: float
 ) -> tuple[Array, Array]:
     """A channel (n,) as simulated and as recorded, in pieces of so many seconds; of an angle its change over each."""
     pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change), seconds)]

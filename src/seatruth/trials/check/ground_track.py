@@ -22,11 +22,12 @@ from seatruth.trials.check.helpers import (
     rms,
     windows,
 )
+from seatruth.trials.check.positions import KNOWN_SCALES
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 Complex = NDArray[np.complex128]
-_UNITS = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"), (3600.0 / 1852.0, "m/s"))
+_UNITS = (*KNOWN_SCALES, (3600.0 / 1852.0, "m/s"))
 """Factor from a number to the speed in m/s where it is read as m/s, or, of the last, as knots."""
 _AXES: tuple[tuple[str, str, str, Callable[[Complex], Complex]], ...] = (
     (

@@ -31,7 +31,7 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 Complex = NDArray[np.complex128]
-_KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
+KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,7 @@ def _regression(
 
 
 def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
-    for factor, unit in _KNOWN_SCALES:
+    for factor, unit in KNOWN_SCALES:
         if abs(size / factor - 1.0) < limits.KNOWN_SCALE:
             return make_finding(
                 trial,
