@@ -171,6 +171,29 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     assert outdone(both, found, having, 31.0, worse) == both
 
 
+def test_of_two_that_predict_nothing_together_the_one_that_predicts_alone_stays() -> None:
+    """Of a ship on a pond: a position 0.9 s late closed 35 % of its gap, and beside a lag of the thruster none."""
+    entries = (("position_delay", "thruster_lag"), 0.9, True), ((), 0.1, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [one.effects for one in said.clusters] == [("position_delay",), ("thruster_lag",)]
+
+    def validation(error: float) -> Validation:
+        fold = Fold("turn", (), 100.0, error, 290.0, math.nan, 1.0, 0.1, 5.0)
+        return Validation((fold,), (100.0 - error) / 99.0, -0.5, 1.5, -1.9)
+
+    known = {said.shown: validation(120.0), ("position_delay",): validation(65.0), ("thruster_lag",): validation(90.0)}
+
+    def left(tried: dict[tuple[str, ...], Validation]) -> Decision:
+        return without_outdone(said, found, EFFECTS, tried.get, lambda name: 90.0)
+
+    stays = left(known)
+    assert ([one.effects for one in stays.clusters], stays.outdone) == ([("position_delay",)], ("thruster_lag",))
+    assert stays.discrepancy
+    neither = left({**known, ("position_delay",): validation(110.0), ("thruster_lag",): validation(105.0)})
+    assert (neither.kind, neither.clusters) == ("unknown", ())
+    assert neither.outdone == ("position_delay", "thruster_lag")
+
+
 def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> None:
     """Of a glider: beside a depth sensor 10 % off, which was refused, it had an arm, of 0.1 +- 0.1 m without that."""
     entries = (("depth_lever_arm", "net_weight"), 0.9, True), ((), 0.1, True)

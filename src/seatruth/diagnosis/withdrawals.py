@@ -94,30 +94,53 @@ def without_outdone(
     Errors of a sensor that are small beside what such runs miss stay: they change what one sensor says, which no term
     can without moving the others. What one `moves` the trials by, in deviations of the noise, tells how much nearer the
     set comes to trials left out than the same set without it, if it acts; where it comes less near, the error falls.
-    `validated` tries a set of effects on trials left out.
+    `validated` tries a set of effects on trials left out. Where several do not stand, one is taken away and the others
+    are asked again: that one without which they come nearest to trials left out.
     """
+    left = decision
+    while fallen := _outdone_of(left, effects, validated, moves):
+        worst = max(fallen, key=lambda one: _closed(validated(_others(left, one)))) if len(fallen) > 1 else fallen[0]
+        kept = tuple(one for one in left.clusters if one is not worst)
+        outdone = (*left.outdone, worst.member_in(left.shown))
+        if not kept:
+            return _unknown(left, _lacking(found, outdone), outdone)
+        left = replace(_keeping(left, kept), discrepancy=True, outdone=outdone)
+    return left
+
+
+def _outdone_of(
+    decision: Decision,
+    effects: Mapping[str, Effect],
+    validated: Callable[[Key], Validation | None],
+    moves: Callable[[str], float],
+) -> list[Cluster]:
+    """The causes of a decision that do not stand, as `without_outdone` has it."""
     validation = validated(decision.shown) if decision.clusters else None
     if validation is None or not max(0.0, validation.control) > validation.gap_explained:
-        return decision
+        return []
     surely, adds = validation.lower > 0.0, _adds(validation)
 
     def stands(cluster: Cluster) -> bool:
         name = cluster.member_in(decision.shown)
         if is_within(cluster.cause, SENSOR):
-            rest = tuple(other for other in decision.shown if other != name)
+            rest = _others(decision, cluster)
             return _hides(moves(name), validated(rest) if rest else None, validation)
         if surely or follows_each_trial(effects[cluster.effects[0]]):
             return True
         return adds and not isinstance(effects[name], EachTrial)
 
-    kept = tuple(one for one in decision.clusters if stands(one))
-    outdone = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
-    if not outdone:
-        return decision
-    outdone = (*decision.outdone, *outdone)
-    if kept:
-        return replace(_keeping(decision, kept), discrepancy=True, outdone=outdone)
-    return _unknown(decision, _lacking(found, outdone), outdone)
+    return [one for one in decision.clusters if not stands(one)]
+
+
+def _others(decision: Decision, cluster: Cluster) -> Key:
+    """The shown effects less the one of a cause."""
+    return tuple(name for name in decision.shown if name != cluster.member_in(decision.shown))
+
+
+def _closed(validation: Validation | None) -> float:
+    """Part of the gap that effects close on trials left out; -inf where nobody can say."""
+    known = validation is not None and math.isfinite(validation.gap_explained)
+    return validation.gap_explained if validation is not None and known else -math.inf
 
 
 def without_untried(
