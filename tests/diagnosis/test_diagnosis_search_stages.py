@@ -1,9 +1,8 @@
-"""What a search tries beside a leading set, and what stays of it where a stage fails."""
+"""What stays of a search where one of its stages fails."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,28 +10,14 @@ import small_case as small
 
 from seatruth.diagnosis import search as search_module
 from seatruth.diagnosis.search import search
-from seatruth.diagnosis.settings import Settings
-from seatruth.effects import available
 from seatruth.trials.trial import Trial
-
-
-def test_the_first_of_each_family_is_added_to_a_set_whatever_stands_before_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    ranked = ["rudder_dead_band", "rudder_lag", "thruster_lag", "rudder_offset", "wind", "current", "gyro_bias"]
-    monkeypatch.setattr(search_module, "screen", lambda *_: ranked)
-    problem = SimpleNamespace(effects=available(), settings=Settings(additions=3))
-    values = {(name,): -100.0 * k for k, name in enumerate(ranked)}
-    faked = SimpleNamespace(problem=problem, expected=values.__getitem__)
-    chosen = search_module._additions(faked, SimpleNamespace(effects=()))
-    assert chosen == ["rudder_dead_band", "rudder_lag", "thruster_lag", "wind", "current", "gyro_bias"]
 
 
 @pytest.mark.parametrize(
     ("name", "what"),
     [
         ("waves_beside", "waves"),
-        ("_additions", "effects beside rudder_offset"),
+        ("additions", "effects beside rudder_offset"),
         ("_refit_parts", "parts of the leading sets"),
         ("nest", "sets within others"),
     ],

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from seatruth.diagnosis.choice import additions, explaining, singles
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
@@ -35,8 +36,6 @@ from seatruth.storage.checkpoint import Checkpoint
 
 _FAR = 100.0
 """nats behind the leader beyond which a part is not fitted again: no other optimum is worth as much. [S]"""
-_CURVED = 5
-"""Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
 _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
 _SHORT = 1.0
@@ -165,10 +164,10 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     settings = found.problem.settings
     # With discrepancy the runs are near their records, where one linearization serves all effects.
     near = found.fits.get(((), True)) or found.null
-    singles = _singles(found, near)
-    count = len(singles)
+    first = singles(found, near)
+    count = len(first)
     # The leader first: what it reaches tells which of the others are hopeless.
-    for batch in (singles[:1], singles[1:]):
+    for batch in (first[:1], first[1:]):
         _fit_at_once(found, batch, near, say, expected, workers)
     none: list[str] = []
     currents = found.or_set_aside("currents in each trial", lambda: currents_in_each_trial(found, near), none)
@@ -182,7 +181,7 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
         beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
         for leader in smaller[: settings.leaders]:
             beside = f"effects beside {' and '.join(leader.effects)}"
-            more = found.or_set_aside(beside, partial(_additions, found, leader), none)
+            more = found.or_set_aside(beside, partial(additions, found, leader), none)
             for name in (*more, *found.or_set_aside(beside, partial(waves_beside, found, leader), none)):
                 count += 1
                 key = tuple(sorted((*leader.effects, name)))
@@ -201,41 +200,14 @@ def _fitted(found: Search, key: Key) -> bool:
     return found.best(key) is not None if bare else (key, True) in found.fits
 
 
-def _singles(found: Search, near: Fit) -> list[str]:
-    """Effects that are fitted alone: the first ones, and those of which a linearization at their null says little."""
-    ranked, effects = screen(found, near), found.problem.effects
-    few = found.problem.settings.singles
-    curved = [name for name in ranked[few:] if effects[name].starts and name in found.starts]
-    return [*ranked[:few], *curved[:_CURVED]]
-
-
-def _additions(found: Search, leader: Fit) -> list[str]:
-    """Effects that are added to a set: the first ones, what looks like the first one, and the first of each family.
-
-    What is linearized may be wrong by far, and for one family more than for another: on a ship in wind, beside a late
-    position, a sloshing liquid and a dead band stood before the drift that a fit finds 28 nats ahead.
-    """
-    ranked, effects = screen(found, leader), found.problem.effects
-    values = [found.expected(tuple(sorted((*leader.effects, name)))) for name in ranked]
-    few, families = found.problem.settings.additions, set[str]()
-    chosen = []
-    for k, name in enumerate(ranked):
-        # A force fixed to the earth and moving water are two families: what shows the one may hide the other.
-        family = ".".join(effects[name].cause.split(".")[: 2 if effects[name].direction else 1])
-        if k < few or (k < 2 * few and values[k] > values[0] - _ALIKE) or family not in families:
-            chosen.append(name)
-        families.add(family)
-    return chosen
-
-
 def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
     """Fits effects alone, several at once; each sees the same rival, whatever is finished first."""
     found.rival = found.leader.evidence
-    done = len({key for key, _ in found.fits if key})
+    done, alone = len({key for key, _ in found.fits if key}), () if found.bare else explaining(found)
 
     def run(number: int, name: str) -> None:
         say(f"effect {name}", done + number + 1, expected)
-        if found.hopeful((name,)):
+        if found.hopeful((name,)) or name in alone:
             fit_both(found, (name,), near)
 
     try:

@@ -1,0 +1,57 @@
+"""Which effects are fitted alone, and which beside a leading set.
+
+All are compared by one linearization first. Where that may be wrong by far, others are fitted as well: those without a
+slope at their null, those that explain most without forces of no name, and the first of each family.
+"""
+
+from __future__ import annotations
+
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import HOPE, Search
+from seatruth.diagnosis.screening import screen
+
+_CURVED = 5
+"""Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
+_WITHOUT = 2
+"""Effects that explain most without forces of no name, which are fitted with them whatever is linearized there. [S]"""
+_ALIKE = 3.0
+"""nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
+
+
+def singles(found: Search, near: Fit) -> list[str]:
+    """Effects that are fitted alone: the first ones, and those of which a linearization at their null says little."""
+    ranked, effects = screen(found, near), found.problem.effects
+    few = found.problem.settings.singles
+    curved = [name for name in ranked[few:] if effects[name].starts and name in found.starts]
+    return list(dict.fromkeys([*ranked[:few], *curved[:_CURVED], *explaining(found)]))
+
+
+def explaining(found: Search) -> list[str]:
+    """Effects that bring most to the model without forces, among those that were fitted so.
+
+    Beside forces an effect without a slope at its null looks like nothing: of a catamaran in wind, with forces, the
+    drift of waves stood first, and the wind, which explained 1400 nats more without, was not fitted.
+    """
+    plain = found.fits.get(((), False))
+    alone = [fit for (key, on), fit in found.fits.items() if plain and len(key) == 1 and not on]
+    alone = [fit for fit in alone if plain and fit.evidence > plain.evidence + HOPE]
+    return [fit.effects[0] for fit in sorted(alone, key=lambda fit: -fit.evidence)[:_WITHOUT]]
+
+
+def additions(found: Search, leader: Fit) -> list[str]:
+    """Effects that are added to a set: the first ones, what looks like the first one, and the first of each family.
+
+    What is linearized may be wrong by far, and for one family more than for another: on a ship in wind, beside a late
+    position, a sloshing liquid and a dead band stood before the drift that a fit finds 28 nats ahead.
+    """
+    ranked, effects = screen(found, leader), found.problem.effects
+    values = [found.expected(tuple(sorted((*leader.effects, name)))) for name in ranked]
+    few, families = found.problem.settings.additions, set[str]()
+    chosen = []
+    for k, name in enumerate(ranked):
+        # A force fixed to the earth and moving water are two families: what shows the one may hide the other.
+        family = ".".join(effects[name].cause.split(".")[: 2 if effects[name].direction else 1])
+        if k < few or (k < 2 * few and values[k] > values[0] - _ALIKE) or family not in families:
+            chosen.append(name)
+        families.add(family)
+    return chosen

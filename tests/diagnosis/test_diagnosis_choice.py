@@ -1,0 +1,38 @@
+"""Which effects are fitted alone and beside a leading set, whatever a linearization says of them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from seatruth.diagnosis import choice
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import available
+
+
+def test_the_first_of_each_family_is_added_to_a_set_whatever_stands_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ranked = ["rudder_dead_band", "rudder_lag", "thruster_lag", "rudder_offset", "wind", "current", "gyro_bias"]
+    monkeypatch.setattr(choice, "screen", lambda *_: ranked)
+    problem = SimpleNamespace(effects=available(), settings=Settings(additions=3))
+    values = {(name,): -100.0 * k for k, name in enumerate(ranked)}
+    faked = SimpleNamespace(problem=problem, expected=values.__getitem__)
+    chosen = choice.additions(faked, SimpleNamespace(effects=()))
+    assert chosen == ["rudder_dead_band", "rudder_lag", "thruster_lag", "wind", "current", "gyro_bias"]
+
+
+def test_what_explains_most_without_forces_is_fitted_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a boat in wind it stood behind the drift of waves beside forces, where it has no slope at its null."""
+    ranked = ["wave_drift", "rudder_lag", "rudder_offset", "gyro_bias"]
+    monkeypatch.setattr(choice, "screen", lambda *_: ranked)
+    without = {(): 0.0, ("wave_drift",): 2300.0, ("wind",): 3700.0, ("current",): 300.0, ("rudder_lag",): 50.0}
+    fits = {(key, False): SimpleNamespace(effects=key, evidence=value) for key, value in without.items()}
+    fits[("gyro_bias",), True] = SimpleNamespace(effects=("gyro_bias",), evidence=9000.0)
+    problem = SimpleNamespace(effects=available(), settings=Settings(singles=1))
+    faked = SimpleNamespace(problem=problem, starts={}, fits=fits)
+    assert choice.explaining(faked) == ["wind", "wave_drift"]
+    assert choice.singles(faked, SimpleNamespace(effects=())) == ["wave_drift", "wind"]
+    del fits[(), False]
+    assert choice.explaining(faked) == []
