@@ -105,8 +105,9 @@ def test_the_how_to_of_an_fmu(folder: Path) -> None:
 
 def test_channels(folder: Path) -> None:
     shown = execute("docs/channels.md")
-    assert shown["outputs"] == ["x", "y", "psi", "r", "sog", "cog"]
-    assert [step.partition(":")[0] for step in shown["steps"]] == ["read", "position", "unwrap", "follow_heading"]
+    assert shown["outputs"] == ["x", "y", "psi", "r", "v_n", "v_e"]
+    steps = ["read", "position", "unwrap", "follow_heading", "ground_velocity"]
+    assert [step.partition(":")[0] for step in shown["steps"]] == steps
     before, after = shown["trial"], shown["study"].trials[0]
     assert after.conditions["start"] == "2025-07-31T23:59:00+00:00"
     for name in ("x", "y", "psi"):

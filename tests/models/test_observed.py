@@ -119,6 +119,9 @@ def test_what_was_not_recorded_is_completed_from_what_was() -> None:
 def test_the_course_gives_the_heading_where_nothing_else_does() -> None:
     m = initial_motion({}, [("sog", "sog", (0.0, 0.0, 0.0)), ("cog", "cog", (0.0, 0.0, 0.0))], {"sog": 2.0, "cog": 1.0})
     assert (m.psi, m.u, m.v) == pytest.approx((1.0, 2.0, 0.0))
+    velocity = {"v_n": 2.0 * math.cos(1.0), "v_e": 2.0 * math.sin(1.0)}
+    m = initial_motion({}, [(name, name, (0.0, 0.0, 0.0)) for name in velocity], velocity)
+    assert (m.psi, m.u, m.v) == pytest.approx((1.0, 2.0, 0.0))
 
 
 def test_effects_see_a_channel_of_any_name_under_the_standard_one() -> None:

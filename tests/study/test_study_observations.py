@@ -122,11 +122,38 @@ def test_the_diagnosis_returns_the_current(case: Any, tmp_path: Path) -> None:
 
 
 def test_courses_follow_the_heading_and_leave_it_on_record(tmp_path: Path) -> None:
-    study = short(tmp_path, 'sog = "SOG"\ncog = { column = "COG", unit = "rad" }')
-    trial = study.trials[0]
-    assert trial.outputs["cog"][0] == pytest.approx(2.0 + 2.0 * math.pi)
-    assert [step.name for step in trial.steps] == ["follow_heading"]
-    assert trial.steps[0].effect.startswith("turned by whole turns 10 of cog")
+    for more in ('sog = "SOG"\n', ""):
+        trial = short(tmp_path, more + 'cog = { column = "COG", unit = "rad" }').trials[0]
+        assert trial.outputs["cog"][0] == pytest.approx(2.0 + 2.0 * math.pi)
+        assert [step.name for step in trial.steps] == ["follow_heading", *(["ground_velocity"] if more else [])]
+        assert trial.steps[0].effect.startswith("turned by whole turns 10 of cog")
+
+
+COURSE = 'sog = "SOG"\ncog = { column = "COG", unit = "rad" }'
+
+
+@pytest.mark.parametrize("channels", [COURSE, 'gps = { column = "SOG", measures = "sog" }\n' + COURSE.split("\n")[1]])
+def test_speed_and_course_over_ground_are_compared_as_a_velocity(tmp_path: Path, channels: str) -> None:
+    """The noise of a course grows as a vehicle slows, and where it stops its course is any number."""
+    study = short(tmp_path, channels)
+    assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "r", "v_n", "v_e"]
+    shown, speed = study.trials[0].outputs, 1.2
+    assert shown["v_n"][0] == pytest.approx(speed * math.cos(2.0))
+    assert shown["v_e"][0] == pytest.approx(speed * math.sin(2.0))
+    assert shown["cog"][0] == pytest.approx(2.0 + 2.0 * math.pi)  # for the checks of the log
+
+
+@pytest.mark.parametrize(
+    ("channels", "more"),
+    [
+        (COURSE, '[noise]\ncog = "1 deg"'),
+        (COURSE.replace(" }", ', invalid_where = "SOG < 1" }'), ""),
+        ("sog = { at = [9.0, 0.0, 0.0], column = 'SOG' }\n" + COURSE.split("\n")[1], ""),
+    ],
+)
+def test_speed_and_course_stay_where_the_study_says_more_of_one(tmp_path: Path, channels: str, more: str) -> None:
+    outputs = [channel.name for channel in short(tmp_path, channels, more=more).model.outputs]
+    assert outputs == ["x", "y", "psi", "r", "sog", "cog"]
 
 
 def test_speeds_over_ground_stay_where_the_study_names_them(tmp_path: Path) -> None:
@@ -258,7 +285,7 @@ def test_init_says_what_it_took_each_column_for(tmp_path: Path) -> None:
     frame.to_csv(tmp_path / "log.csv", index=False)
     (tmp_path / "s.toml").write_text(text)
     study = load_study(tmp_path / "s.toml")
-    assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "r", "u_w", "sog", "cog"]
+    assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "r", "u_w", "v_n", "v_e"]
 
 
 def test_init_asks_where_a_column_can_mean_two_things() -> None:

@@ -41,6 +41,8 @@ def initial_motion(own: Mapping[str, float], observations: Known, values: Mappin
     m = Motion(**{name: float(own.get(name, 0.0)) for name in ("phi", "theta", "psi", "p", "q", "r")})
     if "psi" not in own and "cog" in shown:
         m = m._replace(psi=shown["cog"][0])
+    elif "psi" not in own and {"v_n", "v_e"} <= {*shown}:
+        m = m._replace(psi=math.atan2(shown["v_e"][0], shown["v_n"][0]))
     velocity = {name: float(own[name]) for name in _VELOCITY if name in own}
     for found in (_over_ground(shown, m), _in_earth_axes(shown, m), _course_and_speed(shown, m), _in_water(shown, m)):
         for name, value in found.items():

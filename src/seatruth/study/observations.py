@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import dataclasses
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from seatruth.costs.options import OPTIONS, TrajectoryOptions
 from seatruth.effects import ExtendedBlackBox, ExtendedModel
@@ -15,6 +18,7 @@ from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
 from seatruth.trials.prepare import apply_steps
+from seatruth.trials.trial import Step
 
 _AROUND = (ExtendedModel, ExtendedBlackBox, WithServos, ServoBlackBox)
 """Effects and servos around a model."""
@@ -33,7 +37,7 @@ def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Mod
                     "State it in [channels]; trials with another sensor need a channel of their own.",
                 )
     observations: list[Observation] = []
-    named = {name: table for entry in file.trials for name, table in entry.channels.items()} | dict(file.channels)
+    named = _named(file)
     for name, table in named.items():
         if _is_observation(name, table, inputs, outputs):
             with problems.at("channels", name):
@@ -42,8 +46,64 @@ def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Mod
     if problems:
         return None
     with problems.at("channels"):
-        return observed(model, observations, keep=tuple(named))
+        return observed(model, _with_velocity(observations, named, model, file), keep=tuple(named))
     return None
+
+
+def _named(file: StudyFile) -> dict[str, ChannelTable]:
+    return {name: table for entry in file.trials for name, table in entry.channels.items()} | dict(file.channels)
+
+
+VELOCITY = ("v_n", "v_e")
+"""What a speed and a course over ground are compared as."""
+
+
+def _with_velocity(
+    observations: Sequence[Observation], named: Mapping[str, ChannelTable], model: Model, file: StudyFile
+) -> list[Observation]:
+    """The observations, with a velocity north and east in the place of a speed and a course over ground.
+
+    A receiver measures the velocity, with the same noise in all directions. Its course has noise that grows as the
+    vehicle slows, and turns half round where it stops: no fit follows it there. They stay as they are where the study
+    states a noise for one, or marks courses as not valid.
+    """
+    speeds, courses = ([one for one in observations if one.measured == what] for what in ("sog", "cog"))
+    taken = {*named, *(channel.name for channel in model.outputs)}
+    if len(speeds) != 1 or len(courses) != 1 or speeds[0].at != courses[0].at or taken & {*VELOCITY}:
+        return list(observations)
+    course, tables = courses[0].channel, (file.channels, *(entry.channels for entry in file.trials))
+    marked = any(one[course].invalid_where is not None for one in tables if course in one)
+    pair = {speeds[0].channel, course}
+    if marked or pair & {*file.noise} or any(pair & {*entry.without} for entry in file.trials):
+        return list(observations)
+    kept = [one for one in observations if one.channel not in pair]
+    return [*kept, *(Observation(name, None, speeds[0].at) for name in VELOCITY)]
+
+
+def speed_and_course(model: Model, file: StudyFile) -> tuple[Channel, ...]:
+    """The channels of a speed and a course over ground that are compared as a velocity; none where there are none."""
+    named = _named(file)
+    if not {*VELOCITY} <= {one.channel for one in _observations_of(model)} - {*named}:
+        return ()
+    names = {table.measures or name: name for name, table in named.items() if not table.extra}
+    measures = [MEASURES[what] for what in ("sog", "cog")]
+    return tuple(Channel(names[one.name], one.unit, one.title, one.angle) for one in measures)
+
+
+def with_velocity(trial: Trial, names: Sequence[str]) -> Trial:
+    """The trial with the velocity over ground, north and east, of a speed and a course (by their names).
+
+    Example:
+        >>> import numpy as np
+        >>> run = Trial("run", [0.0, 1.0], {}, {"sog": [2.0, 2.0], "cog": [0.0, np.pi / 2]})
+        >>> with_velocity(run, ("sog", "cog")).outputs["v_e"].round(6).tolist()
+        [0.0, 2.0]
+    """
+    speed, course = (np.asarray(trial.outputs[name]) for name in names)
+    found = dict(zip(VELOCITY, (speed * np.cos(course), speed * np.sin(course))))
+    said = f"{' and '.join(VELOCITY)} from {' and '.join(names)}: their noise does not grow as the vehicle slows"
+    step = Step("ground_velocity", {"channels": list(names)}, said)
+    return dataclasses.replace(trial, outputs={**trial.outputs, **found}, steps=(*trial.steps, step))
 
 
 def _is_observation(name: str, table: ChannelTable, inputs: set[str], outputs: set[str]) -> bool:
@@ -104,10 +164,10 @@ def check_initial_state(model: Model, file: StudyFile, problems: Problems) -> No
         )
 
 
-def turned_with_heading(trial: Trial, model: Model) -> Trial:
-    """The trial with courses over ground within half a turn of the heading, as a step on record."""
+def turned_with_heading(trial: Trial, model: Model, others: Collection[str] = ()) -> Trial:
+    """The trial with courses over ground, and `others`, within half a turn of the heading, as a step on record."""
     observed_as = {one.channel: one.measured for one in _observations_of(model)}
-    courses = [name for name in trial.outputs if observed_as.get(name) == "cog"]
+    courses = [name for name in trial.outputs if observed_as.get(name) == "cog" or name in others]
     return apply_steps(trial, [("follow_heading", {"channels": courses})]) if courses else trial
 
 

@@ -15,7 +15,7 @@ from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
 from seatruth.progress import Progress, silent
 from seatruth.study.file_patterns import MOST_FILES, is_pattern, matching_files
-from seatruth.study.observations import plain_outputs, turned_with_heading
+from seatruth.study.observations import VELOCITY, plain_outputs, speed_and_course, turned_with_heading, with_velocity
 from seatruth.study.quantity import number
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable, PrepareTable, TimeTable, TrialTable
@@ -79,7 +79,8 @@ def read(
 ) -> tuple[Trials, Trials]:
     """The trials that are fitted and those held out, read and prepared."""
     # Outputs for which an observation stands can still be named: they are in no trial.
-    known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model))}
+    pair = speed_and_course(model, file)
+    known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model), *pair)}
     _check_channels(file, known, problems)
     _check_values(file, {channel.name for channel in model.inputs}, problems)
     _check_steps(file, [recording.name for recording in recordings], problems)
@@ -92,7 +93,9 @@ def read(
         frames = stated_frames(file)
     for recording in recordings:
         with problems.at("trials", recording.entry):
-            trial = turned_with_heading(_read_one(file, model, recording, frames, synthetic, progress), model)
+            trial = _read_one(file, model, recording, frames, synthetic, progress)
+            trial = turned_with_heading(trial, model, [course.name for course in pair[1:]])
+            trial = with_velocity(trial, [channel.name for channel in pair]) if pair else trial
             frames = with_origin(frames, trial)
             parts = split_at_gaps(trial) if recording.table.split_at_gaps else [trial]
             (fitted if recording.table.role == "fit" else held).extend(parts)
@@ -123,7 +126,9 @@ def _read_one(
         maps[name] = shared.model_copy(update=changes.model_dump(exclude_unset=True))
     time = file.time if table.time is None else _merged_time(file.time, table.time)
     inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
-    wanted = [c.name for c in model.outputs if c.name not in table.without]
+    pair = speed_and_course(model, file)
+    made = VELOCITY if pair else ()
+    wanted = [c.name for c in model.outputs if c.name not in table.without and c.name not in made]
     if any({first, other} <= maps.keys() for first, other in POSITIONS):
         wanted = [name for name in wanted if name in maps or name not in ("x", "y")]
     wanted += [name for name in maps if name not in inputs and name not in wanted and name not in table.without]
@@ -132,7 +137,7 @@ def _read_one(
         time=clock(time),
         inputs=inputs,
         outputs={name: column_spec(name, maps) for name in wanted},
-        channels={c.name: c for c in (*model.inputs, *model.outputs)},
+        channels={c.name: c for c in (*model.inputs, *model.outputs, *pair)},
         name=recording.name,
         conditions=table.conditions,
         synthetic=synthetic,
