@@ -16,9 +16,9 @@ from seatruth.trials.trial import Trial
 @pytest.mark.parametrize(
     ("name", "what"),
     [
-        ("waves_beside", "waves"),
+        pytest.param("waves_beside", "waves", marks=pytest.mark.slow),
         ("additions", "effects beside rudder_offset"),
-        ("_refit_parts", "parts of the leading sets"),
+        pytest.param("_refit_parts", "parts of the leading sets", marks=pytest.mark.slow),
         ("nest", "sets within others"),
     ],
 )

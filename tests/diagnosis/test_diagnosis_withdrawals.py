@@ -194,6 +194,17 @@ def test_of_two_that_predict_nothing_together_the_one_that_predicts_alone_stays(
     assert neither.outdone == ("position_delay", "thruster_lag")
 
 
+def test_an_error_that_grew_by_more_than_a_sensor_moves_the_trial_is_not_the_sensors() -> None:
+    """Of a ship on a pond whose model misses runs by 100 times the noise: a late position moves them by 7."""
+    entries = (("position_delay",), 0.9, True), ((), 0.1, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    fold = Fold("turn", ("position_delay",), 100.0, 140.0, 290.0, math.nan, 1.0, 0.1, 5.0)
+    checked = Validation((fold,), -0.4, -0.9, 0.1, -1.9)
+    assert outdone(said, found, checked, moved=7.0) == said
+    # Of one that moves them by half of what they miss, trials left out should come nearer.
+    assert outdone(said, found, checked, moved=50.0).outdone == ("position_delay",)
+
+
 def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> None:
     """Of a glider: beside a depth sensor 10 % off, which was refused, it had an arm, of 0.1 +- 0.1 m without that."""
     entries = (("depth_lever_arm", "net_weight"), 0.9, True), ((), 0.1, True)

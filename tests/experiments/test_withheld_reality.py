@@ -52,7 +52,7 @@ def _model(family: Family) -> Model:
     return found
 
 
-@pytest.mark.parametrize("name", ["ship", "mariner", "twin"])
+@pytest.mark.parametrize("name", ["twin", *(pytest.param(k, marks=pytest.mark.slow) for k in ("ship", "mariner"))])
 @pytest.mark.parametrize("key", ["current", "rising_current"])
 def test_a_log_of_the_speed_through_the_water_leaves_the_current_out(name: str, key: str) -> None:
     over_ground = FAMILIES[name]

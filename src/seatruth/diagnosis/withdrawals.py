@@ -234,13 +234,15 @@ def _hides(moved: float, without: Validation | None, having: Validation) -> bool
     """Whether an effect that moves trials by so much may act though with it they come no nearer than was found.
 
     What acts leaves the rest of a trial's error, in squares; at least noise is left. Where nothing is `without` it, it
-    stands beside the refitted model.
+    stands beside the refitted model. An error that grew by more than an effect moves a trial is not that effect's: fits
+    without forces, where they miss much, end at one optimum or another.
     """
     alone = [fold.error_refit for fold in having.folds] if without is None else _errors(without)
     gap = sum(fold.error_refit - fold.error_noise for fold in having.folds)
     left = 0.0
     for fold, before in zip(having.folds, alone, strict=True):
-        left += fold.error_effects - max(fold.error_noise, math.sqrt(max(0.0, before**2 - moved**2)))
+        expected = max(fold.error_noise, math.sqrt(max(0.0, before**2 - moved**2)))
+        left += min(fold.error_effects, before + moved) - expected
     return not left >= _MISSED * gap
 
 
