@@ -52,11 +52,16 @@ def test_what_a_refit_does_not_bear_out_is_not_suggested(
     first, second = (entry.manoeuvre for entry in suggested.menu[:2])
 
     def one_bears_out(self: Rivals, s: str, trial: Trial | None) -> float:
-        return 1000.0 if trial is not None and trial.name == second else 10.0
+        return 200.0 if trial is not None and trial.name == second else 2.0
 
     monkeypatch.setattr(Rivals, "refitted", one_bears_out)
-    assert next_trial(found, CHANCES, small.silent).manoeuvre == second
-    monkeypatch.setattr(Rivals, "refitted", lambda self, s, trial: 10.0)
+    borne_out = next_trial(found, CHANCES, small.silent)
+    assert borne_out.manoeuvre == second
+    # Both as refitted: a linear distance now may be larger than a refitted one then.
+    linear = next(entry.noncentrality for entry in suggested.menu if entry.manoeuvre == second)
+    assert linear > 200.0
+    assert (borne_out.noncentrality_now, borne_out.noncentrality_then) == (2.0, 200.0)
+    monkeypatch.setattr(Rivals, "refitted", lambda self, s, trial: 2.0)
     none = next_trial(found, CHANCES, small.silent)
     assert (none.manoeuvre, none.gain, none.menu[0].manoeuvre) == ("", 1.0, first)
 

@@ -92,20 +92,25 @@ def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str,
     now = _nearest(rivals.before, rivals.leader)[0]
     names = tuple(rivals.chances)
     entries = tuple(option.entry for option in options)
-    best = _best(options[:_ASKED], rivals, menu)
-    if best is None:
+    found = _best(options[:_ASKED], rivals, menu, now)
+    if found is None:
         return _none("No trial of the menu is likely to double what tells them apart.", names, now, entries)
+    best, now = found
     trial = menu.named(best.manoeuvre).trial
     inputs = {name: tuple(np.asarray(trial.inputs[name]).tolist()) for name in menu.inputs}
     t = tuple(np.asarray(trial.t).tolist())
     return NextTrial(best.manoeuvre, best.text, names, now, best.noncentrality, best.gain, entries, t, inputs, {}, {})
 
 
-def _best(options: Sequence[_Option], rivals: Rivals, menu: Menu) -> MenuEntry | None:
-    """The first trial that is worth its time with the leading survivor's gain refitted; None if there is none."""
+def _best(options: Sequence[_Option], rivals: Rivals, menu: Menu, linear: float) -> tuple[MenuEntry, float] | None:
+    """The first trial that is worth its time with the leading survivor's gain refitted, and the noncentrality now.
+
+    None if there is none. `linear` is the noncentrality now without a refit: of two that are compared, both are
+    refitted or none is.
+    """
     worth = [option for option in options if option.chance >= _WORTH]
     if not worth or rivals.problem.few_runs is not None:
-        return worth[0].entry if worth else None  # of a black box each refit would cost runs
+        return (worth[0].entry, linear) if worth else None  # of a black box each refit would cost runs
     leader = rivals.leader
     now = rivals.refitted(leader, None)
     for option in worth:
@@ -114,8 +119,10 @@ def _best(options: Sequence[_Option], rivals: Rivals, menu: Menu) -> MenuEntry |
             continue
         gains = {**option.gains, leader: min(option.gains[leader], max(then, LEAST) / max(now, LEAST))}
         if _chance_of(gains, rivals) >= _WORTH:
-            least = min(then, option.entry.noncentrality)
-            return replace(option.entry, noncentrality=least, gain=_mean_gain(gains, rivals))
+            gain = _mean_gain(gains, rivals)
+            if then >= option.entry.noncentrality:
+                return replace(option.entry, gain=gain), linear
+            return replace(option.entry, noncentrality=then, gain=gain), now
     return None
 
 
