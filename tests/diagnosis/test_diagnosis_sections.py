@@ -139,9 +139,16 @@ def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:
     assert hypothesis_fits._follows(problem, first, first)
     motion = [np.sqrt(np.mean([np.nanvar(t.outputs[name]) for t in problem.trials])) for name in problem.outputs]
     large = np.maximum(np.log(0.3 * np.array(motion)), first.white + np.log(4.0))
-    for missed in range(1, len(large) + 1):
-        white = np.where(np.arange(len(large)) < missed, large, first.white)
+    heading = problem.outputs.index("psi")
+    order = [c for c in range(len(large)) if c != heading]
+    for missed in range(1, len(large)):
+        white = np.where(np.isin(np.arange(len(large)), order[:missed]), large, first.white)
         follows = hypothesis_fits._follows(problem, replace(first, white=white), first)
         assert follows == (2 * missed < len(large))
+    # A heading that is missed by 15 deg is not followed, though it turns on for several radians.
+    assert motion[heading] > 1.0
+    for noise, follows in ((0.2, True), (0.27, False)):
+        white = np.where(np.arange(len(large)) == heading, np.log(noise), first.white)
+        assert hypothesis_fits._follows(problem, replace(first, white=white, shape=(0,) * len(large)), first) == follows
     # What the record itself shows as white noise is noise, however large beside the motion.
     assert hypothesis_fits._follows(problem, replace(first, white=large), replace(first, white=large))

@@ -103,20 +103,26 @@ def fit_null(found: Search) -> None:
 
 
 def _follows(problem: Problem, fitted: Sizes, recorded: Sizes) -> bool:
-    """Whether runs that forces hold follow the trials in more than half of the channels.
+    """Whether runs that forces hold follow the trials in more than half of the channels, and in every angle.
 
     They do not follow a channel whose noise was fitted at several times the white noise of its record, and at a part of
-    what the trials do: there a fit that came to its end took the motion for noise.
+    what the trials do, or of a radian: there a fit that came to its end took the motion for noise. A vehicle whose
+    heading is not followed goes elsewhere in the end, whatever its other channels show.
     """
     shapes, missed, seen = noise_shapes(problem.settings), 0, 0
+    angles = {channel.name for channel in problem.model.outputs if channel.angle}
     for c, name in enumerate(problem.outputs):
         records = [np.asarray(trial.outputs[name]) for trial in problem.trials if name in trial.outputs]
         if not records:
             continue
         motion = math.sqrt(float(np.mean([np.nanvar(record) for record in records])))
         noise = math.exp(fitted.white[c]) * math.sqrt(shapes[fitted.shape[c]].correlation(0.0))
+        if not fitted.white[c] - recorded.white[c] > math.log(_NOT_WHITE):
+            noise = 0.0
+        if name in angles and motion > 1.0 and noise > _MISSED:
+            return False
         seen += 1
-        missed += bool(fitted.white[c] - recorded.white[c] > math.log(_NOT_WHITE) and noise > _MISSED * motion)
+        missed += noise > _MISSED * motion
     return 2 * missed < seen
 
 
