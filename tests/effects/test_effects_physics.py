@@ -12,7 +12,7 @@ from twin import Twin
 from seatruth.effects import available, dimensions_of, with_effects
 from seatruth.effects.weather import FRONT, SIDE
 from seatruth.manoeuvres import Stepper, self_propulsion, thruster_layout
-from seatruth.models import Channel, Model, Parameter, load_model, with_areas
+from seatruth.models import Channel, Model, Observation, Parameter, load_model, observed, with_areas
 from seatruth.models.geometry import Dimensions
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
@@ -307,3 +307,24 @@ def test_a_slow_log_does_not_make_quick_followers_diverge() -> None:
     start = sim.initial_states.copy()
     start[0, 0] = 1.0
     assert not sim.outputs(np.zeros((1, 0)), start).diverged.any()
+
+
+def test_an_antenna_away_from_the_origin_moves_as_its_positions_do() -> None:
+    """The velocity that a receiver shows is that of its antenna, as the change of its positions is."""
+    model = observed(load_model("mmg"), [Observation("v_n"), Observation("v_e")])
+    extended = with_effects(model, [available()["position_lever_arm"]])
+    t = np.arange(0.0, 60.0, 0.1)
+    inputs = {"delta": 0.4 * np.sin(0.2 * t), "n": np.full(t.size, 12.0)}
+    first = {"u": 1.2, "v": 0.0, "r": 0.0, "psi": 0.5, "x": 0.0, "y": 0.0, "v_n": 1.0, "v_e": 0.6}
+    run = Trial("run", t, inputs, {name: np.full(t.size, value) for name, value in first.items()})
+    arm = {"position_lever_arm_forward": 1.5, "position_lever_arm_starboard": -0.4}
+
+    def shown(values: dict[str, float]) -> dict[str, Any]:
+        sim = simulator(extended, [run], free=(), values={**extended.nominal(), **values})
+        y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
+        return {channel.name: y[:, c] for c, channel in enumerate(extended.outputs)}
+
+    plain, moved = shown({}), shown(arm)
+    for position, velocity in (("x", "v_n"), ("y", "v_e")):
+        assert np.abs(moved[velocity] - plain[velocity]).max() > 0.02
+        assert np.gradient(moved[position], t)[1:-1] == pytest.approx(moved[velocity][1:-1], abs=2e-4)

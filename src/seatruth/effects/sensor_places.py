@@ -102,13 +102,17 @@ class LogMisalignmentVertical(LogMisalignment):
 
 
 class PositionLeverArm(Effect):
-    """The antenna (or tracked mark) sits away from the origin of the model."""
+    """The antenna (or tracked mark) sits away from the origin of the model.
+
+    A receiver's velocity north and east is that of its antenna: where a log holds it, and the rate of turn, the arm acts
+    on it too.
+    """
 
     name = "position_lever_arm"
     title = "lever arm of the position sensor"
     cause = "sensor.alignment.position"
     number = 8
-    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard)"
+    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard); (v_n, v_e) alike, by its rate"
     source = LogLeverArm.source
     acts_on = ("sensor:x", "sensor:y")
     confused_with = ("log_lever_arm", "position_delay")
@@ -122,7 +126,11 @@ class PositionLeverArm(Effect):
     @staticmethod
     def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         c, d = math.cos(y.psi), math.sin(y.psi)
-        return y._replace(x=y.x + q.forward * c - q.starboard * d, y=y.y + q.forward * d + q.starboard * c)
+        north, east = q.forward * c - q.starboard * d, q.forward * d + q.starboard * c
+        y = y._replace(x=y.x + north, y=y.y + east)
+        if not all(hasattr(y, name) for name in ("r", "v_n", "v_e")):
+            return y
+        return y._replace(v_n=y.v_n - east * y.r, v_e=y.v_e + north * y.r)
 
 
 class DepthLeverArm(Effect):
