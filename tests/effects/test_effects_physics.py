@@ -328,3 +328,21 @@ def test_an_antenna_away_from_the_origin_moves_as_its_positions_do() -> None:
     for position, velocity in (("x", "v_n"), ("y", "v_e")):
         assert np.abs(moved[velocity] - plain[velocity]).max() > 0.02
         assert np.gradient(moved[position], t)[1:-1] == pytest.approx(moved[velocity][1:-1], abs=2e-4)
+
+
+@pytest.mark.parametrize("shown", [(), ("v_n", "v_e"), ("sog", "cog")])
+def test_a_late_position_is_late_from_the_first_sample_on(shown: tuple[str, ...]) -> None:
+    """Whatever shows the speed there. A trial that began with a jump would ask for half of the delay."""
+    model = observed(load_model("mmg"), [Observation(name) for name in shown])
+    extended = with_effects(model, [available()["position_delay"]])
+    t = np.arange(0.0, 5.0, 0.1)
+    inputs = {"delta": np.zeros(t.size), "n": np.full(t.size, 12.0)}
+    moving = {"u": 1.2, "v": 0.0, "r": 0.0, "psi": 0.5, "x": 3.0, "y": -2.0, "sog": 1.2, "cog": 0.5}
+    moving |= {"v_n": 1.2 * math.cos(0.5), "v_e": 1.2 * math.sin(0.5)}
+    names = [channel.name for channel in extended.outputs]
+    run = Trial("run", t, inputs, {name: np.full(t.size, moving[name]) for name in names})
+    sim = simulator(extended, [run], free=("position_delay_tau",), values=extended.nominal())
+    now, late = sim.outputs(np.array([[0.0], [0.4]]), sim.initial_states).y[:, 0]
+    for position, velocity in (("x", "v_n"), ("y", "v_e")):
+        k = names.index(position)
+        assert now[k] - late[k] == pytest.approx(0.4 * moving[velocity], rel=1e-3)

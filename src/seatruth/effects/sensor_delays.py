@@ -15,6 +15,17 @@ _TAU = Parameter("tau", 0.4, "s", 0.0, 5.0, source="[S] chosen here", descriptio
 _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
 
 
+def _over_ground(y: Any) -> tuple[float, float]:
+    """Velocity north and east that outputs show; zero where they show none."""
+    if hasattr(y, "u"):
+        u, v, psi = y.u, getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
+        return u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
+    if hasattr(y, "sog"):
+        course = getattr(y, "cog", getattr(y, "psi", 0.0))
+        return y.sog * math.cos(course), y.sog * math.sin(course)
+    return getattr(y, "v_n", 0.0), getattr(y, "v_e", 0.0)
+
+
 class PositionDelay(Filtered):
     """The position is recorded late, or early where tau is negative: the clocks of receiver and log differ."""
 
@@ -53,9 +64,7 @@ class PositionDelay(Filtered):
     def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         # The vehicle moves at the start: each filter lags by the speed times its time constant. This must not depend
         # on the delay, since the initial state is computed once.
-        T = self.filter_time
-        u, v, psi = getattr(y, "u", 0.0), getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
-        x_dot, y_dot = u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
+        T, (x_dot, y_dot) = self.filter_time, _over_ground(y)
         return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
 
 

@@ -104,8 +104,8 @@ class LogMisalignmentVertical(LogMisalignment):
 class PositionLeverArm(Effect):
     """The antenna (or tracked mark) sits away from the origin of the model.
 
-    A receiver's velocity north and east is that of its antenna: where a log holds it, and the rate of turn, the arm acts
-    on it too.
+    A receiver's velocity north and east is that of its antenna: where a log holds it, and the rate of turn, the arm
+    acts on it too.
     """
 
     name = "position_lever_arm"
