@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from seatruth.diagnosis import choice
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import available
 
@@ -28,11 +30,12 @@ def test_what_explains_most_without_forces_is_fitted_with_them(monkeypatch: pyte
     ranked = ["wave_drift", "rudder_lag", "rudder_offset", "gyro_bias"]
     monkeypatch.setattr(choice, "screen", lambda *_: ranked)
     without = {(): 0.0, ("wave_drift",): 2300.0, ("wind",): 3700.0, ("current",): 300.0, ("rudder_lag",): 50.0}
-    fits = {(key, False): SimpleNamespace(effects=key, evidence=value) for key, value in without.items()}
-    fits[("gyro_bias",), True] = SimpleNamespace(effects=("gyro_bias",), evidence=9000.0)
-    problem = SimpleNamespace(effects=available(), settings=Settings(singles=1))
-    faked = SimpleNamespace(problem=problem, starts={}, fits=fits)
-    assert choice.explaining(faked) == ["wind", "wave_drift"]
-    assert choice.singles(faked, SimpleNamespace(effects=())) == ["wave_drift", "wind"]
+    fits: Any = {(k, False): SimpleNamespace(effects=k, evidence=v, discrepancy=False) for k, v in without.items()}
+    fits[("gyro_bias",), True] = SimpleNamespace(effects=("gyro_bias",), evidence=9000.0, discrepancy=True)
+    problem: Any = SimpleNamespace(effects=available(), settings=Settings(singles=1))
+    known: Any = None
+    found = Search(problem, known, fits=fits)
+    assert found.explaining(2) == ["wind", "wave_drift"]
+    assert choice.singles(found, fits[(), False]) == ["wave_drift", "wind"]
     del fits[(), False]
-    assert choice.explaining(faked) == []
+    assert found.explaining(2) == []

@@ -7,12 +7,12 @@ slope at their null, those that explain most without forces of no name, and the 
 from __future__ import annotations
 
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import HOPE, Search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.screening import screen
 
 _CURVED = 5
 """Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
-_WITHOUT = 2
+WITHOUT = 2
 """Effects that explain most without forces of no name, which are fitted with them whatever is linearized there. [S]"""
 _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
@@ -23,19 +23,7 @@ def singles(found: Search, near: Fit) -> list[str]:
     ranked, effects = screen(found, near), found.problem.effects
     few = found.problem.settings.singles
     curved = [name for name in ranked[few:] if effects[name].starts and name in found.starts]
-    return list(dict.fromkeys([*ranked[:few], *curved[:_CURVED], *explaining(found)]))
-
-
-def explaining(found: Search) -> list[str]:
-    """Effects that bring most to the model without forces, among those that were fitted so.
-
-    Beside forces an effect without a slope at its null looks like nothing: of a catamaran in wind, with forces, the
-    drift of waves stood first, and the wind, which explained 1400 nats more without, was not fitted.
-    """
-    plain = found.fits.get(((), False))
-    alone = [fit for (key, on), fit in found.fits.items() if plain and len(key) == 1 and not on]
-    alone = [fit for fit in alone if plain and fit.evidence > plain.evidence + HOPE]
-    return [fit.effects[0] for fit in sorted(alone, key=lambda fit: -fit.evidence)[:_WITHOUT]]
+    return list(dict.fromkeys([*ranked[:few], *curved[:_CURVED], *found.explaining(WITHOUT)]))
 
 
 def additions(found: Search, leader: Fit) -> list[str]:

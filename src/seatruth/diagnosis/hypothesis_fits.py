@@ -244,7 +244,8 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     sizes = near.sizes.with_discrepancy()
     # Not a whole step away: the near fit is at its optimum, and a long run does not survive one.
     loose = fit_once(found, key, True, start, sizes)
-    if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY or _explains_most(found, got)):
+    first = tuple(found.explaining(1))  # forces may hold it at another optimum, however far ahead
+    if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY or key == first):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
         words = "from its fit without discrepancy"
         loose = fit_once(found, key, True, got.point, sizes, attempt=words, rival=near_enough) or loose
@@ -257,12 +258,6 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
         if got is not None and got.evidence > loose.evidence + _NESTED:
             # What it reaches there is no optimum of forces: they contain it.
             fit_once(found, key, True, got.point, _beside(found, got, near), attempt="from its end without discrepancy")
-
-
-def _explains_most(found: Search, got: Fit) -> bool:
-    """Whether no single effect that was fitted without forces brings more than this one, and the model alone less."""
-    alone = [fit.evidence for (key, on), fit in found.fits.items() if len(key) <= 1 and not on]
-    return len(got.effects) == 1 and got.evidence >= max(alone)
 
 
 def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, Fit | None]:

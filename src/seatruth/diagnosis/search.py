@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from seatruth.diagnosis.choice import additions, explaining, singles
+from seatruth.diagnosis.choice import WITHOUT, additions, singles
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
@@ -203,7 +203,7 @@ def _fitted(found: Search, key: Key) -> bool:
 def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expected: int, workers: int) -> None:
     """Fits effects alone, several at once; each sees the same rival, whatever is finished first."""
     found.rival = found.leader.evidence
-    done, alone = len({key for key, _ in found.fits if key}), () if found.bare else explaining(found)
+    done, alone = len({key for key, _ in found.fits if key}), () if found.bare else found.explaining(WITHOUT)
 
     def run(number: int, name: str) -> None:
         say(f"effect {name}", done + number + 1, expected)
