@@ -139,8 +139,8 @@ def _others(decision: Decision, cluster: Cluster) -> Key:
 
 def _closed(validation: Validation | None) -> float:
     """Part of the gap that effects close on trials left out; -inf where nobody can say."""
-    known = validation is not None and math.isfinite(validation.gap_explained)
-    return validation.gap_explained if validation is not None and known else -math.inf
+    explained = math.nan if validation is None else validation.gap_explained
+    return explained if math.isfinite(explained) else -math.inf
 
 
 def without_untried(
