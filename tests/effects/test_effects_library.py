@@ -12,7 +12,7 @@ from diver import Diver, diver_trials
 from known_trials import NOISE, boat_trials, diving_trials, rov_trials, ship_trials, start, torpedo_trials
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from twin import Twin, twin_trials
+from twin import Twin, Unnamed, twin_trials
 
 from seatruth.effects import EQUATIONS, Effect, available, broken, load_effects, with_effects
 from seatruth.effects.causes import ROOT, children
@@ -27,8 +27,8 @@ from seatruth.trials.trial import Trial
 Array = NDArray[np.float64]
 
 
-OWN: dict[str, type[Model]] = {"twin": Twin, "diver": Diver}
-"""A user's models with thrusters, on the surface and under water."""
+OWN: dict[str, type[Model]] = {"twin": Twin, "diver": Diver, "unnamed": Unnamed}
+"""A user's models with thrusters, on the surface, under water, and without names."""
 
 
 def the_model(name: str) -> Model:
@@ -62,7 +62,7 @@ def joint(name: str) -> Joint:
     return Joint(name)
 
 
-OTHER_VALUES = ("torpedo_324", "bluerov2_heavy", "twin")
+OTHER_VALUES = ("torpedo_324", "bluerov2_heavy", "twin", "unnamed")
 """Models with the equations of another one of the list, which the fast tests take."""
 
 
@@ -162,6 +162,7 @@ MADE = {
     "diver": diver_trials,
     "twin_thruster": boat_trials,
     "bluerov2_heavy": rov_trials,
+    "unnamed": twin_trials,
 }
 """Trials of the models that recover effects; an effect takes the first model that it can act on."""
 

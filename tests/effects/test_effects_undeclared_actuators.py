@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seatruth import BlackBox, Channel, Model, Parameter
-from seatruth.effects import available, with_effects
-from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
+from seatruth.effects import available, load_effects, with_effects
+from seatruth.effects.undeclared_actuators import drive_inputs, neutral, steering_inputs
 from seatruth.models import load_model
 from seatruth.models.base import KINDS
 from seatruth.models.geometry import Dimensions
+from seatruth.simulate import simulator
+from seatruth.trials.trial import Trial
 
 _STATES = tuple(Channel(name, unit) for name, unit in (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"), ("psi", "rad")))
 
@@ -138,3 +141,60 @@ def test_every_effect_says_whether_it_suits_a_model_that_declares_little(
     assert {"drag_increase", "rudder_offset", "current"} <= set(usable)
     assert ("thrust_gain" in usable) == driven
     assert ("thrust_misalignment" in usable) == (driven and size is not None)
+
+
+class Raft(Model):
+    """Two drives in pulses of their speed controllers, without names and without a declared thrust."""
+
+    name = "raft"
+    states = outputs = _STATES
+    inputs = (Channel("pwm_port", "1"), Channel("pwm_starboard", "1"))
+    parameters = (Parameter("port", 2.0, "1"), Parameter("starboard", 2.0, "1"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        port, starboard = (i.pwm_port - 1500.0) / 400.0, (i.pwm_starboard - 1500.0) / 400.0
+        left, right = p.port * port * abs(port), p.starboard * starboard * abs(starboard)
+        return left + right - s.u * abs(s.u), -s.v, left - right - s.r, s.r
+
+
+def _run(model: Model, values: dict[str, float]) -> Any:
+    t = np.linspace(0.0, 6.0, 31)
+    orders = {"pwm_port": 1500.0 + 300.0 * np.cos(t), "pwm_starboard": 1500.0 - 250.0 * np.cos(0.7 * t)}
+    sim = simulator(model, [Trial("run", t, orders, {}, synthetic=True)], values={**model.nominal(), **values})
+    return sim.outputs(np.zeros((1, 0)), np.array([[0.3, 0.1, 0.0, 0.2]])).y[0]
+
+
+def test_a_drive_without_a_name_gives_another_share_of_what_the_equations_say() -> None:
+    gain, weak = load_effects(["drive_gain", "drive_gain_pwm_port"], model=Raft())
+    assert neutral(Raft()) == 1500.0
+    one, all_ = with_effects(Raft(), [weak]), with_effects(Raft(), [gain])
+    assert _run(one, {"drive_gain_pwm_port_k": -0.2}) == pytest.approx(_run(Raft(), {"port": 1.6}), rel=1e-9)
+    same = _run(Raft(), {"port": 1.6, "starboard": 1.6})
+    assert _run(all_, {"drive_gain_k": -0.2}) == pytest.approx(same, rel=1e-9)
+    assert weak.places(Raft()) == ("actuator:pwm_port",)
+
+
+def test_a_drive_is_changed_only_where_its_rest_is_known_and_nothing_else_says_so() -> None:
+    gain = available()["drive_gain"]
+
+    class Odd(Raft):
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+            return i.pwm_port + i.pwm_starboard - 300.0 - s.u, -s.v, i.pwm_port - i.pwm_starboard - s.r, s.r
+
+    class Heavy(Raft):
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+            return i.pwm_port / s.u, -s.v, i.pwm_starboard - s.r, s.r
+
+    assert neutral(Odd()) is None
+    assert neutral(Heavy()) is None
+    assert "at which input its drives rest" in gain.missing(Odd())
+    assert "tells its thrust" in gain.missing(load_model("mmg"))
+    assert "names its thrusters" in gain.missing(load_model("twin_thruster"))
+    assert neutral(load_model("mmg")) == 0.0
+    assert neutral(load_model("abkowitz")) is None
+    fields: dict[str, Any] = {"inputs": [Channel("port", "N"), Channel("starboard", "N")], "parameters": []}
+    box = BlackBox("box", print, outputs=[Channel("psi", "rad", angle=True)], **fields)
+    assert "does not show what one drive alone does" in gain.only("port").missing(box)

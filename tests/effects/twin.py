@@ -64,6 +64,14 @@ class Twin(Model):
         )
 
 
+class Unnamed(Twin):
+    """The same boat, whose author named no actuators."""
+
+    name = "unnamed"
+    actuators = ()
+    thrusts = None
+
+
 def twin_trials() -> tuple[list[Trial], list[dict[str, float]]]:
     """Trials in steps of one thruster, of both, and astern, on three headings, with their first states."""
     t = np.arange(0.0, 80.0, 0.25)

@@ -21,6 +21,7 @@ from seatruth.diagnosis.discrepancy.model import can_carry
 from seatruth.diagnosis.discrepancy.terms import equations, terms_of
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
+from seatruth.effects.base import CHANGES
 from seatruth.models.black_box import BlackBox
 from seatruth.simulate import BlackBoxSimulator
 from seatruth.study import Study
@@ -278,10 +279,7 @@ def _initial(name: str) -> str:
 
 def _only_outputs(effect: Effect) -> bool:
     """Whether an effect changes what sensors show, and nothing else."""
-    return all(
-        hook is None
-        for hook in (effect.true_parameters, effect.current, effect.force, effect.true_inputs, effect.servo)
-    )
+    return all(hook is None for hook in (getattr(effect, name) for name in CHANGES if name != "measured_outputs"))
 
 
 def _equal(one: Point, other: Point) -> bool:

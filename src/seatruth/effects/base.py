@@ -7,6 +7,7 @@ An effect is one small class of plain equations around a model. Each hook is opt
     force(e, s, i, p, q, d)               outside forces and moments: e.X ... e.N
     true_inputs(i, s, q, e)               the inputs that really act: the actuator's path
     servo(lag, slowness, q, full)         the servo of an input: lag in s, slowness in s per unit of the input
+    thrust_change(q)                      relative change of what one drive adds to the rates of all states
     measured_outputs(y, s, i, q, e)       the outputs that the sensors show: the sensor's path
     rates(s, i, p, q, e)                  d/dt of the effect's own `states`
     rates_from_outputs(y, s, i, q, e)     the same, where they depend on the outputs
@@ -44,11 +45,10 @@ from seatruth.trials.trial import Trial
 
 Hook = Callable[..., Any]
 
-HOOKS = (
-    *("true_parameters", "current", "force", "true_inputs", "servo", "measured_outputs"),
-    *("rates", "rates_from_outputs", "initial_state"),
-)
-"""Names of the hooks: those in the first row change something, those in the second serve the effect's own states."""
+CHANGES = ("true_parameters", "current", "force", "true_inputs", "servo", "thrust_change", "measured_outputs")
+"""Names of the hooks that change something."""
+HOOKS = (*CHANGES, "rates", "rates_from_outputs", "initial_state")
+"""Names of the hooks: the last three serve the effect's own states."""
 
 EQUATIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "kinematics")
 """Words of `acts_on` beside "actuator:<input>" and "sensor:<output>"."""
@@ -157,6 +157,7 @@ class Effect:
     force: Hook | None = None
     true_inputs: Hook | None = None
     servo: Hook | None = None
+    thrust_change: Hook | None = None
     measured_outputs: Hook | None = None
     rates: Hook | None = None
     rates_from_outputs: Hook | None = None
@@ -234,7 +235,7 @@ class Effect:
     @property
     def suits_black_box(self) -> bool:
         """Whether it acts on inputs and outputs alone, so that a black box without ports can have it."""
-        inside = (self.current, self.force, self.true_parameters)
+        inside = (self.current, self.force, self.true_parameters, self.thrust_change)
         return self.dynamic and not self.needs_states and all(hook is None for hook in inside)
 
     def priors(self, model: Model) -> dict[str, Prior]:
@@ -361,8 +362,8 @@ def _check(effect: Effect) -> None:
         raise PluginError("its states and rates must come together", where=where)
     if effect.rates is not None and effect.rates_from_outputs is not None:
         raise PluginError("its states have either rates or rates_from_outputs", where=where)
-    if effect.dynamic and all(getattr(effect, hook) is None for hook in HOOKS[:6]):
-        raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(HOOKS[:6])}.")
+    if effect.dynamic and all(getattr(effect, hook) is None for hook in CHANGES):
+        raise PluginError("it changes nothing", where=where, do=f"Define one of the hooks {', '.join(CHANGES)}.")
     for attribute in ("starts", "likely"):
         if any(sorted(values) != sorted(names) for values in getattr(effect, attribute)):
             raise PluginError(f"each of `{attribute}` must give a value for each of its magnitudes", where=where)

@@ -193,14 +193,14 @@ class _Equations:
         return tuple(getattr(a.effect, role) if a.first else None for a in self.applied)
 
     def rhs(self) -> Equations:
-        acting, measured, base = self._acting(), self._measured(), self.base.rhs
+        acting, measured, driven = self._acting(), self._measured(), self._driven()
         rates = tuple(effect.rates for effect in self.effects)
         output_rates = tuple(effect.rates_from_outputs for effect in self.effects)
         needs_outputs = any(hook is not None for hook in output_rates)
 
         def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             s, seen, i, p, e, own, reached = acting(s, i, p, e)
-            result = list(base(s, i, p, e))
+            result = driven(s, i, p, e, own)
             outputs = measured(s, seen, i, p, e, own, reached)[1] if needs_outputs else seen
             for rate, output_rate, q, state, inputs, y in zip(rates, output_rates, own, seen, reached, outputs):
                 if rate is not None:
@@ -210,6 +210,25 @@ class _Equations:
             return tuple(result)
 
         return rhs
+
+    def _driven(self) -> Any:
+        """(s, i, p, e, parameters of each application) to the rates of the model, with what drives do changed."""
+        base = self.base.rhs
+        changes = tuple(
+            (k, a.effect.thrust_change, a.target.input, a.target.neutral)
+            for k, a in enumerate(self.applied)
+            if a.effect.thrust_change is not None and a.target is not None
+        )
+
+        def driven(s: Any, i: Any, p: Any, e: Any, own: Any) -> list[Any]:
+            whole = list(base(s, i, p, e))
+            result = whole
+            for place, change, name, resting in changes:
+                share, without = change(own[place]), base(s, i._replace(**{name: resting}), p, e)
+                result = [rate + share * (one - other) for rate, one, other in zip(result, whole, without)]
+            return result
+
+        return driven
 
     def output(self) -> Equations:
         acting, measured = self._acting(), self._measured()

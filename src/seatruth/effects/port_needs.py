@@ -28,6 +28,10 @@ class ActsInside(ActsOnInputs, Protocol):
         """Its hook of forces, or None."""
 
     @property
+    def thrust_change(self) -> Any:
+        """Its hook of what a drive does, or None."""
+
+    @property
     def states(self) -> Any:
         """Its own states."""
 
@@ -47,6 +51,8 @@ class ActsInside(ActsOnInputs, Protocol):
 def lacks_port(effect: ActsInside, box: BlackBox) -> str:
     """Why an effect on the equations cannot act through a black box's ports; empty where it can."""
     ports, motions = box.innermost.ports, {channel.name for channel in box.innermost.outputs}
+    if effect.thrust_change is not None:
+        return "a black box does not show what one drive alone does"
     if effect.current is None and effect.force is None:
         return ""
     if effect.states:

@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
-from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, steering_inputs
+from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, neutral, steering_inputs
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
@@ -51,6 +51,8 @@ class Target(NamedTuple):
     other: int = -1
     inferred: bool = False
     """Whether the model neither names it nor calls its input by a usual name."""
+    neutral: float = 0.0
+    """The input at which an unnamed drive rests, where that is known."""
 
 
 def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
@@ -67,7 +69,10 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         steer = effect.actuator != "thruster"
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
         usual = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]}
-        found = [Target(name, name, inferred=model.standard_of(name)[0] not in usual) for name in names]
+        resting = (not steer and neutral(model)) or 0.0
+        found = [
+            Target(name, name, inferred=model.standard_of(name)[0] not in usual, neutral=resting) for name in names
+        ]
     if effect.pairs:
         pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
         wanted = [thrusters.index(name) for name in effect.which]

@@ -14,8 +14,11 @@ from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import clipped, relative_velocity
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
+from seatruth.effects.undeclared_actuators import drive_inputs, neutral
+from seatruth.effects.vehicle import role_of
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
 
 _TINY = 1e-9
@@ -68,6 +71,37 @@ class ThrusterGain(OnThrusters):
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return changed(e, d.thruster, q.k * d.thruster.force)
+
+
+class DriveGain(OnThrusters):
+    """A drive of a model that names no thruster adds another share to the motion than the equations say."""
+
+    name = "drive_gain"
+    title = "thrust of the drives"
+    cause = "actuator.propulsion.thrust"
+    number = 18
+    equation = "ds/dt = f(i) + k (f(i) - f(i_0)) for each drive, i_0 the input at which it rests"
+    source = "[S] magnitude of the catalogue: -0.2 to 0.05, and to -1 of one that is fouled"
+    equivalent = ("thruster_gain", "thrust_gain")
+    confused_with = ("drag_increase", "speed_scale", "current")
+    distinguished_by = "one drive: its side of the turn; all: the same coast-down with the drives at rest"
+    any_drive = True
+    each_of_many = True
+    parameters = (Parameter("k", -0.3, "1", -2.2, 1.0, source="[S] catalogue", description="relative change"),)
+    null: Mapping[str, float] = {"k": 0.0}
+
+    @staticmethod
+    def thrust_change(q: Any) -> Any:
+        return q.k
+
+    def missing(self, model: Model) -> str:
+        if any(one.kind == self.actuator for one in model.actuators):
+            return "the model names its thrusters"
+        if not self.which and role_of(model, "thrust") is not None:
+            return "the model tells its thrust"
+        if drive_inputs(model) and not isinstance(model, BlackBox) and neutral(model) is None:
+            return "its equations do not tell at which input its drives rest"
+        return super().missing(model)
 
 
 class ThrusterDeadBand(OnThrusters):

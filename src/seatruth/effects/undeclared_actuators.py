@@ -27,6 +27,11 @@ _OUTSIDE = ("wind", "wave", "current", "sea", "flow", "tide")
 """Words in the names of inputs that are no actuator, but the weather."""
 _TRIED = 0.1
 """rad: the change of an angle that is tried. [S]"""
+_NEUTRAL = (0.0, 1500.0, 50.0, 127.5, 90.0, 0.5)
+"""Commands at which drives rest: of both signs, pulses of servos (us), percent, bytes, degrees of servos, shares. [L]
+The pulse of 1.5 ms is the middle of hobby servos and electronic speed controllers."""
+_RESTING = 1e-9
+"""Part of the acceleration under other commands below which a model at rest stays there."""
 
 
 def steering_inputs(model: Model, kind: str) -> tuple[str, ...]:
@@ -67,6 +72,47 @@ def drive_inputs(model: Model) -> tuple[str, ...]:
         return ()
     free = _unnamed(model)
     return tuple(channel.name for channel in model.inputs if channel.name in free and channel.unit in _DRIVES)
+
+
+def neutral(model: Model) -> float | None:
+    """The value at which the unnamed drives of a model rest, by the equations at rest; None where they do not tell it.
+
+    Revolutions and forces rest at zero, and most commands; a model in pulses of its speed controllers at 1500 us.
+
+    Example:
+        >>> from seatruth import Channel, Model
+        >>> class Raft(Model):
+        ...     name = "raft"
+        ...     states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"))
+        ...     inputs = (Channel("port", "1"), Channel("starboard", "1"))
+        ...
+        ...     @staticmethod
+        ...     def rhs(s, i, p):
+        ...         port, starboard = (i.port - 1500.0) / 400.0, (i.starboard - 1500.0) / 400.0
+        ...         return port + starboard - s.u, port - starboard - s.r
+        >>> neutral(Raft())
+        1500.0
+    """
+    drives = drive_inputs(model)
+    if isinstance(model, BlackBox) or not drives:
+        return None
+    commands = [channel.name for channel in model.inputs if channel.name in drives and channel.unit == "1"]
+    if not commands:
+        return 0.0
+    sizes = {value: _acceleration(model, dict.fromkeys(commands, value)) for value in _NEUTRAL}
+    largest = max((size for size in sizes.values() if math.isfinite(size)), default=0.0)
+    return next((value for value, size in sizes.items() if size < _RESTING * largest), None)
+
+
+def _acceleration(model: Model, inputs: Mapping[str, float]) -> float:
+    """Largest rate of a state of a model at rest under these inputs, all others zero; NaN where it is not computed."""
+    s = record("States", model.states)(*(0.0 for _ in model.states))
+    i = record("Inputs", model.inputs)(*(inputs.get(channel.name, 0.0) for channel in model.inputs))
+    p = record("Parameters", model.parameters)(**model.nominal())
+    try:
+        return max(abs(float(rate)) for rate in model.rhs(s, i, p, Environment()))
+    except (ArithmeticError, ValueError):
+        return math.nan
 
 
 def _unnamed(model: Model) -> set[str]:
