@@ -10,7 +10,9 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.discrepancy.terms import Term, acceleration_unit, equations, kinds_of_thrusters, terms_of
+from seatruth.diagnosis.discrepancy.drives import kinds_of_drives
+from seatruth.diagnosis.discrepancy.equations import equations
+from seatruth.diagnosis.discrepancy.terms import Term, terms_of
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import Thruster, load_model
 from seatruth.models.base import Model
@@ -31,10 +33,6 @@ class Strange(Model):
     @staticmethod
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return (i.delta - s.alpha) / p.T, s.alpha - s.beta
-
-
-def test_equations_are_those_of_the_motion() -> None:
-    assert equations(boat.Boat()) == {"u": "surge", "v": "sway", "r": "yaw"}
 
 
 def texts(model: Model, state: str) -> set[str]:
@@ -118,7 +116,7 @@ class Tunnels(boat.Boat):
 
 def test_each_thruster_has_its_lever() -> None:
     model = Tunnels()
-    assert [[one.name for one in kind] for kind in kinds_of_thrusters(model)] == [["bow", "aft"]]
+    assert [list(kind) for kind in kinds_of_drives(model)] == [["bow", "aft"]]
     levers = {t.label: dict(t.thrusters) for t in terms_of(model) if t.thrusters}
     assert levers == {"sway": {"bow": 1.0, "aft": 1.0}, "yaw": {"bow": 1.0, "aft": -0.5}}
     assert "(bow|bow| - 0.5 aft|aft|)" in texts(model, "r")
@@ -156,8 +154,3 @@ def test_effects_add_no_equation() -> None:
     extended = with_effects(boat.Boat(), load_effects(["rudder_lag"]))
     assert equations(extended) == equations(boat.Boat())
     assert [t.name for t in terms_of(extended)] == [t.name for t in terms_of(boat.Boat())]
-
-
-def test_units() -> None:
-    assert acceleration_unit(boat.Boat(), "u") == "m/s2"
-    assert acceleration_unit(boat.Boat(), "r") == "rad/s2"

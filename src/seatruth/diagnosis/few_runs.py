@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.equations import equations
 from seatruth.diagnosis.discrepancy.model import can_carry
-from seatruth.diagnosis.discrepancy.terms import equations, terms_of
+from seatruth.diagnosis.discrepancy.terms import terms_of
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.effects.base import CHANGES

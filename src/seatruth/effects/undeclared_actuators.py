@@ -75,7 +75,7 @@ def drive_inputs(model: Model) -> tuple[str, ...]:
 
 
 def neutral(model: Model) -> float | None:
-    """The value at which the unnamed drives of a model rest, by the equations at rest; None where they do not tell it.
+    """The input at which the drives of a model rest, by the equations at rest; None where they do not tell it.
 
     Revolutions and forces rest at zero, and most commands; a model in pulses of its speed controllers at 1500 us.
 
@@ -93,24 +93,39 @@ def neutral(model: Model) -> float | None:
         >>> neutral(Raft())
         1500.0
     """
-    drives = drive_inputs(model)
-    if isinstance(model, BlackBox) or not drives:
+    if isinstance(model, BlackBox):
         return None
-    commands = [channel.name for channel in model.inputs if channel.name in drives and channel.unit == "1"]
+    commands = drive_commands(model)
     if not commands:
-        return 0.0
+        return 0.0 if drive_inputs(model) else None
     sizes = {value: _acceleration(model, dict.fromkeys(commands, value)) for value in _NEUTRAL}
     largest = max((size for size in sizes.values() if math.isfinite(size)), default=0.0)
     return next((value for value, size in sizes.items() if size < _RESTING * largest), None)
 
 
+def drive_commands(model: Model) -> tuple[str, ...]:
+    """The inputs without a unit that drive a model, named thrusters or not.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> drive_commands(load_model("bluerov2"))[:2], drive_commands(load_model("mmg"))
+        (('c_1', 'c_2'), ())
+    """
+    drives = {one.input for one in model.actuators if one.kind == "thruster"} | {*drive_inputs(model)}
+    return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit == "1")
+
+
 def _acceleration(model: Model, inputs: Mapping[str, float]) -> float:
-    """Largest rate of a state of a model at rest under these inputs, all others zero; NaN where it is not computed."""
+    """Largest rate of surge, sway or yaw at rest under these inputs, all others zero; NaN where it is not computed.
+
+    Others do not rest: a weight pulls, and a list turns back.
+    """
     s = record("States", model.states)(*(0.0 for _ in model.states))
     i = record("Inputs", model.inputs)(*(inputs.get(channel.name, 0.0) for channel in model.inputs))
     p = record("Parameters", model.parameters)(**model.nominal())
     try:
-        return max(abs(float(rate)) for rate in model.rhs(s, i, p, Environment()))
+        rates = model.rhs(s, i, p, Environment())
+        return max(abs(float(rate)) for rate, c in zip(rates, model.states) if model.standard_of(c.name)[0] in "uvr")
     except (ArithmeticError, ValueError):
         return math.nan
 

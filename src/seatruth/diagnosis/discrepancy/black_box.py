@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.equations import equations
 from seatruth.diagnosis.discrepancy.model import MissingForces, force_input, hats
-from seatruth.diagnosis.discrepancy.terms import Term, equations
+from seatruth.diagnosis.discrepancy.terms import Term
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper

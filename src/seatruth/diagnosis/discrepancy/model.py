@@ -20,14 +20,9 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.terms import (
-    Term,
-    acceleration_unit,
-    equations,
-    kinds_of_thrusters,
-    motions,
-    terms_of,
-)
+from seatruth.diagnosis.discrepancy.drives import kinds_of_drives, rests
+from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions
+from seatruth.diagnosis.discrepancy.terms import Term, terms_of
 from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
 from seatruth.models.observed import shows_accelerations
@@ -49,6 +44,7 @@ class MissingForces:
         knot_names: the parameters of each equation's function of time, by state.
         terms: the terms of all equations; each has a parameter of its name.
         scales: usual size of each motion and input, which makes the terms dimensionless.
+        rests: the inputs at which drives rest, where that is not zero: terms count from there.
         since: whether a trial's time begins elsewhere than at zero, as that of a section does; an input holds where.
     """
 
@@ -58,6 +54,7 @@ class MissingForces:
     knot_names: dict[str, tuple[str, ...]]
     terms: tuple[Term, ...]
     scales: dict[str, float]
+    rests: dict[str, float]
     since: bool
 
     def declare(
@@ -68,6 +65,7 @@ class MissingForces:
         `duration` (s) is that of the longest trial.
         """
         self.equations, self.terms, self.since = equations(base), tuple(terms_of(base)), since
+        self.rests = rests(base)
         self.knots, self.spacing, self.scales = knots, duration / (knots - 1), dict(scales)
         self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
         units = {state: acceleration_unit(base, state) for state in self.equations}
@@ -141,6 +139,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         rows = [order.index(state) for state in self.equations]
         standard = self.base.standard_of
         knots, spacing, scales, terms, since = self.knots, self.spacing, self.scales, self.terms, self.since
+        resting = self.rests
         term_rows = [order.index(term.state) for term in terms]
         currents = {name: (_CURRENTS[of], sign) for name in order for of, sign in [standard(name)] if of in _CURRENTS}
 
@@ -150,7 +149,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
             if name in currents:
                 current, sign = currents[name]
                 x = x - sign * getattr(e, current)
-            x = x / scales[name]
+            x = (x - resting[name] if name in resting else x) / scales[name]
             return math.sqrt(x * x + 1e-12) if what == "absolute" else x
 
         def lacking(s: Any, i: Any, p: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
@@ -213,9 +212,10 @@ def can_carry(model: Model) -> bool:
 def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
     """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero.
 
-    The inputs of thrusters of one kind have one size, the largest: their terms add them up.
+    Inputs count from where drives rest. Those of drives of one kind have one size, the largest: their terms add them
+    up.
     """
-    sizes = {}
+    sizes, resting = {}, rests(model)
     for channel in (*motions(model), *model.inputs):
         parts = [
             np.asarray(source[channel.name])
@@ -223,10 +223,10 @@ def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
             for source in (trial.outputs, trial.inputs)
             if channel.name in source
         ]
-        values = np.concatenate(parts) if parts else np.zeros(0)
+        values = np.concatenate(parts) - resting.get(channel.name, 0.0) if parts else np.zeros(0)
         values = values[np.isfinite(values)]
         size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
         sizes[channel.name] = size if size > 0.0 else 1.0
-    for kind in kinds_of_thrusters(model):
-        sizes |= dict.fromkeys((one.input for one in kind), max(sizes[one.input] for one in kind))
+    for kind in kinds_of_drives(model):
+        sizes |= dict.fromkeys(kind, max(sizes[name] for name in kind))
     return sizes

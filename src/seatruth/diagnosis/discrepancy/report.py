@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from seatruth.diagnosis.discrepancy.equations import acceleration_unit
 from seatruth.diagnosis.discrepancy.model import MissingForces
-from seatruth.diagnosis.discrepancy.terms import acceleration_unit
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.parts import Discrepancy, MissingForce, MissingTerm

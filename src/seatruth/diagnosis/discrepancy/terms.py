@@ -9,28 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from seatruth.effects import ExtendedModel
+from seatruth.diagnosis.discrepancy.drives import AXES, Kind, kinds_of_drives, rests
+from seatruth.diagnosis.discrepancy.equations import DEPTHS, EQUATIONS, equations, motions, vehicle
 from seatruth.effects.undeclared_actuators import USUAL, steering_inputs
-from seatruth.models.actuators import Rudder, Thruster, push
-from seatruth.models.base import Model, record
-from seatruth.models.black_box import BlackBox
-from seatruth.models.ports import FORCES
-from seatruth.models.with_servos import WithServos
-from seatruth.trials.channel import Channel
-
-EQUATIONS: Mapping[str, str] = {
-    **{"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"},
-    # the torpedo convention: y up, z to starboard
-    **{"v_x": "surge", "v_z": "sway", "v_y": "heave", "omega_x": "roll", "omega_y": "yaw", "omega_z": "pitch"},
-}
-"""Equation of motion by the state whose rate it gives."""
-KINEMATIC = frozenset(
-    ("x", "y", "z", "phi", "theta", "psi", "depth", "xi", "zeta", "x_0", "y_0", "z_0", "x0", "y0", "z0", "varphi")
-)
-"""States whose rates follow from the other states alone."""
-
-DEPTHS = frozenset(("z", "depth", "zeta"))
-"""States on which a hull's forces may depend though it does not move: it is compressed with depth."""
+from seatruth.models.actuators import Rudder
+from seatruth.models.base import Model
 
 
 @dataclass(frozen=True)
@@ -45,38 +28,9 @@ class Term:
     factors: tuple[tuple[str, str], ...]
     """("state" | "input" | "absolute", channel) whose product it is."""
     thrusters: tuple[tuple[str, float], ...] = ()
-    """Inputs of thrusters of one kind, each with its lever over the longest: by their sum it is multiplied as well."""
+    """Inputs of drives of one kind, each with its lever over the longest: by their sum it is multiplied as well."""
     squared: bool = False
     """Whether that is the sum of i|i| of each input i, in place of i."""
-
-
-def equations(model: Model) -> dict[str, str]:
-    """Words for the model's equations of motion, by state.
-
-    A model whose states have other names than `EQUATIONS` knows has the equations of all states that are not kinematic.
-    Those of a black box are the ones into which it takes outside forces and whose motion it shows.
-    """
-    base = _vehicle(model)
-    names = [channel.name for channel in motions(base)]
-    if isinstance(base, BlackBox):
-        driven = [FORCES[component][0] for component in base.ports.force]
-        return {name: EQUATIONS[name] for name in driven if name in names}
-    known = {name: EQUATIONS[name] for name in names if name in EQUATIONS}
-    return known or {name: name for name in names if name not in KINEMATIC}
-
-
-def motions(model: Model) -> tuple[Channel, ...]:
-    """The channels of a model's motion: its states, or what a black box shows of them."""
-    return model.innermost.outputs if isinstance(model, BlackBox) else model.states
-
-
-def _vehicle(model: Model) -> Model:
-    """The model without its effects and servos."""
-    if isinstance(model, BlackBox):
-        return model.innermost
-    while isinstance(model, (ExtendedModel, WithServos)):
-        model = model.base
-    return model
 
 
 def terms_of(model: Model) -> list[Term]:
@@ -88,10 +42,10 @@ def terms_of(model: Model) -> list[Term]:
     (Abkowitz 1964). What pushes to one side is a cause: the library has the known ones, and forces of each trial's own
     stand for others. Where nobody can say what the mirror does to an input, its terms stand in all equations.
 
-    Thrusters of one kind have one term for all, in which each has its lever: a wake or a thrust curve of another form
-    is that of every one, and what one of them gives less than the others is a cause.
+    Drives of one kind have one term for all, in which each has its lever: a wake or a thrust curve of another form is
+    that of every one, and what one of them gives less than the others is a cause. Inputs count from where drives rest.
     """
-    base = _vehicle(model)
+    base = vehicle(model)
     labels = equations(model)
     moving = list(labels)
     odd = _changes_sign(base)
@@ -108,17 +62,18 @@ def terms_of(model: Model) -> list[Term]:
                 shapes.append((f"{a} {b}", ((state, a), (state, b))))
     for depth in (channel.name for channel in motions(base) if channel.name in DEPTHS):
         shapes.append((depth, ((state, depth),)))
-    kinds = kinds_of_thrusters(base) if set(labels.values()) <= set(_AXES) else []
-    together = {one.input for kind in kinds for one in kind}
+    kinds = kinds_of_drives(base) if set(labels.values()) <= set(AXES) else []
+    together, resting = {name for kind in kinds for name in kind}, rests(base)
     for i in (channel.name for channel in base.inputs if channel.name not in together):
+        x = _over_rest(i, resting)
         shapes += [
-            (f"{ahead}^2 {i}", ((state, ahead), (state, ahead), ("input", i))),
-            (f"{i}|{i}|", (("input", i), (size, i))),
+            (f"{ahead}^2 {x}", ((state, ahead), (state, ahead), ("input", i))),
+            (f"{x}|{x}|", (("input", i), (size, i))),
         ]
         if odd.get(i):
-            shapes.append((f"{i}^2", (("input", i), ("input", i))))
+            shapes.append((f"{x}^2", (("input", i), ("input", i))))
         if few:
-            shapes.append((i, (("input", i),)))
+            shapes.append((x, (("input", i),)))
     found = [
         Term(label, name, f"term_{name}_{k}", text, factors)
         for name, label in labels.items()
@@ -127,42 +82,26 @@ def terms_of(model: Model) -> list[Term]:
     ]
     square = ((state, ahead), (state, ahead))
     for name, label in labels.items():
-        for k, levers in enumerate(_levers(base, kind, label) for kind in kinds):
+        for k, levers in enumerate(_levers(kind, label) for kind in kinds):
             if levers:
                 known = f"term_{name}_thrusters_{k}"
                 found += [
-                    Term(label, name, f"{known}_in_flow", f"{ahead}^2 ({_sum(levers)})", square, levers),
-                    Term(label, name, f"{known}_squared", f"({_sum(levers, '|{0}|')})", (), levers, squared=True),
+                    Term(label, name, f"{known}_in_flow", f"{ahead}^2 ({_sum(levers, resting)})", square, levers),
+                    Term(
+                        label, name, f"{known}_squared", f"({_sum(levers, resting, '|{0}|')})", (), levers, squared=True
+                    ),
                 ]
                 if few:
-                    found.append(Term(label, name, known, f"({_sum(levers)})", (), levers))
+                    found.append(Term(label, name, known, f"({_sum(levers, resting)})", (), levers))
     return found
 
 
-def kinds_of_thrusters(model: Model) -> list[list[Thruster]]:
-    """Thrusters that are alike, and have inputs of their own: two or more with the same full power and direction.
-
-    Directions are alike where only signs differ, as those of thrusters that are set aslant around a vehicle do.
-    """
-    base = _vehicle(model)
-    p = record("Parameters", base.parameters)(**base.nominal())
-    kinds: dict[tuple[float, ...], list[Thruster]] = {}
-    for one in base.actuators:
-        if isinstance(one, Thruster):
-            direction = (round(abs(share), 3) for share in push(one, p)[:3])
-            kinds.setdefault((one.full, *direction), []).append(one)
-    return [kind for kind in kinds.values() if len({one.input for one in kind}) > 1]
-
-
-def _levers(base: Model, thrusters: Sequence[Thruster], label: str) -> tuple[tuple[str, float], ...]:
-    """Inputs of thrusters, each with what a thrust does in an equation over the most that one of them does there.
+def _levers(kind: Kind, label: str) -> tuple[tuple[str, float], ...]:
+    """Inputs of drives, each with what its thrust does in an equation over the most that one of them does there.
 
     Positive ones come first: the sign of the whole is that of the term's coefficient.
     """
-    p = record("Parameters", base.parameters)(**base.nominal())
-    own: dict[str, float] = {}
-    for one in thrusters:
-        own[one.input] = own.get(one.input, 0.0) + push(one, p)[_AXES.index(label)]
+    own = {name: pushed[label] for name, pushed in kind.items()}
     most = max(own.values(), key=abs)
     if abs(most) < _NO_LEVER:
         return ()
@@ -172,18 +111,22 @@ def _levers(base: Model, thrusters: Sequence[Thruster], label: str) -> tuple[tup
     return tuple(sorted(levers, key=lambda pair: pair[1] < 0.0))
 
 
-def _sum(levers: Sequence[tuple[str, float]], times: str = "") -> str:
+def _over_rest(name: str, resting: Mapping[str, float]) -> str:
+    """An input in words, less that at which its drive rests."""
+    return f"({name} - {resting[name]:g})" if name in resting else name
+
+
+def _sum(levers: Sequence[tuple[str, float]], resting: Mapping[str, float], times: str = "") -> str:
     """The sum in words: "n_port - 0.8 n_starboard", each input times what it is written beside it."""
     words = ""
     for name, lever in levers:
         sign = ("-" if lever < 0.0 else "") if not words else (" - " if lever < 0.0 else " + ")
         share = "" if abs(lever) == 1.0 else f"{abs(lever):.2g} "
-        words += f"{sign}{share}{name}{times.format(name)}"
+        x = _over_rest(name, resting)
+        words += f"{sign}{share}{x}{times.format(x)}"
     return words
 
 
-_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-"""Equations in the order of the components of a thruster's `push`."""
 _NO_LEVER = 1e-6
 """m (of a force: 1), and part of the longest lever, below which a lever is rounding."""
 
@@ -234,9 +177,3 @@ def _changes_sign(base: Model) -> dict[str, bool]:
     if len(others) == 1 and any(found.get(channel.name, False) for channel in base.inputs):
         found[others[0]] = False
     return found
-
-
-def acceleration_unit(model: Model, state: str) -> str:
-    """Of an acceleration."""
-    unit = next((c.unit for c in motions(model) if c.name == state), "1")
-    return {"m/s": "m/s2", "rad/s": "rad/s2"}.get(unit, f"{unit}/s")
