@@ -164,7 +164,8 @@ class Assembly:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
         fit = self.search.best(key)
         if fit is None:
-            whole = self.search.best(next(iter(posterior.answers(self._weighed))))
+            sets = posterior.answers(self._weighed)
+            whole = self.search.best(posterior.leading(sets, self.problem.effects))
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.other_forms import acting, forms_in
-from seatruth.diagnosis.posterior import answers, none_and_unknown
+from seatruth.diagnosis.posterior import answers, leading, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
@@ -125,7 +125,7 @@ def decide(
     if none >= max(unknown, named) or (none > 0.5 * named and none > unknown):
         nothing = converged and not underpowered and none >= settings.name_threshold
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
-    first: Key = next(iter(sets), ())
+    first = leading(sets, effects)
     form = forms_in(first, effects)
     along: Key = ()
     if one_course and _discrepancy(found, first):
@@ -190,7 +190,7 @@ def _answer(
 ) -> _Answer:
     """Takes from the most probable set what is not probable by itself, and what does not predict."""
     sets = answers(found)
-    first: Key = next(iter(sets), ())
+    first = leading(sets, effects)
     form, share = forms_in(first, effects), acting(found, first, effects)
     kept, refused, gone, part = first, list[str](), set[str](), list[str]()
     clusters: list[Cluster] = []

@@ -126,6 +126,36 @@ def answers(found: Iterable[Hypothesis]) -> dict[Key, float]:
     return dict(sorted(sums.items(), key=lambda entry: (-entry[1], entry[0])))
 
 
+def leading(sets: Mapping[Key, float], effects: Mapping[str, Effect]) -> Key:
+    """The set that leads: the most probable one, or with one effect more of a family that more probably acts than not.
+
+    Where several effects of one family explain the same, each of their sets holds a part of the probability, and the
+    set without any of them may stand before each. Empty where there is no set.
+
+    Args:
+        sets: probability of each set of effects, the most probable first.
+        effects: by name.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> sets = {("gyro_bias",): 0.4, ("gyro_bias", "wind"): 0.35, ("current", "gyro_bias"): 0.25}
+        >>> leading(sets, available())
+        ('gyro_bias', 'wind')
+    """
+    first: Key = next(iter(sets), ())
+    while first:
+        wider: dict[str, dict[Key, float]] = {}
+        for key, p in sets.items():
+            further = set(key) - set(first)
+            if len(further) == 1 and len(key) == len(first) + 1:
+                wider.setdefault(effects[further.pop()].family, {})[key] = p
+        group = max(wider.values(), key=lambda members: sum(members.values()), default={})
+        if not sum(group.values()) > sets[first]:
+            break
+        first = next(iter(group))
+    return first
+
+
 def none_and_unknown(found: Iterable[Hypothesis]) -> tuple[float, float]:
     """Probabilities that nothing acts, and that only something acts that is not in the library."""
     found = list(found)

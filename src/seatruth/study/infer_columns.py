@@ -70,8 +70,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
         "longitudinal water speed",
     ),
     "v_w": ("v w", "stw across", "transverse speed through water", "transverse water speed"),
-    "sog": ("sog", "speed over ground", "gps speed", "gnss speed", "ground speed", "speed gps"),
-    "cog": ("cog", "course over ground", "gps course", "gnss course", "course", "track angle"),
+    "sog": ("sog", "speed over ground", "gps speed", "gnss speed", "ground speed", "speed gps", "spd"),
+    "cog": ("cog", "course over ground", "gps course", "gnss course", "course", "track angle", "gcrs"),
     "v_n": ("v n", "vn", "v north", "north velocity", "velocity north", "vel n", "vel north"),
     "v_e": ("v e", "ve", "v east", "east velocity", "velocity east", "vel e", "vel east"),
     "v_d": ("v d", "vd", "v down", "down velocity", "velocity down", "vel d", "vel down"),
@@ -83,8 +83,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
         f"f_{axis}": tuple(f"{word} {axis}" for word in ("f", "acc", "accel", "accelerometer", "linear acceleration"))
         for axis in "xyz"
     },
-    "p": ("p", "roll rate", "omega x", "gyro x", "roll velocity"),
-    "q": ("q", "pitch rate", "omega y", "gyro y", "pitch velocity"),
+    "p": ("p", "roll rate", "omega x", "gyro x", "gyr x", "roll velocity"),
+    "q": ("q", "pitch rate", "omega y", "gyro y", "gyr y", "pitch velocity"),
     "r": (
         "r",
         "yaw rate",
@@ -93,6 +93,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
         "turn rate",
         "omega z",
         "gyro z",
+        "gyr z",
         "yaw velocity",
         "rate turn",
         "angular z",
