@@ -10,10 +10,10 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.discrepancy.drives import kinds_of_drives
 from seatruth.diagnosis.discrepancy.equations import equations
 from seatruth.diagnosis.discrepancy.terms import Term, terms_of
 from seatruth.effects import load_effects, with_effects
+from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.models import Thruster, load_model
 from seatruth.models.base import Model
 from seatruth.models.diving_plane import DivingPlane

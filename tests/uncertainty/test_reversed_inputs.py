@@ -17,6 +17,7 @@ from seatruth.models.parameter import Parameter
 from seatruth.report.text.diagnosis import data_first
 from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
+from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
 from seatruth.uncertainty.reversed_inputs import _pieces, reversed_inputs
 
@@ -228,3 +229,38 @@ def test_a_gap_of_ages_makes_no_more_pieces() -> None:
     t = np.concatenate([np.arange(0.0, 60.0, 0.5), 1.5e12 + np.arange(0.0, 60.0, 0.5)])
     trial = Trial(name="a", t=t, inputs={}, outputs={"r": np.zeros(t.size)})
     assert [len(piece) for piece in _pieces(trial, 15.0)] == [30] * 8
+
+
+class Pulses(Model):
+    """A boat with two speed controllers in pulses of 1500 us at rest, under names that say nothing."""
+
+    name = "pulses"
+    title = "A boat with two speed controllers"
+    states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad", angle=True))
+    inputs = (Channel("left", "1"), Channel("right", "1"))
+    parameters = (Parameter("K", 1.0, "1", 0.0, 9.0, vary=True, source="test"),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        left, right = (i.left - 1500.0) / 400.0, (i.right - 1500.0) / 400.0
+        return 2.0 * (left + right) - 0.8 * s.u * abs(s.u), p.K * (left - right) - 0.9 * s.r, s.r
+
+
+def test_two_speed_controllers_are_found_exchanged_and_both_turned_round() -> None:
+    t = np.arange(0.0, 120.0, 0.2)
+    more = np.where((t // 15) % 2 == 0, 60.0, -60.0)
+    orders = {"left": 1650.0 + more, "right": 1650.0 - more}
+    bare = Trial("steps", t, orders, {}, synthetic=True)
+    y = simulator(Pulses(), [bare], values={"K": 1.0}).outputs(np.zeros((1, 0)), np.array([[1.0, 0.0, 0.0]])).y[0]
+    rng = np.random.default_rng(4)
+    outputs = {c.name: y[:, k] + 0.005 * rng.normal(size=len(t)) for k, c in enumerate(Pulses.outputs)}
+    right = Study("pulses", Pulses(), Trials([replace(bare, outputs=outputs)]), parameters=Pulses.parameters)
+    assert reversed_inputs(right, threads=1) == []
+
+    def found(inputs: dict[str, Any]) -> list[Finding]:
+        return reversed_inputs(right.replace(trials=Trials([replace(right.trials[0], inputs=inputs)])), threads=1)
+
+    (exchanged,) = found({"left": orders["right"], "right": orders["left"]})
+    assert "'left' and 'right' exchanged" in exchanged.message
+    turned = found({name: 3000.0 - values for name, values in orders.items()})
+    assert "Set sign = -1 and offset = 3000 for left" in next(one.do for one in turned if "drives" in one.message)

@@ -66,23 +66,30 @@ class View:
         channels: Sequence[Channel],
         own: Sequence[Channel] = (),
         units: Mapping[str, float] = MappingProxyType({}),
+        rests: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        """`units`: sizes by which the effect measures channels, by their names in the model; 1 for the others."""
+        """`units` and `rests`: sizes by which the effect measures channels, and from where, by names in the model."""
         self.scales = tuple(aliases.sign(channel.name) * units.get(channel.name, 1.0) for channel in channels)
+        self.rests = tuple(rests.get(channel.name, 0.0) for channel in channels)
         fields = [aliases.in_effect(channel.name) for channel in channels]
         self.kind = _record([*fields, *(channel.name for channel in own)])
 
     def of(self, values: Any, own: Any = ()) -> Any:
         """The record under the effect's names."""
-        return self.kind(*(_times(x, 1.0 / scale) for x, scale in zip(values, self.scales)), *own)
+        seen = (_times(_plus(x, -rest), 1.0 / scale) for x, scale, rest in zip(values, self.scales, self.rests))
+        return self.kind(*seen, *own)
 
     def back(self, seen: Any, kind: Any) -> Any:
         """A changed record under the model's names, as a named tuple `kind`."""
-        return kind(*(_times(x, scale) for x, scale in zip(seen, self.scales)))
+        return kind(*(_plus(_times(x, scale), rest) for x, scale, rest in zip(seen, self.scales, self.rests)))
 
 
 def _times(x: Any, scale: float) -> Any:
     return x if scale == 1.0 else -x if scale == -1.0 else x * scale
+
+
+def _plus(x: Any, rest: float) -> Any:
+    return x if rest == 0.0 else x + rest
 
 
 def _record(fields: list[str]) -> Any:

@@ -113,9 +113,9 @@ class Application:
         return self.effect.named(state) + suffix
 
 
-def _units(target: Target | None) -> dict[str, float]:
-    """An effect measures the input of a thruster by that at full power."""
-    return {} if target is None else {target.input: target.full}
+def _units(target: Target | None) -> tuple[dict[str, float], dict[str, float]]:
+    """How an effect measures an input: that of a thruster by full power, a steering command in rad from its middle."""
+    return ({}, {}) if target is None else ({target.input: target.full}, {target.input: target.neutral})
 
 
 def applications(base: Model, effects: Sequence[Effect]) -> tuple[Application, ...]:
@@ -161,7 +161,7 @@ class _Equations:
         aliases = [application.aliases for application in applied]
         self.view_s = [View(alias, base.states, effect.states) for alias, effect in zip(aliases, self.effects)]
         self.view_i = [
-            View(application.aliases, base.inputs, (), _units(application.target)) for application in applied
+            View(application.aliases, base.inputs, (), *_units(application.target)) for application in applied
         ]
         self.view_y = [View(alias, base.outputs) for alias in aliases]
 

@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
-from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, neutral, steering_inputs
+from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, neutral, steering_inputs, unnamed_steering
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
@@ -40,8 +40,8 @@ class ActsOnInputs(Protocol):
 
 
 class Target(NamedTuple):
-    """An actuator on which an effect acts: its name, its input, the input at full power, and for thrusters their places
-    among the model's thrusters; -1 for others.
+    """An actuator on which an effect acts: its name, its input, the input at full power or at 1 rad, and for thrusters
+    their places among the model's thrusters; -1 for others.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Target(NamedTuple):
     inferred: bool = False
     """Whether the model neither names it nor calls its input by a usual name."""
     neutral: float = 0.0
-    """The input at which an unnamed drive rests, where that is known."""
+    """The input at which an unnamed one rests, where that is known."""
 
 
 def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
@@ -69,10 +69,11 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         steer = effect.actuator != "thruster"
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
         usual = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]}
-        resting = (not steer and neutral(model)) or 0.0
-        found = [
-            Target(name, name, inferred=model.standard_of(name)[0] not in usual, neutral=resting) for name in names
-        ]
+        resting, commands = (not steer and neutral(model)) or 0.0, unnamed_steering(model) if steer else {}
+        for name in names:
+            rest, full = commands.get(name, (resting, 1.0))
+            inferred = model.standard_of(name)[0] not in usual
+            found.append(Target(name, name, full, inferred=inferred, neutral=rest))
     if effect.pairs:
         pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
         wanted = [thrusters.index(name) for name in effect.which]

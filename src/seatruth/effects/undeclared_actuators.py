@@ -1,8 +1,9 @@
 """The inputs that steer and drive a model which does not name its actuators.
 
 An input with a usual name is taken for what the name says. Where there is none, an angle among the inputs that turns
-the model steers it, whatever it is called, and a speed of revolution, a force or a command without a unit drives it: so
-the steering gear and the engine of a user's own model can be at fault as those of any other.
+the model steers it, whatever it is called, or else a command without a unit that turns it under way alone. A speed of
+revolution, a force or any other command without a unit drives it: so the steering gear and the engine of a user's own
+model can be at fault as those of any other.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from seatruth.effects.commands import FULL, SteeringCommand, steering_commands
 from seatruth.models.actuators import Rudder
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
 USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -27,11 +30,15 @@ _OUTSIDE = ("wind", "wave", "current", "sea", "flow", "tide")
 """Words in the names of inputs that are no actuator, but the weather."""
 _TRIED = 0.1
 """rad: the change of an angle that is tried. [S]"""
-_NEUTRAL = (0.0, 1500.0, 50.0, 127.5, 90.0, 0.5)
-"""Commands at which drives rest: of both signs, pulses of servos (us), percent, bytes, degrees of servos, shares. [L]
-The pulse of 1.5 ms is the middle of hobby servos and electronic speed controllers."""
 _RESTING = 1e-9
 """Part of the acceleration under other commands below which a model at rest stays there."""
+
+
+def bare(model: Model) -> Model:
+    """The equations inside a model with servos, sensors or effects around it."""
+    while isinstance(model, ModelWrapper):
+        model = model.base
+    return model
 
 
 def steering_inputs(model: Model, kind: str) -> tuple[str, ...]:
@@ -57,7 +64,20 @@ def steering_inputs(model: Model, kind: str) -> tuple[str, ...]:
     usual = tuple(by_name[name] for name in USUAL[kind] if name in by_name)
     if usual:
         return usual[:1]
-    return tuple(name for name in _free_angles(model) if _turned_by(model, name) == kind)
+    angles = tuple(name for name in _free_angles(model) if _turned_by(model, name) == kind)
+    return angles if angles or kind != "rudder" else tuple(unnamed_steering(model))
+
+
+def unnamed_steering(model: Model) -> dict[str, SteeringCommand]:
+    """The inputs without a unit that steer a model which names no rudder and has no input of an angle."""
+    if isinstance(model, BlackBox) or any(isinstance(one, Rudder) for one in model.actuators):
+        return {}
+    model = bare(model)
+    usual = {model.standard_of(channel.name)[0] for channel in model.inputs} & {*USUAL["rudder"]}
+    if usual or _free_angles(model):
+        return {}
+    free = _unnamed(model)
+    return steering_commands(model, [c.name for c in model.inputs if c.name in free and c.unit == "1"])
 
 
 def drive_inputs(model: Model) -> tuple[str, ...]:
@@ -70,7 +90,7 @@ def drive_inputs(model: Model) -> tuple[str, ...]:
     """
     if any(one.kind == "thruster" for one in model.actuators):
         return ()
-    free = _unnamed(model)
+    free = _unnamed(model) - {*unnamed_steering(model)}
     return tuple(channel.name for channel in model.inputs if channel.name in free and channel.unit in _DRIVES)
 
 
@@ -93,12 +113,13 @@ def neutral(model: Model) -> float | None:
         >>> neutral(Raft())
         1500.0
     """
+    model = bare(model)
     if isinstance(model, BlackBox):
         return None
     commands = drive_commands(model)
     if not commands:
         return 0.0 if drive_inputs(model) else None
-    sizes = {value: _acceleration(model, dict.fromkeys(commands, value)) for value in _NEUTRAL}
+    sizes = {value: _acceleration(model, dict.fromkeys(commands, value)) for value in FULL}
     largest = max((size for size in sizes.values() if math.isfinite(size)), default=0.0)
     return next((value for value, size in sizes.items() if size < _RESTING * largest), None)
 
@@ -113,6 +134,25 @@ def drive_commands(model: Model) -> tuple[str, ...]:
     """
     drives = {one.input for one in model.actuators if one.kind == "thruster"} | {*drive_inputs(model)}
     return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit == "1")
+
+
+def resting_inputs(model: Model) -> dict[str, float] | None:
+    """The inputs under which a model rests: zero, or the middle of its commands; None where it does not tell them.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> resting_inputs(load_model("mmg"))
+        {'delta': 0.0, 'n': 0.0}
+    """
+    model = bare(model)
+    rest = None if isinstance(model, BlackBox) else 0.0
+    if drive_commands(model):
+        rest = neutral(model)
+    if rest is None:
+        return None
+    steering = {name: command.neutral for name, command in unnamed_steering(model).items()}
+    zero = dict.fromkeys((channel.name for channel in model.inputs), 0.0)
+    return zero | dict.fromkeys(drive_commands(model), rest) | steering
 
 
 def _acceleration(model: Model, inputs: Mapping[str, float]) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from seatruth.effects.undeclared_actuators import drive_inputs
+from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
 from seatruth.models.actuators import Thrust, Thruster, entry
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
@@ -62,8 +62,8 @@ def straight_drag(model: Model) -> Role | None:
     """The drag (N) of a model that declares none: what slows it in straight motion, upright and undriven.
 
     In these equations an outside force of 1 N tells the inertia: the drag is the deceleration over what it adds. Every
-    other state and every input is zero. A thrust that no input changes drives at rest as well, and is taken off. None
-    where there is no speed ahead, no outside force acts, or it cannot be computed so.
+    other state is zero, and every input at rest. A thrust that no input changes drives at rest as well, and is taken
+    off. None where there is no speed ahead, no outside force acts, or it cannot be computed so.
 
     Example:
         >>> from seatruth import Channel, Model, Parameter
@@ -87,7 +87,7 @@ def straight_drag(model: Model) -> Role | None:
     force = _straight_force(model)
     if force is None:
         return None
-    undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
+    undriven = _undriven(model)
     s, p, sign, name = _at_rest(model)
 
     def drag(s: Any, i: Any, p: Any, e: Any) -> Any:
@@ -108,24 +108,30 @@ def straight_drag(model: Model) -> Role | None:
 def straight_thrust(model: Model) -> Role | None:
     """The thrust (N) of a model that declares none and has one drive: what that adds in straight motion, upright.
 
-    As `straight_drag`: the difference that the drive makes to the acceleration, with every other input at zero, over
+    As `straight_drag`: the difference that the drive makes to the acceleration, with every other input at rest, over
     what an outside force of 1 N adds. None where there are several drives, or it cannot be computed so.
     """
     force, drives = _straight_force(model), drive_inputs(model)
     if force is None or len(drives) != 1:
         return None
     (drive,) = drives
-    undriven = record("Inputs", model.inputs)(*(0.0 for _ in model.inputs))
+    undriven = _undriven(model)
 
     def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
         return force(s, undriven._replace(**{drive: getattr(i, drive)}), p, e) - force(s, undriven, p, e)
 
     s, p, _, _ = _at_rest(model)
     try:
-        pushed = thrust(s, undriven._replace(**{drive: 1.0}), p, Environment())
+        pushed = thrust(s, undriven._replace(**{drive: getattr(undriven, drive) + 1.0}), p, Environment())
     except (ArithmeticError, ValueError):
         return None
     return thrust if math.isfinite(pushed) and pushed != 0.0 else None
+
+
+def _undriven(model: Model) -> Any:
+    """The inputs of a model at rest; zero where it does not tell them."""
+    resting = resting_inputs(model) or {}
+    return record("Inputs", model.inputs)(*(resting.get(channel.name, 0.0) for channel in model.inputs))
 
 
 def _at_rest(model: Model) -> tuple[Any, Any, int, str]:

@@ -21,7 +21,8 @@ from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
-from seatruth.effects.undeclared_actuators import drive_inputs, steering_inputs
+from seatruth.effects.alike_drives import kinds_of_drives
+from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs, steering_inputs
 from seatruth.errors import SeatruthError
 from seatruth.models.actuators import Entry, Thruster, entry
 from seatruth.models.base import Model
@@ -84,7 +85,7 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
             lowest = min(lowest, now)
             better = [(words, change, _agreement(compared, channel, change, seconds)) for words, change in about]
             better = [one for one in better if one[2] > _AGREES]
-            found += [_finding(words, turns, change, now, then) for words, change, then in better]
+            found += [_finding(study.model, words, turns, change, now, then) for words, change, then in better]
             if better:
                 break
         else:
@@ -110,7 +111,7 @@ def _reversed_drives(study: EstimationProblem, compared: Compared) -> list[Findi
             return []
         if then < _NEAR * now:
             said = f"the input {names[0]!r}" if len(names) == 1 else f"the inputs {listed([repr(n) for n in names])}"
-            return [_drive_finding(said, names[0], channel, then / now)]
+            return [_drive_finding(study.model, said, names[0], channel, then / now)]
     return []
 
 
@@ -139,24 +140,31 @@ def _opposite_finding(channel: str, turns: str, now: float) -> Finding:
     )
 
 
-def _drive_finding(said: str, name: str, channel: str, left: float) -> Finding:
+def _turn_round(model: Model, name: str) -> str:
+    """What turns an input round."""
+    rest = (resting_inputs(model) or {}).get(name, 0.0)
+    offset = f" and offset = {2.0 * rest:g}" if rest else ""
+    return f"Set sign = -1{offset} for {name} in [channels], or change the sign of what it does in the model."
+
+
+def _drive_finding(model: Model, said: str, name: str, channel: str, left: float) -> Finding:
     return Finding(
         "warning",
         "input-reversed",
         f"The model drives the other way than the record. With {said} turned round, it moves as recorded: it then "
         f"misses {channel} by {100 * left:.0f} % of what it misses as it is.",
         "model",
-        f"Set sign = -1 for {name} in [channels], or change the sign of what it does in the model.",
+        _turn_round(model, name),
         channel=name,
     )
 
 
-def _finding(words: str, turns: str, change: Mapping[str, tuple[str, float]], now: float, then: float) -> Finding:
+def _finding(model: Model, words: str, turns: str, change: Taken, now: float, then: float) -> Finding:
     exchanged = any(name != source for name, (source, _) in change.items())
     do = (
         "Exchange their columns in [channels], or correct their places (`at`) in the model."
         if exchanged
-        else f"Set sign = -1 for {next(iter(change))} in [channels], or change the sign of what it does in the model."
+        else _turn_round(model, next(iter(change)))
     )
     return Finding(
         "warning",
@@ -176,7 +184,7 @@ def _changes(study: EstimationProblem) -> list[Change]:
     for turns, kind in (("yaw", "rudder"), ("pitch", "plane")):
         names = dict.fromkeys(steering_inputs(model, kind))
         found += [(f"With the input {name!r} turned round", turns, {name: (name, -1.0)}) for name in names]
-    for turns, pairs in (("yaw", _opposite(study, 1)), ("pitch", _opposite(study, 0))):
+    for turns, pairs in (("yaw", _opposite(study, 1) or _unnamed(study)), ("pitch", _opposite(study, 0))):
         change = {name: (other, 1.0) for pair in pairs for name, other in (pair, pair[::-1])}
         if change:
             said = listed([f"{one!r} and {other!r}" for one, other in pairs])
@@ -207,6 +215,17 @@ def _opposite(study: EstimationProblem, side: int) -> list[tuple[str, str]]:
     return found
 
 
+def _unnamed(study: EstimationProblem) -> list[tuple[str, str]]:
+    """Two drives without a name that turn the model to opposite sides and do the same otherwise."""
+    pairs = []
+    for kind in kinds_of_drives(study.model):
+        if len(kind) == 2 and not any(isinstance(one, Thruster) for one in study.model.actuators):
+            (one, first), (other, second) = kind.items()
+            if first["yaw"] * second["yaw"] < 0.0 < first["surge"] * second["surge"]:
+                pairs.append((one, other))
+    return pairs
+
+
 def _triple(entries: Sequence[Entry], values: _Values) -> Array:
     return np.array([float(entry(one, values)) for one in entries])
 
@@ -235,7 +254,8 @@ def _compared(
     study: EstimationProblem, x: Array | None, threads: int | None, channel: str, change: Taken, seconds: float
 ) -> tuple[Array, Array]:
     """A channel (n,) as simulated and as recorded, in pieces of so many seconds; of an angle its change over each."""
-    pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change), seconds)]
+    resting = resting_inputs(study.model) or {}
+    pieces = [piece for trial in study.trials for piece in _pieces(_changed(trial, change, resting), seconds)]
     if not pieces:
         return np.zeros(0), np.zeros(0)
     options: Any = study.cost
@@ -261,8 +281,13 @@ def _judged(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> str 
     return None
 
 
-def _changed(trial: Trial, change: Mapping[str, tuple[str, float]]) -> Trial:
-    inputs = {name: sign * trial.inputs[source] for name, (source, sign) in change.items() if source in trial.inputs}
+def _changed(trial: Trial, change: Mapping[str, tuple[str, float]], resting: Mapping[str, float]) -> Trial:
+    """The trial with inputs exchanged, or turned round about the value at which they rest."""
+    inputs = {
+        name: trial.inputs[source] if sign > 0.0 else 2.0 * resting.get(name, 0.0) - trial.inputs[source]
+        for name, (source, sign) in change.items()
+        if source in trial.inputs
+    }
     return replace(trial, inputs={**trial.inputs, **inputs})
 
 

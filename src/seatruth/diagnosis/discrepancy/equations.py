@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from seatruth.effects import ExtendedModel
+from seatruth.effects.undeclared_actuators import resting_inputs
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.ports import FORCES
@@ -53,6 +54,11 @@ def vehicle(model: Model) -> Model:
     while isinstance(model, (ExtendedModel, WithServos)):
         model = model.base
     return model
+
+
+def rests(model: Model) -> dict[str, float]:
+    """The inputs under which a vehicle rests, by name, where they are not zero."""
+    return {name: rest for name, rest in (resting_inputs(model) or {}).items() if rest != 0.0}
 
 
 def acceleration_unit(model: Model, state: str) -> str:

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.drives import kinds_of_drives, rests
-from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions
+from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions, rests
 from seatruth.diagnosis.discrepancy.terms import Term, terms_of
+from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
 from seatruth.models.observed import shows_accelerations

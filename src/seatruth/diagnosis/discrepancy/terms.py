@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from seatruth.diagnosis.discrepancy.drives import AXES, Kind, kinds_of_drives, rests
-from seatruth.diagnosis.discrepancy.equations import DEPTHS, EQUATIONS, equations, motions, vehicle
+from seatruth.diagnosis.discrepancy.equations import DEPTHS, EQUATIONS, equations, motions, rests, vehicle
+from seatruth.effects.alike_drives import AXES, Kind, kinds_of_drives
 from seatruth.effects.undeclared_actuators import USUAL, steering_inputs
 from seatruth.models.actuators import Rudder
 from seatruth.models.base import Model

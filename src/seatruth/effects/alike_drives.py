@@ -1,18 +1,18 @@
-"""Drives that are alike, and the inputs at which they rest, as the model declares them or as its equations show."""
+"""Drives that are alike, as the model declares them or as its equations show."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 
-from seatruth.diagnosis.discrepancy.equations import EQUATIONS, vehicle
-from seatruth.effects.undeclared_actuators import drive_commands, drive_inputs, neutral, steering_inputs
+from seatruth.effects.undeclared_actuators import bare, drive_inputs, resting_inputs, steering_inputs
 from seatruth.models.actuators import Thruster, push
 from seatruth.models.base import Environment, Model, record
-from seatruth.models.black_box import BlackBox
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Equations in the order of the components of a thruster's `push`."""
+_MOTIONS = dict(zip("uvwpqr", AXES))
+"""The equation of each motion, by its standard name."""
 Kind = Mapping[str, Mapping[str, float]]
 """Drives that are alike: what the thrust of each does in each equation, by its input and by words for the equation."""
 _TRIED = (0.1, -0.1)
@@ -34,22 +34,15 @@ def kinds_of_drives(model: Model) -> list[Kind]:
         >>> [list(kind) for kind in kinds_of_drives(load_model("twin_thruster"))]
         [['n_port', 'n_starboard']]
     """
-    base = vehicle(model)
-    kinds = _named(base) if any(isinstance(one, Thruster) for one in base.actuators) else _unnamed(base)
+    model = bare(model)
+    kinds = _named(model) if any(isinstance(one, Thruster) for one in model.actuators) else _unnamed(model)
     return [kind for kind in kinds if len(kind) > 1]
 
 
-def rests(model: Model) -> dict[str, float]:
-    """The inputs at which drives rest, by name, where that is not zero."""
-    base = vehicle(model)
-    value = neutral(base)
-    return dict.fromkeys(drive_commands(base), value) if value else {}
-
-
-def _named(base: Model) -> list[Kind]:
-    p = record("Parameters", base.parameters)(**base.nominal())
+def _named(model: Model) -> list[Kind]:
+    p = record("Parameters", model.parameters)(**model.nominal())
     kinds: dict[tuple[float, ...], dict[str, dict[str, float]]] = {}
-    for one in base.actuators:
+    for one in model.actuators:
         if isinstance(one, Thruster):
             pushed = push(one, p)
             direction = (round(abs(share), 3) for share in pushed[:3])
@@ -59,11 +52,11 @@ def _named(base: Model) -> list[Kind]:
     return list(kinds.values())
 
 
-def _unnamed(base: Model) -> list[Kind]:
-    drives, rest = drive_inputs(base), neutral(base)
-    if len(drives) < 2 or rest is None or isinstance(base, BlackBox) or len(steering_inputs(base, "rudder")) > 1:
+def _unnamed(model: Model) -> list[Kind]:
+    drives, resting = drive_inputs(model), resting_inputs(model)
+    if len(drives) < 2 or resting is None or len(steering_inputs(model, "rudder")) > 1:
         return []
-    found = {name: [_accelerations(base, name, rest, change) for change in _TRIED] for name in drives}
+    found = {name: [_accelerations(model, name, resting, change) for change in _TRIED] for name in drives}
     most = max((abs(x) for both in found.values() for one in both for x in one.values()), default=0.0)
     if not 0.0 < most < math.inf:
         return []
@@ -76,15 +69,15 @@ def _unnamed(base: Model) -> list[Kind]:
     return list(kinds.values())
 
 
-def _accelerations(base: Model, name: str, rest: float, change: float) -> dict[str, float]:
+def _accelerations(model: Model, name: str, resting: Mapping[str, float], change: float) -> dict[str, float]:
     """What a drive adds to the rates of the motions of a model at rest, by equation; NaN where it is not computed."""
-    rows = {EQUATIONS[state.name]: k for k, state in enumerate(base.states) if state.name in EQUATIONS}
-    s = record("States", base.states)(*(0.0 for _ in base.states))
-    commands = dict.fromkeys((c.name for c in base.inputs), 0.0) | dict.fromkeys(drive_commands(base), rest)
-    p, i = record("Parameters", base.parameters)(**base.nominal()), record("Inputs", base.inputs)(**commands)
-    changed = i._replace(**{name: commands[name] + change * (abs(commands[name]) or 1.0)})
+    motions = [model.standard_of(state.name)[0] for state in model.states]
+    rows = {_MOTIONS[motion]: k for k, motion in enumerate(motions) if motion in _MOTIONS}
+    s = record("States", model.states)(*(0.0 for _ in model.states))
+    p, i = record("Parameters", model.parameters)(**model.nominal()), record("Inputs", model.inputs)(**resting)
+    changed = i._replace(**{name: resting[name] + change * (abs(resting[name]) or 1.0)})
     try:
-        before, after = (base.rhs(s, one, p, Environment()) for one in (i, changed))
+        before, after = (model.rhs(s, one, p, Environment()) for one in (i, changed))
     except (ArithmeticError, ValueError):
         return dict.fromkeys(rows, math.nan)
     return {axis: float(after[k] - before[k]) for axis, k in rows.items()}

@@ -1,16 +1,17 @@
-"""Drives that are alike, and where they rest, of models that declare them and of models that do not."""
+"""Drives that are alike, and where they rest, of models that name nothing."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.discrepancy.drives import kinds_of_drives, rests
+from seatruth.diagnosis.discrepancy.equations import rests
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, scales_of
 from seatruth.diagnosis.discrepancy.terms import terms_of
+from seatruth.effects.alike_drives import kinds_of_drives
+from seatruth.models import load_model
 from seatruth.models.base import Environment, Model, record
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -55,12 +56,12 @@ def test_drives_without_a_name_are_alike_that_do_the_same_but_for_the_side() -> 
     assert kind["pwm_left"]["yaw"] == -kind["pwm_right"]["yaw"] > 0.0
     assert kinds_of_drives(Uneven()) == []
     assert kinds_of_drives(Azimuths()) == []
-    assert kinds_of_drives(boat.Catamaran()) == []
+    assert kinds_of_drives(load_model("mmg")) == []
 
 
 def test_terms_count_from_the_input_at_which_drives_rest() -> None:
     assert rests(Raft()) == dict.fromkeys(("pwm_left", "pwm_right", "pwm_bow"), 1500.0)
-    assert rests(boat.Boat()) == {}
+    assert rests(load_model("mmg")) == {}
     texts = {(term.label, term.text) for term in terms_of(Raft())}
     assert ("yaw", "((pwm_left - 1500) - (pwm_right - 1500))") in texts
     assert ("sway", "(pwm_bow - 1500)") in texts
