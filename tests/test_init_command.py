@@ -95,6 +95,17 @@ def test_init_writes_an_unwrap_for_a_heading_that_wraps(folder: Path) -> None:
     assert data["trials"][0]["without"] == ["r"]
 
 
+def test_init_writes_it_too_where_another_log_may_wrap(folder: Path) -> None:
+    rows = "\n".join(f"{k},{10 if k % 4 else -10},{100 + k}" for k in range(20))
+    for name in ("one", "two"):
+        (folder / f"{name}.csv").write_text(f"t,rudder,heading\n{rows}\n")
+    assert call("init", "one.csv", "--model", "ship.py:Nomoto") == 0
+    assert "prepare" not in tomllib.loads((folder / "one.toml").read_text())
+    assert call("init", "one.csv", "two.csv", "--model", "ship.py:Nomoto", "-o", "both.toml") == 0
+    prepare = tomllib.loads((folder / "both.toml").read_text())["prepare"]
+    assert prepare == [{"step": "unwrap", "channels": ["psi"]}]
+
+
 @pytest.mark.parametrize("name", ["", ".", "/"])
 def test_init_refuses_a_path_without_a_name(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str

@@ -127,7 +127,7 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
             *(_frames(zone) if "easting" in guesses else []),
             *_actuators([channel.name for channel in model.inputs], guesses),
             *_trials([path, *more], missing_outputs),
-            *_steps([name for name in ("psi", "phi", "theta") if name in guesses and _wraps(fields, guesses[name])]),
+            *_steps([name for name in _ANGLES if name in guesses and _wraps(fields, guesses[name], bool(more))]),
             *_rest(model, any(hit.order for hit in guesses.values())),
         ]
     )
@@ -322,15 +322,20 @@ def _steps(wrapped: Sequence[str]) -> list[str]:
     lines = ["# Preparation steps run in this order; each is on record in the result (docs/study-file.md)."]
     if wrapped:
         names = ", ".join(_text(name) for name in wrapped)
-        lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # the file jumps by a full turn", ""]
+        lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # jumps by a full turn", ""]
     return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
 
 
-def _wraps(columns: Mapping[str, Numbers], guessed: InferredColumn) -> bool:
-    """Whether an angle jumps by most of a turn."""
-    numbers = columns[guessed.column]
-    jumps = np.abs(np.diff(numbers[np.isfinite(numbers)]))
-    return bool(jumps.size) and float(jumps.max()) > (270.0 if guessed.unit == "deg" else 1.5 * np.pi)
+_ANGLES = ("psi", "phi", "theta")
+
+
+def _wraps(columns: Mapping[str, Numbers], guessed: InferredColumn, others: bool) -> bool:
+    """Whether an angle jumps by most of a turn; a heading that stays within one may do so in other logs."""
+    numbers, turn = columns[guessed.column], 360.0 if guessed.unit == "deg" else 2.0 * np.pi
+    numbers = numbers[np.isfinite(numbers)]
+    jumps = np.abs(np.diff(numbers))
+    within = others and guessed.channel == "psi" and bool(numbers.size) and float(np.abs(numbers).max()) <= turn
+    return within or (bool(jumps.size) and float(jumps.max()) > 0.75 * turn)
 
 
 def _rest(model: Model, orders: bool) -> list[str]:
