@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import boat_case as boat
 import numpy as np
@@ -15,8 +16,9 @@ from seatruth.diagnosis.experiment_design.candidates import SLOW_START, Menu
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
-from seatruth.models import Model, Observation, load_model, observed
+from seatruth.models import Model, Observation, Parameter, Thruster, load_model, observed
 from seatruth.models.twin_thruster import FULL
+from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 
@@ -191,3 +193,65 @@ def test_an_underwater_vehicle_steps_along_each_axis_and_keeps_its_battery() -> 
     assert menu.trial(["step of +heave thrust"]).trial.inputs["voltage"].tolist() == [15.0] * 60
     still = thrusting(model, **{**moved, "c_5": np.zeros(60)}, voltage=np.full(60, 15.0))
     assert list(still.axes) == [f"{axis} thrust" for axis in ("surge", "sway", "yaw")]
+
+
+class Pulses(Model):
+    """The boat with two thrusters in pulses of their speed controllers, under names of their own."""
+
+    name, title, kind = "pulses", "two speed controllers", "ship"
+    states = outputs = tuple(c for c in load_model("twin_thruster").states if c.name in ("u", "v", "r", "psi"))
+    inputs = (Channel("pwm_left", "1"), Channel("pwm_right", "1"))
+    parameters = (Parameter("T", 4.0, "m/s2", 0.1, 9.0, vary=True),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        left, right = (i.pwm_left - 1500.0) / 400.0, (i.pwm_right - 1500.0) / 400.0
+        surge = p.T * (left * abs(left) + right * abs(right)) - s.u + e.X
+        return surge, -s.v + e.Y, p.T * (left * abs(left) - right * abs(right)) - s.r + e.N, s.r
+
+
+class Named(Pulses):
+    """The same with its thrusters named."""
+
+    name = "named"
+    actuators = (
+        Thruster("left", "pwm_left", (0.0, -1.0, 0.0), (1.0, 0.0, 0.0), full=1900.0),
+        Thruster("right", "pwm_right", (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), full=1900.0),
+    )
+
+    @staticmethod
+    def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return tuple(p.T * (x - 1500.0) / 400.0 * abs((x - 1500.0) / 400.0) for x in i)
+
+
+@pytest.mark.parametrize("model", [Pulses(), Named()], ids=["unnamed", "named"])
+def test_drives_in_pulses_go_to_their_rest_and_not_to_zero(model: Model) -> None:
+    rise = boat.zigzag(60, 40.0, 9.0) * (np.arange(60) > 35)
+    menu = thrusting(model, pwm_left=1700.0 + rise, pwm_right=1700.0 - rise)
+    assert menu.driving == [("pwm_left", "pwm_right")]
+    assert not menu.steering
+    assert list(menu.axes) == ["yaw thrust"]
+    coast = menu.phases["coast-down (pwm_left and pwm_right to 1500)"].inputs
+    assert coast["pwm_left"][-1] == coast["pwm_right"][-1] == 1500.0
+    slow = menu.phases["slow step of +yaw thrust"].inputs
+    assert (slow["pwm_left"][0], slow["pwm_right"][0]) == pytest.approx((1660.0, 1580.0))
+    for phase in menu.phases.values():
+        assert all(1100.0 <= float(x.min()) <= float(x.max()) <= 1900.0 for x in phase.inputs.values())
+
+
+class Jet(Pulses):
+    """One lever, and a wheel in pulses that steers it."""
+
+    name = "jet"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        wheel, lever = (i.pwm_left - 1500.0) / 500.0, (i.pwm_right - 1500.0) / 500.0
+        return p.T * lever - s.u + e.X, -s.v + e.Y, p.T * lever * wheel - s.r + e.N, s.r
+
+
+def test_a_command_that_steers_is_no_drive() -> None:
+    menu = thrusting(Jet(), pwm_left=1500.0 + boat.zigzag(60, 90.0, 9.0), pwm_right=np.full(60, 1700.0))
+    assert menu.steering == [("pwm_left",)]
+    assert menu.driving == [("pwm_right",)]
+    assert menu.usual == {"pwm_left": 1500.0, "pwm_right": 1700.0}

@@ -11,8 +11,8 @@ from itertools import combinations
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
-from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, neutral, steering_inputs, unnamed_steering
-from seatruth.models.actuators import Thruster
+from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, resting_inputs, steering_inputs, unnamed_steering
+from seatruth.models.actuators import Thruster, at_full_power
 from seatruth.models.base import Model
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
@@ -52,15 +52,16 @@ class Target(NamedTuple):
     inferred: bool = False
     """Whether the model neither names it nor calls its input by a usual name."""
     neutral: float = 0.0
-    """The input at which an unnamed one rests, where that is known."""
+    """The input at which it rests, as far as that is known."""
 
 
 def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
     """The actuators of a model on which an effect acts; one target holds both of a pair that is exchanged."""
     named = [actuator for actuator in model.actuators if actuator.kind == effect.actuator]
     thrusters = [actuator.name for actuator in model.actuators if isinstance(actuator, Thruster)]
+    resting = (resting_inputs(model) or {}) if effect.actuator == "thruster" else {}
     found = [
-        Target(actuator.name, actuator.input, actuator.full, thrusters.index(actuator.name))
+        _thruster(actuator, thrusters.index(actuator.name), resting.get(actuator.input, 0.0))
         if isinstance(actuator, Thruster)
         else Target(actuator.name, actuator.input)
         for actuator in named
@@ -69,9 +70,9 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         steer = effect.actuator != "thruster"
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
         usual = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]}
-        resting, commands = (not steer and neutral(model)) or 0.0, unnamed_steering(model) if steer else {}
+        commands = unnamed_steering(model) if steer else {}
         for name in names:
-            rest, full = commands.get(name, (resting, 1.0))
+            rest, full = commands.get(name, (resting.get(name, 0.0), 1.0))
             inferred = model.standard_of(name)[0] not in usual
             found.append(Target(name, name, full, inferred=inferred, neutral=rest))
     if effect.pairs:
@@ -79,6 +80,10 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
         wanted = [thrusters.index(name) for name in effect.which]
         return tuple(pair for pair in pairs if not wanted or [pair.thruster, pair.other] == wanted)
     return tuple(target for target in found if not effect.which or target.name in effect.which)
+
+
+def _thruster(one: Thruster, place: int, rest: float) -> Target:
+    return Target(one.name, one.input, at_full_power(one.full, rest), place, neutral=rest)
 
 
 def aliases_of(effect: ActsOnInputs, model: Model, target: Target | None = None) -> ChannelAliases:

@@ -94,8 +94,15 @@ class DriveGain(OnThrusters):
     def thrust_change(q: Any) -> Any:
         return q.k
 
+    def variants(self, model: Model) -> tuple[Effect, ...]:
+        """See `Effect.variants`; none of named thrusters, whose gain is another effect."""
+        return (self,) if self._named(model) else super().variants(model)
+
+    def _named(self, model: Model) -> bool:
+        return any(one.kind == self.actuator for one in model.actuators)
+
     def missing(self, model: Model) -> str:
-        if any(one.kind == self.actuator for one in model.actuators):
+        if self._named(model):
             return "the model names its thrusters"
         if not self.which and role_of(model, "thrust") is not None:
             return "the model tells its thrust"

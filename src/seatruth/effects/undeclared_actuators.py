@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 from seatruth.effects.commands import FULL, SteeringCommand, steering_commands
@@ -144,7 +145,12 @@ def resting_inputs(model: Model) -> dict[str, float] | None:
         >>> resting_inputs(load_model("mmg"))
         {'delta': 0.0, 'n': 0.0}
     """
-    model = bare(model)
+    found = _resting(bare(model))
+    return None if found is None else dict(found)
+
+
+@lru_cache(maxsize=64)  # each effect asks, of each of its forms
+def _resting(model: Model) -> Mapping[str, float] | None:
     rest = None if isinstance(model, BlackBox) else 0.0
     if drive_commands(model):
         rest = neutral(model)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
-from seatruth.models.actuators import Thrust, Thruster, entry
+from seatruth.models.actuators import Thrust, Thruster, at_full_power, entry
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Vehicle
@@ -174,18 +174,21 @@ class DeclaredVehicle:
     thrust: Role | None
     drag: Role | None
     thrusts: Role | None
+    resting: tuple[float, ...]
+    """Inputs at which the thrusters rest."""
 
     @classmethod
     def of(cls, model: Model, *, with_thrusters: bool) -> DeclaredVehicle:
         """What a model declares; of a black box, what the innermost one does."""
         source = model.innermost if isinstance(model, BlackBox) else model
-        roles = [None if unseen(model, role) else role_of(source, role) for role in ("thrust", "drag", "thrusts")]
-        return cls(
-            motion_channels(model),
-            source.inputs,
-            tuple(one for one in source.actuators if isinstance(one, Thruster)) if with_thrusters else (),
-            *(source.dimensions, *roles),
+        thrust, drag, thrusts = (
+            None if unseen(model, role) else role_of(source, role) for role in ("thrust", "drag", "thrusts")
         )
+        thrusters = tuple(one for one in source.actuators if isinstance(one, Thruster)) if with_thrusters else ()
+        resting = resting_inputs(source) or {}
+        rests = tuple(resting.get(one.input, 0.0) for one in thrusters)
+        channels = motion_channels(model), source.inputs
+        return cls(*channels, thrusters, source.dimensions, thrust, drag, thrusts, rests)
 
     def function(self) -> Role:
         """(s, i, p, e) to the `Vehicle`, and its thrusters as a list of `Thrust`.
@@ -196,6 +199,8 @@ class DeclaredVehicle:
         forces, declared = self.thrusts, self.thrusters
         at_rest = record("States", self.motions)(*(0.0 for _ in self.motions))
         columns = [[channel.name for channel in self.inputs].index(one.input) for one in declared]
+        spans = [at_full_power(one.full, rest) for one, rest in zip(declared, self.resting)]
+        resting = self.resting
 
         def vehicle(s: Any, i: Any, p: Any, e: Any) -> Any:
             result = Vehicle() if dimensions is None else Vehicle(*dimensions(p))
@@ -208,11 +213,12 @@ class DeclaredVehicle:
                 return result, ()
             pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
             thrusters = []
-            for push, one, column in zip(pushes, declared, columns):
+            for push, one, column, rest, span in zip(pushes, declared, columns, resting, spans):
                 x, y, z = (entry(value, p) for value in one.at)
                 a, b, c = (entry(value, p) for value in one.towards)
                 area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
-                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(i[column]) / one.full, area))
+                over = i[column] - rest if rest else i[column]
+                thrusters.append(Thrust(push, x, y, z, a, b, c, abs(over) / span, area))
             load = 0.0
             for thruster in thrusters:
                 load = load + thruster.drive / len(thrusters)

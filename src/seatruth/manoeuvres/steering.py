@@ -94,16 +94,17 @@ class ThrustSteering:
         """
         orders = {}
         for name, part in self._ahead().items():
-            full = self.layout.full[name]
-            if abs(n) > full * (1.0 + 1e-9):
-                raise BadInput(f"an order of {n:g} is beyond full power, {full:g}", where=f"thruster input {name!r}")
+            full, rest = self.layout.full[name], self.layout.rests[name]
+            if abs(n - rest) > full * (1.0 + 1e-9):
+                beyond = f"an order of {n:g} is beyond full power, {rest + full:g}"
+                raise BadInput(beyond, where=f"thruster input {name!r}")
             orders[name] = self.layout.order(name, self.layout.share(name, n) * part)
         return orders
 
     @property
     def most(self) -> float:
         """The largest `n` of `driven`; zero where no thruster pushes ahead."""
-        return min((self.layout.full[name] for name in self._ahead()), default=0.0)
+        return min((self.layout.order(name, 1.0) for name in self._ahead()), default=0.0)
 
     def _ahead(self) -> dict[str, float]:
         return dict(self.layout.axes.get("surge", {}))
@@ -142,7 +143,7 @@ def steering_in(trial: Trial) -> Steering:
     full = dict.fromkeys(_TWO, most or 1.0)
     port, starboard = _TWO
     axes = {"surge": {port: 1.0, starboard: 1.0}, "yaw": {port: 1.0, starboard: -1.0}}
-    return ThrustSteering(ThrusterLayout(axes, full, 0.0, {}))
+    return ThrustSteering(ThrusterLayout(axes, full, 0.0, {}, dict.fromkeys(_TWO, 0.0)))
 
 
 def steered(trial: Trial, model: Model | None = None) -> Trial:

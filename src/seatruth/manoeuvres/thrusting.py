@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.effects.undeclared_actuators import resting_inputs
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import Helm, Manoeuvre, Orders
 from seatruth.manoeuvres.stepper import Stepper
-from seatruth.models.actuators import Thruster, push
+from seatruth.models.actuators import Thruster, at_full_power, push
 from seatruth.models.base import Model, record
 
 AXES: Mapping[str, str] = {"surge": "u", "sway": "v", "heave": "w", "roll": "p", "pitch": "q", "yaw": "r"}
@@ -38,14 +39,15 @@ class ThrusterLayout:
     """What the thrusters of a model can do.
 
     `axes` gives for each axis on which they can act the share of its thrust that each input orders, the largest one 1;
-    `full` the size of each input at full power; `dead_band` the part of it that gives no thrust; `accelerations` (m/s2,
-    rad/s2) what full thrust along an axis gives at rest.
+    `full` what each input adds at full power to the one in `rests`, at which the thruster rests; `dead_band` the part
+    of it that gives no thrust; `accelerations` (m/s2, rad/s2) what full thrust along an axis gives at rest.
     """
 
     axes: Mapping[str, Mapping[str, float]]
     full: Mapping[str, float]
     dead_band: float
     accelerations: Mapping[str, float]
+    rests: Mapping[str, float]
 
     def orders(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Orders for thrust along several axes at once, each a share of full thrust.
@@ -65,8 +67,9 @@ class ThrusterLayout:
 
     def share(self, name: str, order: Any) -> Any:
         """The share of its full thrust that one thruster gives under an order (n,), as `order` has it."""
-        size = np.maximum(0.0, np.abs(order) / self.full[name] - self.dead_band) / (1.0 - self.dead_band)
-        return np.sign(order) * size * size
+        over = order - self.rests[name]
+        size = np.maximum(0.0, np.abs(over) / self.full[name] - self.dead_band) / (1.0 - self.dead_band)
+        return np.sign(over) * size * size
 
     def levels(self, orders: Mapping[str, Any]) -> dict[str, Any]:
         """The thrust along each axis (n,) under the orders of all thrusters (n,), as a share of full thrust."""
@@ -75,11 +78,12 @@ class ThrusterLayout:
         return dict(zip(self.axes, np.linalg.pinv(columns) @ shares, strict=True))
 
     def order(self, name: str, share: float) -> float:
-        """The order for a share of the full thrust of one thruster; zero for none."""
+        """The order for a share of the full thrust of one thruster; that at which it rests for none."""
+        rest = self.rests[name]
         if share == 0.0:
-            return 0.0
+            return rest
         size = self.dead_band + (1.0 - self.dead_band) * math.sqrt(abs(share))
-        return self.full[name] * math.copysign(size, share)
+        return rest + self.full[name] * math.copysign(size, share)
 
 
 def thruster_layout(
@@ -107,7 +111,8 @@ def thruster_layout(
     if not 0.0 <= dead_band < 1.0:
         raise BadInput(f"a dead band of {dead_band:g} is no part of full power", do="Give it between 0 and 1.")
     p = record("Parameters", model.parameters)(**model.nominal())
-    full = {one.input: one.full for one in thrusters}
+    resting = resting_inputs(model) or {}
+    full = {one.input: at_full_power(one.full, resting.get(one.input, 0.0)) for one in thrusters}
     orders = list(full)
     states = {channel.name for channel in model.states}
     rows = [k for k, state in enumerate(AXES.values()) if state in states]
@@ -126,13 +131,13 @@ def thruster_layout(
             axes[list(AXES)[row]] = {
                 name: float(share) for name, share in zip(orders, shares, strict=True) if abs(share) > 1e-9
             }
-    still = ThrusterLayout(axes, full, dead_band, {})
+    still = ThrusterLayout(axes, full, dead_band, {}, {name: resting.get(name, 0.0) for name in full})
     return replace(still, accelerations={axis: _acceleration(model, still, axis, inputs) for axis in axes})
 
 
 def _acceleration(model: Model, layout: ThrusterLayout, axis: str, inputs: Mapping[str, float]) -> float:
     """Of the model at rest under full thrust along an axis, less that without thrust."""
-    stepper, rest = Stepper(model), {**{channel.name: 0.0 for channel in model.inputs}, **inputs}
+    stepper, rest = Stepper(model), {**{channel.name: 0.0 for channel in model.inputs}, **inputs, **layout.orders({})}
     place = [channel.name for channel in model.states].index(AXES[axis])
     still = stepper.first({})
     driven = stepper.rate(0.0, still, {**rest, **layout.orders({axis: 1.0})})[place]
@@ -200,7 +205,7 @@ class ThrusterSteps(Manoeuvre):
             if step >= len(inputs) * len(self.levels):
                 return None
             name, level = inputs[step // len(self.levels)], self.levels[step % len(self.levels)]
-            return {**dict.fromkeys(inputs, 0.0), name: self.layout.order(name, level)}
+            return {**self.layout.orders({}), name: self.layout.order(name, level)}
 
         return helm
 

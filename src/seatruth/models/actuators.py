@@ -53,7 +53,7 @@ class Thruster:
         input: the model's input that drives it: revolutions, a command, a force.
         at: its place from the model's origin, m: forward, to starboard, down.
         towards: the direction of its force where the thrust is positive, a unit vector in the same axes.
-        full: size of the input at full power, in the input's unit.
+        full: the input at full power ahead, in its unit: 20 rev/s, 1, 1900 us. The equations tell where it rests.
         diameter: m, of the propeller or the jet; only effects of the inflow ask for it.
         force: the output of a simulator that shows its force (N), positive along `towards`. A model of equations has
             `thrusts` instead.
@@ -76,6 +76,16 @@ class Thruster:
     def kind(self) -> str:
         """The kind of actuator that an effect asks for."""
         return "thruster"
+
+
+def at_full_power(full: float, rest: float) -> float:
+    """What an input adds at full power to that at which its thruster rests.
+
+    Example:
+        >>> at_full_power(1900.0, rest=1500.0), at_full_power(20.0, rest=0.0)
+        (400.0, 20.0)
+    """
+    return full - rest if full > rest else full
 
 
 @dataclass(frozen=True)

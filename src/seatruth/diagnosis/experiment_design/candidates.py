@@ -18,8 +18,11 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem
+from seatruth.effects.alike_drives import kinds_of_drives
+from seatruth.effects.undeclared_actuators import resting_inputs, steering_inputs
 from seatruth.manoeuvres import thruster_layout
 from seatruth.models import Model, Thruster
+from seatruth.models.actuators import at_full_power
 from seatruth.trials.trial import Trial, Trials
 
 MAX_PHASES = 3
@@ -79,14 +82,20 @@ class Menu:
         self.turns = "psi" in problem.outputs
         self.standard = problem.study.model.standard
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
-        self.usual = {name: _usual(v, units[name]) for name, v in values.items()}
+        resting, steers = resting_inputs(problem.study.model) or {}, steering_inputs(problem.study.model, "rudder")
+        self.rest = {name: resting.get(name, 0.0) for name in self.inputs}
+        """The value of each input at which what it moves rests."""
+        about = {name: value - self.rest[name] for name, value in values.items()}
+        angles = {name for name in self.inputs if units[name] == _ANGLE or name in steers}
+        self.usual = {name: self.rest[name] + _usual(v, name in angles) for name, v in about.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
         self.rates = {name: self._fastest(name, problem.trials) for name in self.inputs}
         """Fastest change of each input on record, in its unit per s; infinite where it never moved."""
         self.drives = [
             n
             for n in self.inputs
-            if (units[n] != _ANGLE and abs(self.usual[n]) > 2.0 * float(np.std(values[n]))) or n in ("n", "rpm")
+            if (n not in angles and abs(self.usual[n] - self.rest[n]) > 2.0 * float(np.std(values[n])))
+            or n in ("n", "rpm")
         ]
         self.thrusters = _thrusters(problem.study.model)
         """Inputs of the thrusters of a model that has several, each with its size at full power."""
@@ -95,7 +104,12 @@ class Menu:
         self.driving = _of_one_kind([name for name in moved if name in self.drives], units, values)
         thrusting = tuple(name for name in self.thrusters if name in self.drives)
         self.driving += [thrusting] if thrusting else []
-        axes = thruster_layout(problem.study.model).axes if self.thrusters else {}
+        axes = thruster_layout(problem.study.model).axes if self.thrusters else _unnamed_axes(problem.study.model)
+        alike = tuple(name for name in axes.get("yaw", {}) if name not in self.thrusters)
+        if alike:  # drives without a name that turn it by their difference, and drive it by their sum
+            self.steering = [left for group in self.steering if (left := _without(group, alike))]
+            self.driving = [left for group in self.driving if (left := _without(group, alike))]
+            self.driving += [alike] if set(alike) <= set(self.drives) else []
         self.axes = {
             f"{axis} thrust": reach
             for axis, shares in axes.items()
@@ -181,7 +195,7 @@ class Menu:
         found += [self._one_by_one()] if self.thrusters else []
         for group in self.driving:
             found += self._driven(group)
-            slow = {name: np.full(self.t.shape, _SLOW * self.usual[name]) for name in group}
+            slow = {name: np.full(self.t.shape, self._slowed(name)) for name in group}
             turning = {axis: reach for axis, reach in self.axes.items() if axis == YAW}
             for words, reach in ({_words(others): self._reach(others) for others in self.steering} | turning).items():
                 for phase in self._steered(words, reach)[:3]:
@@ -211,15 +225,19 @@ class Menu:
         orders = {}
         for k, name in enumerate(self.thrusters):
             usual = self.usual[name]
-            other = _SLOW * usual if name in self.drives else usual + self.full[name]
+            other = self._slowed(name) if name in self.drives else usual + self.full[name]
             orders[name] = self._possible(name, np.where(place == k, other, usual))
         each = self.seconds / len(self.thrusters)
         return Phase("one thruster after another", f"each thruster alone, for {each:.3g} s", orders)
 
+    def _slowed(self, name: str) -> float:
+        """A drive at a part of its usual order."""
+        return self.rest[name] + _SLOW * (self.usual[name] - self.rest[name])
+
     def _possible(self, name: str, order: Array) -> Array:
         """An order within full power, where it is known."""
-        power = self.thrusters.get(name, math.inf)
-        return np.clip(order, -power, power)
+        power, rest = self.thrusters.get(name, math.inf), self.rest[name]
+        return np.clip(order, rest - power, rest + power)
 
     def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
         """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
@@ -256,33 +274,54 @@ class Menu:
         t, end, name = self.t, self.seconds, _words(group)
         ramp = np.where((t < end / 3) | (t >= 2 * end / 3), 1.0, _SLOW)
         stop = np.where(t < end / 4, 1.0, 0.0)
+        rests = {self.rest[n] for n in group}
+        rest = "zero" if rests == {0.0} else f"{rests.pop():g}" if len(rests) == 1 else "rest"
+
+        def driven(part: Array) -> dict[str, Array]:
+            return {n: self.rest[n] + (self.usual[n] - self.rest[n]) * part for n in group}
+
         return [
             Phase(
                 f"steps of {name}",
                 f"{name} to {100 * _SLOW:.0f} % and back, straight",
-                {n: self.usual[n] * ramp for n in group},
+                driven(ramp),
             ),
             Phase(
-                f"coast-down ({name} to zero)",
-                f"{name} to zero after a quarter of {end:.3g} s",
-                {n: self.usual[n] * stop for n in group},
+                f"coast-down ({name} to {rest})",
+                f"{name} to {rest} after a quarter of {end:.3g} s",
+                driven(stop),
             ),
         ]
 
 
-def _usual(values: Array, unit: str) -> float:
+def _usual(values: Array, steers: bool) -> float:
     """The value from which manoeuvres start: the median, for an angle its trim.
 
     The median of a zigzag or of turns is the angle of the turns. Manoeuvres about it would leave what was recorded.
     """
     usual = float(np.median(values))
-    turning = unit == _ANGLE and abs(usual) > _TRIM * float(np.abs(values).max())
+    turning = steers and abs(usual) > _TRIM * float(np.abs(values).max())
     return 0.0 if turning else usual
 
 
 def _thrusters(model: Model) -> dict[str, float]:
-    found = {one.input: one.full for one in model.actuators if isinstance(one, Thruster)}
+    resting = resting_inputs(model) or {}
+    thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
+    found = {one.input: at_full_power(one.full, resting.get(one.input, 0.0)) for one in thrusters}
     return found if len(found) > 1 else {}
+
+
+def _unnamed_axes(model: Model) -> dict[str, dict[str, float]]:
+    """Thrust in yaw by the difference of drives without a name that are alike, as `ThrusterLayout.axes`."""
+    for kind in kinds_of_drives(model):
+        most = max(abs(levers["yaw"]) for levers in kind.values())
+        if most > 0.0:
+            return {"yaw": {name: levers["yaw"] / most for name, levers in kind.items()}}
+    return {}
+
+
+def _without(group: tuple[str, ...], names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in group if name not in names)
 
 
 def _moved(model: Model, units: Mapping[str, str]) -> list[str]:
