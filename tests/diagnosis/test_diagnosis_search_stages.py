@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_case as small
+from searched_by_hand import searched
 
 from seatruth.diagnosis import search as search_module
-from seatruth.diagnosis.search import search
+from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.search import _fit_each_trial, search
 from seatruth.trials.trial import Trial
 
 
@@ -34,3 +36,12 @@ def test_where_the_algebra_of_a_stage_fails_the_fits_stay(
     got = search(small.problem(ship_folder, offset_runs, ["rudder_offset", "gyro_bias"]), small.silent)
     assert got.leader.effects == ("rudder_offset",)
     assert got.failed[what,] == "Matrix is not positive definite"
+
+
+def test_values_for_each_trial_do_not_stand_twice_in_a_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A boat's diagnosis was lost where a current and one of its own in each trial led together."""
+    fitted: list[Key] = []
+    monkeypatch.setattr(search_module, "fit_once", lambda found, key, *_: fitted.append(key))
+    monkeypatch.setattr(search_module, "in_each_trial", lambda problem, point, *_: point)
+    _fit_each_trial(searched({(): 0.0, ("current", "trial_current"): 90.0, ("current", "rudder_offset"): 80.0}))
+    assert fitted == [("rudder_offset", "trial_current")]

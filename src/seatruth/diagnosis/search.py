@@ -29,6 +29,7 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import currents_in_each_trial, screen, waves_beside
 from seatruth.diagnosis.sections import RunsBend, most_sections
+from seatruth.diagnosis.siblings import fit_siblings
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
 from seatruth.simulate import OutOfRuns
@@ -91,6 +92,7 @@ def search(
         tried: set[tuple[Key, bool, str, str]] = set()
         for what, stage in (
             ("what looks like the leading sets", lambda: _fit_alike(found, tried, 1)),
+            ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
             ("leading sets with values for each trial", lambda: _fit_each_trial(found)),
             ("parts of the leading sets", lambda: _refit_parts(found)),
             ("parts of probable sets", lambda: _fit_missing_parts(found)),
@@ -251,7 +253,7 @@ def _fit_each_trial(found: Search) -> None:
     leaders = [fit.effects for fit in found.sets() if fit.effects and _leads(found, fit)]
     for leader in leaders[: found.problem.settings.leaders]:
         for name in leader:
-            if name not in alike:
+            if name not in alike or alike[name] in leader:
                 continue
             key = tuple(sorted((*(n for n in leader if n != name), alike[name])))
             for on in (False, True):

@@ -1,0 +1,35 @@
+"""Searches made by hand, for what they fit next."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import available
+
+NAMES = ("rudder_rate_limit", "rudder_lag", "rudder_delay", "rudder_offset", "current", "trial_current")
+
+
+def searched(evidence: dict[Key, float]) -> Search:
+    """A search whose sets were fitted with forces, each effect with one parameter, 1 where it acts."""
+    fits = {
+        (key, True): SimpleNamespace(
+            effects=key,
+            discrepancy=True,
+            evidence=value,
+            point=SimpleNamespace(shared=np.array([float(name in key) for name in NAMES]), initial=None, forces=None),
+            sizes=None,
+        )
+        for key, value in evidence.items()
+    }
+    ends = np.full(len(NAMES), 9.0)
+    columns = {name: np.array([k]) for k, name in enumerate(NAMES)}
+    problem = SimpleNamespace(
+        effects={name: available()[name] for name in NAMES}, settings=Settings(), columns=columns, mean=0.0 * ends,
+        low=-ends, high=ends,
+    )  # fmt: skip
+    return Search(cast(Any, problem), cast(Any, None), fits=cast(Any, fits))

@@ -1,0 +1,39 @@
+"""What stands beside an effect in the tree of causes, in its place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from searched_by_hand import searched
+
+import seatruth.diagnosis.siblings as module
+from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.problem import Point
+from seatruth.diagnosis.siblings import fit_siblings, siblings
+
+
+def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    alone: dict[Key, float] = {
+        ("rudder_rate_limit",): 145.0, ("rudder_lag",): 204.0, ("rudder_delay",): 80.0, ("rudder_offset",): 160.0,
+        ("trial_current",): 583.0,
+    }  # fmt: skip
+    found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0})
+    assert siblings(found, "rudder_rate_limit") == ["rudder_lag"]  # the delay is far behind, an offset another kind
+    assert siblings(found, "trial_current") == []
+    fitted: list[tuple[Key, bool, list[float], str]] = []
+
+    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str) -> None:
+        fitted.append((key, on, point.shared.tolist(), attempt))
+
+    monkeypatch.setattr(module, "fit_once", kept)
+    fit_siblings(found)
+    assert fitted == [
+        (("rudder_lag", "trial_current"), True, [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], "in the place of rudder_rate_limit")
+    ]
+    fitted.clear()
+    found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0, ("rudder_lag", "trial_current"): 700.0})
+    fit_siblings(found)
+    assert fitted == []
