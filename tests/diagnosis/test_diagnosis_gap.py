@@ -16,6 +16,7 @@ from seatruth.diagnosis.gap import Gap, misfit, refit_initial_states
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.search import search
 from seatruth.effects import available
+from seatruth.models import load_model
 from seatruth.trials.trial import Trial
 
 
@@ -80,10 +81,50 @@ def test_what_explains_most_is_not_small_though_whole_runs_come_no_nearer(
         for key, evidence in {((), False): -1000.0, (("thruster_lag_port",), False): -1000.0 + explained}.items()
     }
     settings = SimpleNamespace(stray=100.0, small_share=0.05)
-    problem = SimpleNamespace(effects={}, settings=settings, count=1000)
+    problem = SimpleNamespace(effects={"thruster_lag_port": available()["thruster_lag"]}, settings=settings, count=1000)
     leader = SimpleNamespace(evidence=400.0)
     gap = Gap(cast(Any, SimpleNamespace(fits=fits, problem=problem, leader=leader)), np.ones(1), ("thruster_lag_port",))
     gap.__dict__["misfits"] = {"refit": 13000.0, "effects": 17000.0}
     monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
-    monkeypatch.setattr("seatruth.diagnosis.gap.misfit", lambda problem, deviation, point: 13000.0)
+    monkeypatch.setattr("seatruth.diagnosis.gap.misfit", lambda *_: 13000.0)
     assert gap.share("thruster_lag_port") == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("left", "expected"), [(2400.0, 0.5), (1450.0, 0.025)])
+def test_an_error_of_a_sensor_is_measured_by_what_that_sensor_shows(
+    monkeypatch: pytest.MonkeyPatch, left: float, expected: float
+) -> None:
+    """A late position of a craft whose heading its model misses by 19 times the noise, and one that closes nothing."""
+    key = ("position_delay",)
+    fits = {
+        (): SimpleNamespace(evidence=-16000.0, point="left"),
+        key: SimpleNamespace(evidence=-15900.0, point="named"),
+    }
+    settings = SimpleNamespace(stray=900.0, small_share=0.05)
+    problem = SimpleNamespace(
+        effects={key[0]: available()[key[0]]},
+        settings=settings,
+        count=2000,
+        outputs=("x", "y", "psi"),
+        channel_of=np.repeat([0, 1, 2], [500, 500, 1000]),
+        study=SimpleNamespace(model=load_model("twin_thruster")),
+    )
+    search = SimpleNamespace(
+        fits={(effects, False): fit for effects, fit in fits.items()}, problem=problem, leader=fits[key]
+    )
+    gap = Gap(cast(Any, search), np.ones(3), key)
+    gap.__dict__["misfits"] = {"refit": 400000.0, "effects": 399000.0}
+    gap.__dict__["points"] = {"effects": "named", "refit": "refit"}
+    seen: list[int] = []
+
+    def of(problem: Any, deviation: Any, point: Any, rows: Any = None) -> float:
+        if rows is None:
+            return 400000.0
+        seen.append(int(rows.sum()))
+        return {"left": left, "named": 1400.0, "refit": 3000.0}[point]
+
+    monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
+    monkeypatch.setattr("seatruth.diagnosis.gap.misfit", of)
+    monkeypatch.setattr(Gap, "_explained_without_forces", lambda self, rest: 0.0)
+    assert gap.share(key[0]) == pytest.approx(expected)
+    assert seen == [1000] * 3  # positions alone

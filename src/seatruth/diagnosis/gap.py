@@ -9,12 +9,14 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from seatruth.arrays import Array
+from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
+from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.prediction_errors import Simulated, moved
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import follows_each_trial
 from seatruth.models.base import whole_name
 
@@ -29,10 +31,16 @@ _PARTS = (1.0, 0.3, 0.1, 0.03)
 """Parts of such a step that are tried, the longest first. [S] Of a crew boat of 110 s a whole one made runs diverge."""
 
 
-def misfit(problem: Problem, deviation: Array, point: Point) -> float:
-    """Sum of squared errors over the noise variance; inf where a run diverges. `deviation` (C,) of each channel."""
+def misfit(problem: Problem, deviation: Array, point: Point, rows: Flags | None = None) -> float:
+    """Sum of squared errors over the noise variance; inf where a run diverges.
+
+    `deviation` (C,) is that of each channel; `rows` (N,) are the errors that count, all by default.
+    """
     errors = problem.errors(point) / deviation[problem.channel_of]
-    return float(errors @ errors) if np.isfinite(errors).all() else math.inf
+    if not np.isfinite(errors).all():
+        return math.inf
+    counted = errors if rows is None else errors[rows]
+    return float(counted @ counted)
 
 
 def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Point:
@@ -117,7 +125,8 @@ class Gap:
 
         Runs that stray from their records have no misfit that means anything; there it is the part of the evidence.
         So it is where a fit without forces takes the drift of positions for slow noise: an effect may then explain
-        most of what can be explained, though whole runs come no nearer.
+        most of what can be explained, though whole runs come no nearer. And an error of a sensor may close much of
+        what that sensor shows, and little beside a heading that the model misses by far.
         """
         rest = tuple(n for n in self.key if n != name)
         plain, named = self.misfits["refit"], self.misfits["effects"]
@@ -130,8 +139,20 @@ class Gap:
         closed = float(np.clip((left - named) / gap, 0.0, 1.0))
         if closed < self.problem.settings.small_share:
             explained = self._explained_without_forces(rest)
-            return explained if explained > _MOST else closed
+            return explained if explained > _MOST else max(closed, self._closed_in_its_sensor(name, without.point))
         return closed
+
+    def _closed_in_its_sensor(self, name: str, without: Point) -> float:
+        """Part of the misfit of the channels of its sensors that an error of these closes; zero of another effect."""
+        problem = self.problem
+        if not is_within(problem.effects[name].cause, SENSOR):
+            return 0.0
+        shown = {place.partition(":")[2] for place in problem.effects[name].places(problem.study.model)}
+        rows = np.isin(problem.channel_of, [c for c, output in enumerate(problem.outputs) if output in shown])
+        points = without_discrepancy(problem, without), self.points["effects"], self.points["refit"]
+        left, named, plain = (misfit(problem, self.deviation, point, rows) for point in points)
+        gap = plain - float(rows.sum())
+        return float(np.clip((left - named) / gap, 0.0, 1.0)) if 0.0 < gap < math.inf else 0.0
 
     def _explained_without_forces(self, rest: Key) -> float:
         """What the answer explains of the evidence beyond its other effects `rest`, over all that can be explained.
