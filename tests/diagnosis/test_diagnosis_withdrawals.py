@@ -14,6 +14,7 @@ from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
+    without_opposed,
     without_outdone,
     without_small,
     without_unseen,
@@ -271,3 +272,24 @@ def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -
     assert outdone(said, hypotheses(*entries), checked) == said
     steady = (("wind",), 0.9, True), ((), 0.1, True)
     assert outdone(decided(*steady), hypotheses(*steady), checked).kind == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("bank", "offset", "stays"),
+    [(-0.1, 0.2, False), (-4.6, 23.4, True), (math.nan, math.nan, True)],
+)
+def test_two_that_explain_the_trials_only_together_are_the_form_of_something_else(
+    bank: float, offset: float, stays: bool
+) -> None:
+    """A rudder that stalls: the suction of a bank, and an offset against it. One alone may explain nothing."""
+    key = ("bank", "rudder_offset")
+    rows = [(key, 41.5, 0.9), (("bank",), bank, 0.02), (("rudder_offset",), offset, 0.03), ((), 0.0, 0.05)]
+    found = [Hypothesis(one, True, value, 0.0, p, True) for one, value, p in rows if not math.isnan(value)]
+    for lacks in (True, False):
+        said = replace(decided((key, 0.9), ((), 0.1)), discrepancy=lacks)
+        left = without_opposed(said, found)
+        if stays or not lacks:
+            assert left == said
+        else:
+            assert (left.kind, left.clusters, left.part) == ("unknown", (), key)
+            assert left.probability == pytest.approx(1.0)

@@ -35,6 +35,7 @@ from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
+    without_opposed,
     without_outdone,
     without_small,
     without_unseen,
@@ -104,6 +105,7 @@ class Assembly:
             gap=self._leaves_a_gap,
             one_course=narrow_headings(self.problem.trials) is not None,
         )
+        said = without_opposed(said, self._weighed)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
         share = self._gap_of(said.shown).share
