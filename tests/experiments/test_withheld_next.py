@@ -25,6 +25,7 @@ from withheld.studies import UNITS
 from withheld.verdicts import verdict
 
 from seatruth.diagnosis.experiment_design.candidates import Menu
+from seatruth.models import Channel, Model
 from seatruth.trials.trial import Trial as Log
 
 
@@ -47,10 +48,19 @@ def menu_of(family: Family, records: list[Record]) -> Menu:
         inputs = {family.input: record.delta, **({"n": record.n} if family.revolutions else {})}
         outputs = {name: np.full(record.t.shape, float(name == "u")) for name in family.outputs}
         trials.append(Log(f"t{k}", record.t, inputs, outputs, synthetic=True))
-    model = SimpleNamespace(
-        actuators=(), standard={}, inputs=[SimpleNamespace(name=name, unit=UNITS[name]) for name in names]
-    )
-    problem: Any = SimpleNamespace(trials=trials, study=SimpleNamespace(model=model), outputs=family.outputs)
+    channels = tuple(Channel(name, UNITS[name]) for name in names)
+    shown = (Channel("u", "m/s"),)
+
+    class Sheet(Model):
+        name = "sheet"
+        states = outputs = shown
+        inputs = channels
+
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+            return (-s.u,)
+
+    problem: Any = SimpleNamespace(trials=trials, study=SimpleNamespace(model=Sheet()), outputs=family.outputs)
     return Menu(problem)
 
 

@@ -145,7 +145,8 @@ def resting_inputs(model: Model) -> dict[str, float] | None:
         >>> resting_inputs(load_model("mmg"))
         {'delta': 0.0, 'n': 0.0}
     """
-    found = _resting(bare(model))
+    model = bare(model)
+    found = _resting(model)
     return None if found is None else dict(found)
 
 
