@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from decided_by_hand import decided
 
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.hypotheses import Key
@@ -173,3 +174,18 @@ def test_by_place_counts_each_hypothesis_once() -> None:
     answers = posterior.answers(found)
     assert acting["kinematics"] == pytest.approx(sum(answers.values()))
     assert acting["surge"] == pytest.approx(answers["wind",] + answers["current", "wind"])
+
+
+def test_one_of_several_of_a_family_acts_though_the_set_without_them_stands_before_each() -> None:
+    """Beside a late position a wind, a drift and two currents each explain the same: one of them acts."""
+    weather = ("trial_wind", "wave_drift", "wind", "current")
+    sets = [(("position_delay",), 0.28), *(((*sorted(("position_delay", name)),), 0.18) for name in weather)]
+    said = decided(*sets)
+    found = {cluster.cause: cluster for cluster in said.clusters}
+    assert found.keys() == {"sensor.timing.position", "environment"}
+    assert set(found["environment"].effects) == set(weather)
+    assert found["environment"].probability == pytest.approx(0.72)
+    # Further effects of all families, of which none is probable, are no cause.
+    others = ("gyro_bias", "bank", "munk", "rudder_offset")
+    sets = [(("position_delay",), 0.28), *(((*sorted(("position_delay", name)),), 0.18) for name in others)]
+    assert [cluster.effects for cluster in decided(*sets).clusters] == [("position_delay",)]

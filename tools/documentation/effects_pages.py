@@ -126,6 +126,7 @@ def _settings() -> list[Setting]:
     vehicle = {f"c_{k}": 0.4 * np.sin(1.0 + (2 * k + 1) * dwell) for k in (1, 2, 3, 4)}
     vehicle |= {f"c_{k}": np.where((t // 25).astype(int) % 2 == 0, 0.2, -0.2) for k in (5, 6)}
     vehicle["voltage"] = 16.0 - t / 60.0
+    revolutions = {"n": np.where((t // 20).astype(int) % 2 == 0, 22.0, 12.0)}
     made = []
     for name, inputs, first, about in (
         ("mmg", ship, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, fewer revolutions after 60 s"),
@@ -139,6 +140,7 @@ def _settings() -> list[Setting]:
         ),
         ("twin_thruster", boat, {"u": 0.8, "psi": 0.5}, "each thruster in steps, ahead and astern"),
         ("bluerov2", vehicle, {"z": 5.0}, "each thruster in steps, the battery's voltage falling"),
+        ("torpedo_forward", revolutions, {"u": 1.5}, "revolutions in steps"),
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
     return made
