@@ -105,7 +105,7 @@ def shown_on(effect: Effect) -> list[Setting]:
     """The runs that show an effect: of the most usual vehicle that it acts on, or of those that have thrusters."""
     fitting = [made for made in _settings() if not effect.missing(made[0])]
     if effect.actuator == "thruster" or effect.name == "tether":
-        return [made for made in fitting if made[0].name in _WITH_THRUSTERS]
+        return [made for made in fitting if made[0].name in _WITH_THRUSTERS] or fitting[:1]
     return fitting[:1]
 
 
