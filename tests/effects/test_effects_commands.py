@@ -10,6 +10,7 @@ import pytest
 
 from seatruth import Channel, Model
 from seatruth.effects import available, load_effects, with_effects
+from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.effects.commands import FULL, FULL_RUDDER, steering_commands
 from seatruth.effects.undeclared_actuators import drive_inputs, neutral, resting_inputs, steering_inputs
 from seatruth.effects.vehicle import straight_thrust
@@ -113,3 +114,39 @@ def test_the_thrust_of_a_lever_in_pulses_counts_from_its_middle() -> None:
         i = record("Inputs", model.inputs)(model.middle, model.middle + 0.5 * FULL[model.middle])
         s = record("States", model.states)(1.0, 0.0, 0.0, 0.0)
         assert thrust(s, i, record("Parameters", ())(), Environment()) == pytest.approx(0.75)
+
+
+class Lever(Jet):
+    """Its thrust is a broken power of a lever that goes from 0 to 1."""
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        thrust = 3.0 * i.lever**1.8
+        return thrust - s.u + e.X, -s.v + e.Y, 2.0 * thrust * i.wheel - s.r + e.N, s.r
+
+
+class Levers(Jet):
+    """Two of them."""
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        port, starboard = i.wheel**1.5, i.lever**1.5
+        return port + starboard - s.u + e.X, -s.v + e.Y, port - starboard - s.r + e.N, s.r
+
+
+class Planing(Jet):
+    """A drag to a broken power, which has no value astern."""
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return i.lever - s.u**1.5 + e.X, -s.v + e.Y, i.wheel * s.u - s.r + e.N, s.r
+
+
+def test_a_lever_to_a_broken_power_that_has_no_other_side_breaks_nothing() -> None:
+    assert steering_inputs(Lever(), "rudder") == ("wheel",)
+    assert drive_inputs(Lever()) == ("lever",)
+    assert drive_inputs(Levers()) == ("wheel", "lever")
+    assert kinds_of_drives(Levers()) == []
+    for model in (Lever(), Levers(), Planing()):
+        for effect in available().values():
+            assert isinstance(effect.missing(model), str)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from seatruth.effects.commands import NOT_COMPUTED
 from seatruth.effects.undeclared_actuators import bare, drive_inputs, resting_inputs, steering_inputs
 from seatruth.models.actuators import Thruster, push
 from seatruth.models.base import Environment, Model, record
@@ -78,6 +79,6 @@ def _accelerations(model: Model, name: str, resting: Mapping[str, float], change
     changed = i._replace(**{name: resting[name] + change * (abs(resting[name]) or 1.0)})
     try:
         before, after = (model.rhs(s, one, p, Environment()) for one in (i, changed))
-    except (ArithmeticError, ValueError):
+        return {axis: float(after[k] - before[k]) for axis, k in rows.items()}
+    except NOT_COMPUTED:
         return dict.fromkeys(rows, math.nan)
-    return {axis: float(after[k] - before[k]) for axis, k in rows.items()}

@@ -18,6 +18,8 @@ pulses last 1 to 2 ms."""
 FULL_RUDDER = math.radians(35.0)
 """rad, as which full command of a steering command counts. [L] The largest rudder angle of ships, by the rules of
 classification; jets and outboard engines turn by 25 to 35 deg."""
+NOT_COMPUTED = (ArithmeticError, ValueError, TypeError)
+"""What equations raise outside their range: a negative command to a broken power is a complex number."""
 _TRIED = 0.1
 """Part of full command that is tried. [S]"""
 _STRAIGHT = 1e-9
@@ -74,7 +76,7 @@ def _steers(model: Model, name: str, free: Sequence[str], rest: float, motions: 
     try:
         still = [_rates(model, {**resting, name: rest + change}, 0.0, motions) for change in (0.0, step, -step)]
         moving = [_rates(model, {**ahead, name: rest + change}, 1.0, motions) for change in (0.0, step, -step)]
-    except (ArithmeticError, ValueError):
+    except NOT_COMPUTED:
         return False
     turn, left, right = (rates["r"] for rates in moving)
     most = max(abs(left - turn), abs(right - turn))

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from seatruth.effects.commands import FULL, SteeringCommand, steering_commands
+from seatruth.effects.commands import FULL, NOT_COMPUTED, SteeringCommand, steering_commands
 from seatruth.models.actuators import Rudder
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
@@ -173,7 +173,7 @@ def _acceleration(model: Model, inputs: Mapping[str, float]) -> float:
     try:
         rates = model.rhs(s, i, p, Environment())
         return max(abs(float(rate)) for rate, c in zip(rates, model.states) if model.standard_of(c.name)[0] in "uvr")
-    except (ArithmeticError, ValueError):
+    except NOT_COMPUTED:
         return math.nan
 
 
@@ -219,6 +219,6 @@ def _change(model: Model, name: str, rate: str) -> float:
         before, after = (
             model.rhs(s, i._replace(**{name: angle}), p, Environment())[names.index(rate)] for angle in (0.0, _TRIED)
         )
-    except (ArithmeticError, ValueError):
+    except NOT_COMPUTED:
         return 0.0
     return abs(after - before) if math.isfinite(after - before) else 0.0

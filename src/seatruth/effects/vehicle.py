@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from seatruth.effects.commands import NOT_COMPUTED
 from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
 from seatruth.models.actuators import Thrust, Thruster, at_full_power, entry
 from seatruth.models.base import Environment, Model, record
@@ -100,9 +101,9 @@ def straight_drag(model: Model) -> Role | None:
     try:
         driven = force(s, undriven, p, Environment()) != 0.0
         tried = [sign * speed * drag(s._replace(**{name: speed}), None, p, Environment()) for speed in (-1.0, 1.0)]
-    except (ArithmeticError, ValueError):
+        return drag if all(math.isfinite(power) and power > 0.0 for power in tried) else None
+    except NOT_COMPUTED:
         return None
-    return drag if all(math.isfinite(power) and power > 0.0 for power in tried) else None
 
 
 def straight_thrust(model: Model) -> Role | None:
@@ -123,9 +124,9 @@ def straight_thrust(model: Model) -> Role | None:
     s, p, _, _ = _at_rest(model)
     try:
         pushed = thrust(s, undriven._replace(**{drive: getattr(undriven, drive) + 1.0}), p, Environment())
-    except (ArithmeticError, ValueError):
+        return thrust if math.isfinite(pushed) and pushed != 0.0 else None
+    except NOT_COMPUTED:
         return None
-    return thrust if math.isfinite(pushed) and pushed != 0.0 else None
 
 
 def _undriven(model: Model) -> Any:
