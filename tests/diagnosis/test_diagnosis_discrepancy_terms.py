@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seatruth.diagnosis.discrepancy.equations import equations
-from seatruth.diagnosis.discrepancy.terms import Term, terms_of
+from seatruth.diagnosis.discrepancy.terms import Term, humps_between, terms_of
 from seatruth.effects import load_effects, with_effects
 from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.models import Thruster, load_model
@@ -154,3 +154,33 @@ def test_effects_add_no_equation() -> None:
     extended = with_effects(boat.Boat(), load_effects(["rudder_lag"]))
     assert equations(extended) == equations(boat.Boat())
     assert [t.name for t in terms_of(extended)] == [t.name for t in terms_of(boat.Boat())]
+
+
+def test_humps_cover_the_speeds_and_stand_in_surge_alone() -> None:
+    humps = humps_between("u", 0.4, 1.3)
+    assert [hump.middle for hump in humps] == [0.5, 0.75, 1.0, 1.25]
+    assert not humps_between("u", 0.97, 1.02)
+    wide = humps_between("u", -2.0, 2.0)
+    assert 7 <= len(wide) <= 9
+    terms = [term for term in terms_of(boat.Boat(), humps) if term.hump is not None]
+    assert [term.label for term in terms] == ["surge"] * 4
+    assert len({term.text for term in terms}) == len({term.name for term in terms}) == 4
+
+
+def test_a_term_is_written_in_the_units_of_the_channels() -> None:
+    """What a reader puts in, the model has put in: by numbers."""
+    scales = {"u": 2.0, "v": 0.5, "r": 0.1, "psi": 1.0, "x": 1.0, "y": 1.0, "delta": 0.2}
+    values = {"u": 1.7, "v": -0.3, "r": 0.06, "delta": -0.11}
+    for term in terms_of(boat.Boat(), humps_between("u", 0.4, 1.3)):
+        inner = math.prod(
+            abs(values[name] / scales[name]) if what == "absolute" else values[name] / scales[name]
+            for what, name in term.factors
+        )
+        if term.hump is not None:
+            inner *= math.exp(-(((values["u"] / scales["u"] - term.hump.middle) / term.hump.width) ** 2))
+        text, factor = term.written(scales)
+        python = text.replace("^", "**").replace("|u|", "*abs(u)").replace("|v|", "*abs(v)").replace("|r|", "*abs(r)")
+        python = python.replace("|delta|", "*abs(delta)")
+        if term.hump is None:
+            python = python.replace(" ", "*")
+        assert factor * eval(python, {"exp": math.exp, "abs": abs}, values) == pytest.approx(inner, rel=0.01), text

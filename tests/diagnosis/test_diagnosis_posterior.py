@@ -189,3 +189,12 @@ def test_one_of_several_of_a_family_acts_though_the_set_without_them_stands_befo
     others = ("gyro_bias", "bank", "munk", "rudder_offset")
     sets = [(("position_delay",), 0.28), *(((*sorted(("position_delay", name)),), 0.18) for name in others)]
     assert [cluster.effects for cluster in decided(*sets).clusters] == [("position_delay",)]
+
+
+def test_what_may_stand_in_a_member_s_place_is_not_one_more() -> None:
+    """A lag and a dead time of one servo explain the same; a gyro's bias beside a compass' is another sensor's."""
+    effects = available()
+    servo = {("rudder_lag",): 0.35, ("rudder_delay", "rudder_lag"): 0.3, ("rudder_lag", "rudder_rate_limit"): 0.1}
+    assert posterior.leading(servo, effects) == ("rudder_lag",)
+    sensors = {("heading_bias",): 0.4, ("gyro_bias", "heading_bias"): 0.35, ("heading_bias", "position_delay"): 0.25}
+    assert posterior.leading(sensors, effects) == ("gyro_bias", "heading_bias")

@@ -9,9 +9,10 @@ from dataclasses import replace
 import pytest
 from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
-from seatruth.diagnosis.decision import Decision
+from seatruth.diagnosis.decision import Cluster, Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
+from seatruth.effects import available
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
     without_opposed,
@@ -293,3 +294,18 @@ def test_two_that_explain_the_trials_only_together_are_the_form_of_something_els
         else:
             assert (left.kind, left.clusters, left.part) == ("unknown", (), key)
             assert left.probability == pytest.approx(1.0)
+
+
+def test_what_stands_in_the_place_of_one_explains_alone_what_that_does() -> None:
+    """A wind of a jet boat was fitted short alone, one of its own in each trial was not: they are one cause."""
+    key, effects = ("rudder_delay", "wind"), available()
+    rows = [(key, 92.7, 0.55), (("rudder_delay", "trial_wind"), 91.4, 0.4), ((), 0.0, 0.05), (("wind",), -18.3, 0.0)]
+    found = [Hypothesis(one, True, value, 0.0, p, True) for one, value, p in rows]
+    said = Decision(
+        "effects",
+        tuple(Cluster((n,), effects[n].cause, 0.9, (n, "trial_wind") if n == "wind" else (n,)) for n in key),
+        0.9, True, key,
+    )  # fmt: skip
+    assert without_opposed(said, found).kind == "unknown"
+    alone = [*found, Hypothesis(("trial_wind",), True, 57.2, 0.0, 0.0, True)]
+    assert without_opposed(said, alone) == said

@@ -18,7 +18,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.equations import equations
-from seatruth.diagnosis.discrepancy.model import can_carry
+from seatruth.diagnosis.discrepancy.model import can_carry, humps_of, scales_of
 from seatruth.diagnosis.discrepancy.terms import terms_of
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
@@ -270,7 +270,8 @@ def expected_evaluations(study: Study, effects: Sequence[Effect], settings: Sett
     columns = free + len(study.model.states)
     columns += sum(len(effect.parameters) for effect in effects if not _only_outputs(effect))
     if can_carry(study.model):
-        columns += len(terms_of(study.model)) + settings.knots * len(equations(study.model))
+        humps = humps_of(study.model, study.trials, scales_of(study.model, study.trials))
+        columns += len(terms_of(study.model, humps)) + settings.knots * len(equations(study.model))
     return 2 * columns + _FITS * (_STEPS + (free + 2) // 2)
 
 

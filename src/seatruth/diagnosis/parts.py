@@ -87,18 +87,18 @@ class MissingForce:
 
 @dataclass(frozen=True)
 class MissingTerm:
-    """One term of the formula of what is missing in an equation: coefficient times a dimensionless function."""
+    """One term of the formula of what is missing in an equation: coefficient times a function of motion and inputs."""
 
     equation: str
     """The equation to which it is added."""
     term: str
-    """Dimensionless function of motion and inputs; 1 for a constant."""
+    """Function of motion and inputs in the units of the model's channels; 1 for a constant."""
     coefficient: float
     """Acceleration where the function is 1."""
     stderr: float
     """Its standard error."""
     unit: str
-    """Unit of the coefficient."""
+    """Of the acceleration."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
-from seatruth.effects.causes import ancestors, is_within
+from seatruth.effects.causes import ancestors, is_within, parent
 
 _NEGLIGIBLE = 1e-3
 """Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
@@ -130,7 +130,8 @@ def leading(sets: Mapping[Key, float], effects: Mapping[str, Effect]) -> Key:
     """The set that leads: the most probable one, or with one effect more of a family that more probably acts than not.
 
     Where several effects of one family explain the same, each of their sets holds a part of the probability, and the
-    set without any of them may stand before each. Empty where there is no set.
+    set without any of them may stand before each. What is of one kind with a member, as a dead time is with a lag, may
+    stand in its place, and is not one more. Empty where there is no set.
 
     Args:
         sets: probability of each set of effects, the most probable first.
@@ -147,13 +148,23 @@ def leading(sets: Mapping[Key, float], effects: Mapping[str, Effect]) -> Key:
         wider: dict[str, dict[Key, float]] = {}
         for key, p in sets.items():
             further = set(key) - set(first)
-            if len(further) == 1 and len(key) == len(first) + 1:
-                wider.setdefault(effects[further.pop()].family, {})[key] = p
+            if len(further) != 1 or len(key) != len(first) + 1:
+                continue
+            one = effects[further.pop()]
+            if not any(_of_one_kind(one, effects[name]) for name in first):
+                wider.setdefault(one.family, {})[key] = p
         group = max(wider.values(), key=lambda members: sum(members.values()), default={})
         if not sum(group.values()) > sets[first]:
             break
         first = next(iter(group))
     return first
+
+
+def _of_one_kind(one: Effect, other: Effect) -> bool:
+    """Whether two effects stand side by side in the tree of causes, and are of the same actuators or sensors."""
+    if is_within(one.cause, SENSOR):  # whose leaves are the quantities that sensors show
+        return one.cause == other.cause
+    return parent(one.cause) == parent(other.cause) and one.which == other.which
 
 
 def none_and_unknown(found: Iterable[Hypothesis]) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from seatruth.arrays import Array, Flags, Indices
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.parameter_space import ParameterSpace
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
-from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, scales_of, with_forces
+from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, humps_of, scales_of, with_forces
 from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.sections import in_sections, knots_of_section
 from seatruth.diagnosis.settings import Settings
@@ -99,13 +99,13 @@ class Problem:
         self.discrepancy: DiscrepancyModel | DiscrepancyBlackBox | None = None
         if can_carry(study.model):
             duration = max(trial.duration for trial in trials)
-            shape = settings.knots, duration, scales_of(model, trials)
+            scales = scales_of(model, trials)
+            shape, humps = (settings.knots, duration, scales), humps_of(model, trials, scales)
             if isinstance(model, BlackBox):
-                model = self.discrepancy = DiscrepancyBlackBox(
-                    model, *shape, inertias_of(model, trials, study.space.nominal(), shape[2])
-                )
+                inertia = inertias_of(model, trials, study.space.nominal(), scales)
+                model = self.discrepancy = DiscrepancyBlackBox(model, *shape, inertia, humps=humps)
             else:
-                model = self.discrepancy = DiscrepancyModel(model, *shape, since=settings.sections > 1)
+                model = self.discrepancy = DiscrepancyModel(model, *shape, humps=humps, since=settings.sections > 1)
             trials = [with_forces(trial, self.discrepancy) for trial in trials]
         self.model, self.trials = model, Trials(trials)
         self.equations = list(self.discrepancy.equations) if self.discrepancy else []
@@ -128,7 +128,10 @@ class Problem:
             hold=self.hold, max_step=self.max_step, threads=threads, meter=self.meter,
         )  # fmt: skip
         self.few_runs = FewRuns(self, self._simulator) if isinstance(self._simulator, BlackBoxSimulator) else None
-        self.usual = np.array([usual_rate(trials, s, 4 * settings.knots, self._scale_of(s)) for s in self.equations])
+        blocks = 4 * settings.knots
+        self.usual = np.array(
+            [usual_rate(study.model, trials, s, blocks, self._scale_of(s)) for s in self.equations], dtype=np.float64
+        )
         self._kept = threading.local()
         self._set_up_initial_states()
         self._set_up_errors()

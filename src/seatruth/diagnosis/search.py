@@ -294,19 +294,21 @@ def _refit_parts(found: Search) -> None:
     """Fits the parts of the leading sets again from where the sets ended, until no part takes the lead.
 
     A long run has many optima: what looks like the gain of an effect may be that of a better optimum of the model.
-    Where the best part has other values of an effect than its set, the set is fitted from there as well.
+    Where the best part has other values of an effect than its set, the set is fitted from there as well. A part that is
+    worse than the model alone, which it contains, did not reach its end, however far it seems to be behind.
     """
     nothing: Key = ()
     for round_ in range(_ROUNDS):
         at = found.leader
         leader = at.effects
         rests = [tuple(n for n in leader if n != name) for name in leader]
-        for key in dict.fromkeys([*rests, nothing]):
+        for key in dict.fromkeys([nothing, *rests]):
             point = forces_instead(found.problem, at.point, [name for name in leader if name not in key])
             for on in _with_forces(found, at, key):
-                known = found.fits.get((key, on))
+                known, alone = found.fits.get((key, on)), found.fits.get((nothing, on))
                 anyway = not key and on and round_ == 0 and _strays(found)
-                if known is None or anyway or known.promised > at.evidence - _FAR:
+                short = known is not None and alone is not None and known.evidence < alone.evidence - _SHORT
+                if known is None or anyway or short or known.promised > at.evidence - _FAR:
                     sizes = at.sizes if at.discrepancy or not on else at.sizes.with_discrepancy()
                     fit_once(found, key, on, point, sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
         parts = [found.fits[key, at.discrepancy] for key in rests if key and (key, at.discrepancy) in found.fits]

@@ -10,6 +10,8 @@ import numpy as np
 
 from seatruth.arrays import Indices
 from seatruth.diagnosis.discrepancy.black_box import inertias
+from seatruth.diagnosis.discrepancy.motion_records import motion
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
@@ -49,25 +51,14 @@ def spread_of(trials: Sequence[Trial], name: str) -> float:
     return size if size > 0.0 else 1.0
 
 
-def usual_rate(trials: Sequence[Trial], state: str, blocks: int, scale: float) -> float:
-    """Usual acceleration of an equation: root mean square of the rate of the record's means over short blocks.
+def usual_rate(model: Model, trials: Sequence[Trial], state: str, blocks: int, scale: float) -> float:
+    """Usual acceleration of an equation: root mean square of the rate of the motion's means over short blocks.
 
     `scale` is the usual size of its motion.
     """
-    parts = []
-    for trial in trials:
-        y = np.asarray(trial.outputs.get(state, np.zeros(0)))
-        valid = np.isfinite(y)
-        if valid.sum() < blocks:
-            continue
-        edges = np.linspace(trial.t[0], trial.t[-1], blocks + 1)
-        block = np.clip(np.digitize(trial.t[valid], edges) - 1, 0, blocks - 1)
-        counts = np.bincount(block, minlength=blocks)
-        means = np.bincount(block, y[valid], minlength=blocks) / np.maximum(counts, 1)
-        full = counts > 0
-        if full.sum() > 3:
-            parts.append(np.gradient(means[full], (0.5 * (edges[1:] + edges[:-1]))[full]))
-    size = float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
+    found = [series for trial in trials if (series := motion(model, trial, state, blocks)) is not None]
+    rates = [np.gradient(values, t) for t, values in found]
+    size = float(np.sqrt(np.mean(np.concatenate(rates) ** 2))) if rates else 0.0
     # A motion that hardly changes has a scale all the same: a hundredth of the motion over a trial.
     return max(size, 0.01 * scale / min(trial.duration for trial in trials))
 

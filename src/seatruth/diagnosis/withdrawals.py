@@ -68,7 +68,8 @@ def without_opposed(decision: Decision, found: Sequence[Hypothesis]) -> Decision
     """The decision, unless it names effects that explain the trials only together, where the model also lacks forces.
 
     Faults have nothing to do with each other, and what one of them explains it explains without the other. Two that
-    push opposite ways, and of which neither explains anything alone, have between them the form of something else.
+    push opposite ways, and of which neither explains anything alone, have between them the form of something else. What
+    may stand in the place of one of them explains alone what that does.
     """
     names = {cluster.member_in(decision.shown) for cluster in decision.clusters}
     if len(names) < 2 or not decision.discrepancy:
@@ -78,11 +79,18 @@ def without_opposed(decision: Decision, found: Sequence[Hypothesis]) -> Decision
         key = frozenset(one.effects)
         evidence[key] = max(one.log_evidence, evidence.get(key, -math.inf))
     none, whole = evidence.get(frozenset(), 0.0), evidence.get(frozenset(decision.shown), math.inf)
-    parts = [value for key, value in evidence.items() if key and key < names]
+    causes = [{*cluster.effects, *cluster.counted} for cluster in decision.clusters]
+    parts = [value for key, value in evidence.items() if _is_part(key, causes)]
     if not parts or not max(parts) - none < _ALONE * (whole - none) < math.inf:
         return decision
     part = tuple(sorted(names))
     return Decision("unknown", (), _lacking(found, part), True, (), decision.form, decision.along, part=part)
+
+
+def _is_part(key: Collection[str], causes: Sequence[Collection[str]]) -> bool:
+    """Whether a set has an effect of some of these causes, one of each, but not of all."""
+    own = [next((k for k, effects in enumerate(causes) if name in effects), -1) for name in key]
+    return 0 < len(own) < len(causes) and len(set(own)) == len(own) and -1 not in own
 
 
 def without_unseen(decision: Decision, found: Sequence[Hypothesis], effects: Mapping[str, Effect]) -> Decision:

@@ -233,7 +233,7 @@ class ShallowWater(Effect):
     confused_with = ("drag_increase", "rudder_gain", "cross_flow", "munk")
     distinguished_by = "never from Y_v and N_v on one depth: trials on two depths"
     needs_parameters = _HULL_DAMPING
-    parameters = (Parameter("gain", 0.3, "1", -0.5, 3.0, source="[S] chosen here", description="relative increase"),)
+    parameters = (Parameter("gain", 0.3, "1", 0.0, 3.0, source="[S] chosen here", description="relative increase"),)
     null: Mapping[str, float] = {"gain": 0.0}
 
     @staticmethod

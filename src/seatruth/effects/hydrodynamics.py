@@ -278,7 +278,7 @@ class Tether(Effect):
     distinguished_by = "drag with damping of the rate of turn: straight runs beside turns"
     needs_states = ("u",)
     needs_vehicle = ("dimensions",)
-    parameters = (Parameter("area", 0.015, "m2", -50.0, 50.0, source="[S] 20 N at 1.6 m/s", description="drag area"),)
+    parameters = (Parameter("area", 0.015, "m2", 0.0, 50.0, source="[S] 20 N at 1.6 m/s", description="drag area"),)
     null: Mapping[str, float] = {"area": 0.0}
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"area": 3.0}}
     froude: ClassVar[Mapping[str, float]] = {"area": 2.0}

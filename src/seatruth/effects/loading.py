@@ -114,7 +114,7 @@ class Sloshing(Effect):
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
-        Parameter("share", 0.05, "1", -0.5, 1.0, source="[S] catalogue", description="liquid over the vehicle's mass"),
+        Parameter("share", 0.05, "1", 0.0, 1.0, source="[S] catalogue", description="liquid over the vehicle's mass"),
         Parameter(
             "period",
             4.0,

@@ -188,7 +188,7 @@ class ThrusterObliqueLoss(OnThrusters):
     confused_with = ("thruster_gain", "thruster_hull_interaction", "cross_flow")
     distinguished_by = "nothing on a straight course: drifting turns, and thrust across the motion"
     needs_vehicle = ("dimensions", "thrusts")
-    parameters = (Parameter("k", 0.3, "1", -1.0, 1.0, source="[S] chosen here", description="largest part lost"),)
+    parameters = (Parameter("k", 0.3, "1", 0.0, 1.0, source="[S] chosen here", description="largest part lost"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     def missing(self, model: Model) -> str:
@@ -221,9 +221,7 @@ class ThrusterHullInteraction(OnThrusters):
     confused_with = ("thruster_gain", "thruster_dead_band", "thruster_oblique_loss")
     distinguished_by = "only astern: the same thrust ahead and astern from rest"
     needs_vehicle = ("thrusts",)
-    parameters = (
-        Parameter("k", 0.2, "1", -1.0, 1.0, source="[S] chosen here", description="part that the hull takes"),
-    )
+    parameters = (Parameter("k", 0.2, "1", 0.0, 1.0, source="[S] chosen here", description="part that the hull takes"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
@@ -317,7 +315,7 @@ class VoltageSag(OnThrusters):
     confused_with = ("thruster_gain", "battery_discharge", "drag_increase")
     distinguished_by = "one thruster loses where another works: single steps beside steps of all; a recorded voltage"
     needs_vehicle = ("thrusts",)
-    parameters = (Parameter("k", 0.15, "1", -0.5, 1.0, source="[S] chosen here", description="loss at full load"),)
+    parameters = (Parameter("k", 0.15, "1", 0.0, 1.0, source="[S] chosen here", description="loss at full load"),)
     null: Mapping[str, float] = {"k": 0.0}
     common_only = True
 
@@ -338,7 +336,7 @@ class BatteryDischarge(OnThrusters):
     confused_with = ("thruster_gain", "voltage_sag", "drag_increase", "varying_current")
     distinguished_by = "the same run at the beginning and at the end; a recorded voltage"
     needs_vehicle = ("thrusts",)
-    parameters = (Parameter("rate", 1e-4, "1/s", -0.01, 0.01, source="[S] chosen here", description="part lost"),)
+    parameters = (Parameter("rate", 1e-4, "1/s", 0.0, 0.01, source="[S] chosen here", description="part lost"),)
     null: Mapping[str, float] = {"rate": 0.0}
     common_only = True
 

@@ -7,6 +7,7 @@ it causes.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.equations import equations
 from seatruth.diagnosis.discrepancy.model import MissingForces, force_input, hats
-from seatruth.diagnosis.discrepancy.terms import Term
+from seatruth.diagnosis.discrepancy.terms import Hump, Term
 from seatruth.errors import BadInput
 from seatruth.models.black_box import BlackBox
 from seatruth.models.black_box_wrapper import BlackBoxWrapper
@@ -44,13 +45,21 @@ class DiscrepancyBlackBox(MissingForces, BlackBoxWrapper):
         duration: s, of the longest trial.
         scales: usual size of each motion and input, which makes the terms dimensionless.
         inertia: of each motion: kg, or kg m2.
+        humps: of the resistance, over the speeds of the trials.
     """
 
     def __init__(
-        self, base: BlackBox, knots: int, duration: float, scales: Mapping[str, float], inertia: Mapping[str, float]
+        self,
+        base: BlackBox,
+        knots: int,
+        duration: float,
+        scales: Mapping[str, float],
+        inertia: Mapping[str, float],
+        *,
+        humps: Sequence[Hump] = (),
     ) -> None:
         self.inertia = dict(inertia)
-        inputs, parameters = self.declare(base, knots, duration, scales)
+        inputs, parameters = self.declare(base, knots, duration, scales, humps=humps)
         super().__init__(base, self._around, inputs=inputs, parameters=parameters)
 
     def _around(
@@ -104,6 +113,7 @@ class AddedForces:
                 [(what == "absolute", name, box.scales[name]) for what, name in term.factors],
                 [(lever, name, box.scales[name]) for name, lever in term.thrusters],
                 term.squared,
+                None if term.hump is None else (*dataclasses.astuple(term.hump), box.scales[term.hump.speed]),
             )
             for term, value in acting
         ]
@@ -112,13 +122,16 @@ class AddedForces:
     def __call__(self, t: float, outputs: Mapping[str, float]) -> dict[str, float]:
         """The value of each port, by its component."""
         missing = [float(np.interp(t, self._t, self._forces[:, k])) for k in range(len(self._components))]
-        for row, product, factors, thrusters, squared in self._terms:
+        for row, product, factors, thrusters, squared, hump in self._terms:
             for absolute, name, scale in factors:
                 x = (self._input(name, t) if name in self._inputs else outputs[name]) / scale
                 product *= math.sqrt(x * x + 1e-12) if absolute else x
             if thrusters:
                 drives = [(lever, self._input(name, t) / scale) for lever, name, scale in thrusters]
                 product *= sum(lever * x * (math.sqrt(x * x + 1e-12) if squared else 1.0) for lever, x in drives)
+            if hump is not None:
+                name, middle, width, scale = hump
+                product *= math.exp(-(((outputs[name] / scale - middle) / width) ** 2))
             missing[row] += product
         found = self._ports.nothing(t, outputs) if self._then is None else self._then(t, outputs)
         for component, inertia, value in zip(self._components, self._inertia, missing):

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions, rests
-from seatruth.diagnosis.discrepancy.terms import Term, terms_of
+from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions, rests, vehicle
+from seatruth.diagnosis.discrepancy.motion_records import motion
+from seatruth.diagnosis.discrepancy.terms import Hump, Term, ahead_of, humps_between, terms_of
 from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
@@ -58,13 +59,20 @@ class MissingForces:
     since: bool
 
     def declare(
-        self, base: Model, knots: int, duration: float, scales: Mapping[str, float], *, since: bool = False
+        self,
+        base: Model,
+        knots: int,
+        duration: float,
+        scales: Mapping[str, float],
+        *,
+        humps: Sequence[Hump] = (),
+        since: bool = False,
     ) -> tuple[list[Channel], list[Parameter]]:
         """Sets the attributes; returns the inputs and parameters that `base` gets besides its own.
 
         `duration` (s) is that of the longest trial.
         """
-        self.equations, self.terms, self.since = equations(base), tuple(terms_of(base)), since
+        self.equations, self.terms, self.since = equations(base), tuple(terms_of(base, humps)), since
         self.rests = rests(base)
         self.knots, self.spacing, self.scales = knots, duration / (knots - 1), dict(scales)
         self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
@@ -83,13 +91,21 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         knots: how many knots span the longest trial.
         duration: s, of the longest trial.
         scales: usual size of each state and input, which makes the terms dimensionless.
+        humps: of the resistance, over the speeds of the trials.
         since: whether a trial's time begins elsewhere than at zero.
     """
 
     def __init__(
-        self, base: Model, knots: int, duration: float, scales: Mapping[str, float], *, since: bool = False
+        self,
+        base: Model,
+        knots: int,
+        duration: float,
+        scales: Mapping[str, float],
+        *,
+        humps: Sequence[Hump] = (),
+        since: bool = False,
     ) -> None:
-        inputs, parameters = self.declare(base, knots, duration, scales, since=since)
+        inputs, parameters = self.declare(base, knots, duration, scales, humps=humps, since=since)
         super().__init__(base, inputs=inputs, parameters=parameters)
         # Held forces would lag the knots, by which derivatives are taken, by half a sample.
         self.linear = (*base.linear, *(channel.name for channel in inputs))
@@ -165,6 +181,9 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
                 product = coefficient
                 for which in term.factors:
                     product = product * factor(which, s, i, e)
+                if term.hump is not None:
+                    beyond = (factor(("state", term.hump.speed), s, i, e) - term.hump.middle) / term.hump.width
+                    product = product * math.exp(-beyond * beyond)
                 if term.thrusters:
                     drives = [(lever, factor(("input", name), s, i, e)) for name, lever in term.thrusters]
                     product = product * sum(
@@ -210,23 +229,37 @@ def can_carry(model: Model) -> bool:
 
 
 def scales_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
-    """Usual size of each state and input: its root mean square as recorded; 1 where it was not, or is zero.
+    """Usual size of each state and input: its root mean square in the record; 1 where that does not show it.
 
     Inputs count from where drives rest. Those of drives of one kind have one size, the largest: their terms add them
     up.
     """
     sizes, resting = {}, rests(model)
-    for channel in (*motions(model), *model.inputs):
+    moving = [channel.name for channel in motions(model)]
+    for name in dict.fromkeys([*moving, *(channel.name for channel in model.inputs)]):
         parts = [
-            np.asarray(source[channel.name])
-            for trial in trials
-            for source in (trial.outputs, trial.inputs)
-            if channel.name in source
+            np.asarray(source[name]) for trial in trials for source in (trial.outputs, trial.inputs) if name in source
         ]
-        values = np.concatenate(parts) - resting.get(channel.name, 0.0) if parts else np.zeros(0)
+        if not parts and name in moving:
+            parts = [series[1] for trial in trials if (series := motion(model, trial, name)) is not None]
+        values = np.concatenate(parts) - resting.get(name, 0.0) if parts else np.zeros(0)
         values = values[np.isfinite(values)]
         size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-        sizes[channel.name] = size if size > 0.0 else 1.0
+        sizes[name] = size if size > 0.0 else 1.0
     for kind in kinds_of_drives(model):
         sizes |= dict.fromkeys(kind, max(sizes[name] for name in kind))
     return sizes
+
+
+_REST_OF_SPEEDS = 2.5
+"""Percent of the speeds at each end that no hump has to cover: what is left of outliers. [S]"""
+
+
+def humps_of(model: Model, trials: Sequence[Trial], scales: Mapping[str, float]) -> list[Hump]:
+    """Humps of the resistance over the speeds that the record shows; none where it shows none."""
+    speed = ahead_of(vehicle(model))
+    found = [series[1] for trial in trials if (series := motion(model, trial, speed)) is not None]
+    if not found:
+        return []
+    low, high = np.percentile(np.concatenate(found) / scales[speed], (_REST_OF_SPEEDS, 100.0 - _REST_OF_SPEEDS))
+    return humps_between(speed, float(low), float(high))

@@ -62,9 +62,9 @@ def _terms(problem: Problem, model: MissingForces, found: Fit) -> tuple[MissingT
     for term, k in zip(model.terms, problem.terms):
         value, sd = float(found.point.shared[k]), float(error[k])
         if sd > 0.0 and abs(value) > _CLEAR * sd:
-            rows.append(
-                MissingTerm(term.label, term.text, value, sd, acceleration_unit(problem.study.model, term.state))
-            )
+            text, size = term.written(model.scales)
+            unit = acceleration_unit(problem.study.model, term.state)
+            rows.append(MissingTerm(term.label, text, size * value, size * sd, unit))
     return tuple(
         sorted(rows, key=lambda row: (-abs(row.coefficient) / row.stderr, row.equation, row.term))[:_SHOWN_TERMS]
     )

@@ -6,6 +6,7 @@ report Hy-5, 1964: for a hull that is the same to port and to starboard, X is ev
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -31,10 +32,67 @@ class Term:
     """Inputs of drives of one kind, each with its lever over the longest: by their sum it is multiplied as well."""
     squared: bool = False
     """Whether that is the sum of i|i| of each input i, in place of i."""
+    hump: Hump | None = None
+    """A function of the speed ahead by which it is multiplied as well."""
+
+    def written(self, scales: Mapping[str, float]) -> tuple[str, float]:
+        """The function of motions and inputs in their own units, and the number by which it is to be multiplied.
+
+        `scales` are those that make the term dimensionless.
+
+        Example:
+            >>> Term("yaw", "r", "term_r_3", "u r", (("state", "u"), ("state", "r"))).written({"u": 2.0, "r": 0.1})
+            ('u r', 5.0)
+        """
+        if self.hump is not None:
+            scale = scales[self.hump.speed]
+            middle, width = f"{self.hump.middle * scale:.3g}", f"{self.hump.width * scale:.3g}"
+            return f"exp(-(({self.hump.speed} - {middle}) / {width})^2)".replace("- -", "+ "), 1.0
+        size = math.prod(scales[name] for _, name in self.factors)
+        if self.thrusters:
+            size *= scales[self.thrusters[0][0]] ** (2 if self.squared else 1)
+        return self.text, 1.0 / size
 
 
-def terms_of(model: Model) -> list[Term]:
-    """Products of two motions, of motions with inputs, and depth.
+@dataclass(frozen=True)
+class Hump:
+    """exp(-((x - middle) / width)^2) of a speed x over its usual size."""
+
+    speed: str
+    middle: float
+    width: float
+
+
+_WIDTH = 0.25
+"""Distance of two humps, and width of each, over the usual speed. [S] The resistance of a planing boat rises and falls
+over half of the speed at its hump; two fifths of a width were no better."""
+_MOST_HUMPS = 8
+"""Humps at most, between the least and the largest speed. [S]"""
+_FEWEST_HUMPS = 3
+"""Humps from which they say more than the terms in the speed and its square do. [S]"""
+
+
+def humps_between(speed: str, low: float, high: float) -> list[Hump]:
+    """Humps that cover the speeds between these, over the usual one; none where the speed hardly changes.
+
+    Example:
+        >>> [hump.middle for hump in humps_between("u", 0.4, 1.3)]
+        [0.5, 0.75, 1.0, 1.25]
+    """
+    width = max(_WIDTH, (high - low) / (_MOST_HUMPS - 1))
+    first, last = math.ceil(low / width - 0.5), math.floor(high / width + 0.5)
+    middles = [round(k * width, 6) for k in range(first, last + 1)]
+    return [Hump(speed, middle, width) for middle in middles] if len(middles) >= _FEWEST_HUMPS else []
+
+
+def ahead_of(model: Model) -> str:
+    """The state whose rate the surge equation gives, else the first of the equations; empty where nothing moves."""
+    labels = equations(model)
+    return next((name for name in labels if EQUATIONS.get(name) == "surge"), next(iter(labels), ""))
+
+
+def terms_of(model: Model, humps: Sequence[Hump] = ()) -> list[Term]:
+    """Products of two motions, of motions with inputs, depth, and humps of the resistance.
 
     None depends on the course over the earth: what does is not the model's structure but its environment. And none is
     missing from one side only. A hull, its damping and its wake are mirror images about the vertical plane ahead, so
@@ -44,12 +102,15 @@ def terms_of(model: Model) -> list[Term]:
 
     Drives of one kind have one term for all, in which each has its lever: a wake or a thrust curve of another form is
     that of every one, and what one of them gives less than the others is a cause. Inputs count from where drives rest.
+
+    No low power of the speed follows the resistance of a hull through its hump: the surge equation also has `humps`,
+    functions of the speed ahead that make it any curve.
     """
     base = vehicle(model)
     labels = equations(model)
     moving = list(labels)
     odd = _changes_sign(base)
-    ahead = next((name for name in moving if EQUATIONS.get(name) == "surge"), moving[0] if moving else "")
+    ahead = ahead_of(base)
     few = len(moving) <= 3
     state, size = "state", "absolute"
     shapes: list[tuple[str, tuple[tuple[str, str], ...]]] = [("1", ())]
@@ -79,6 +140,12 @@ def terms_of(model: Model) -> list[Term]:
         for name, label in labels.items()
         for k, (text, factors) in enumerate(shapes)
         if _mirrors(factors, odd, label)
+    ]
+    found += [
+        Term("surge", name, f"term_{name}_hump_{k}", f"hump of {hump.speed} at {hump.middle:g}", (), hump=hump)
+        for name, label in labels.items()
+        if label == "surge"
+        for k, hump in enumerate(humps)
     ]
     square = ((state, ahead), (state, ahead))
     for name, label in labels.items():

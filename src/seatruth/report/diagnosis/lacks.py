@@ -49,10 +49,10 @@ def _formula(diagnosis: Diagnosis) -> list[Block]:
         rows.append([place_in_words(term.equation), term.term, value, error, term.unit.replace("^2", "²")])
     columns = [
         Column("equation", "long"),
-        Column("term", "text", "dimensionless function of motion and inputs"),
+        Column("term", "text", "function of motion and inputs in the units of the model's channels"),
         Column("coefficient", "number", "multiply the term by it and add it to the acceleration"),
         Column("std. error", "number"),
-        Column("unit"),
+        Column("unit", "text", "of the acceleration"),
     ]
     return [
         Text(f"As a formula: {listed(text.formula_in_words(diagnosis))}."),
