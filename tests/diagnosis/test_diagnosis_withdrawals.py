@@ -12,7 +12,6 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 from seatruth.diagnosis.decision import Cluster, Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
-from seatruth.effects import available
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
     without_opposed,
@@ -22,6 +21,7 @@ from seatruth.diagnosis.withdrawals import (
     without_unsure,
     without_untried,
 )
+from seatruth.effects import available
 
 
 def outdone(
