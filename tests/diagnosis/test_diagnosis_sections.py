@@ -131,24 +131,22 @@ def test_trials_are_cut_where_the_fit_of_the_model_alone_ends_far_short(monkeypa
             hypothesis_fits.fit_null(again)
 
 
-def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:
-    """Of a catamaran that holds no course, a fit came to its end with a noise of 24 deg in heading."""
+@pytest.mark.slow
+def test_trials_are_cut_where_runs_without_forces_lose_the_heading(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A craft that holds no course was followed with forces in whole runs, and a lever arm named that is not there."""
     study = seatruth.sample.load("diagnose.toml")
     problem = Problem(study, load_effects(["current"]), Settings())
-    first = first_sizes(problem, noise_prior(problem))
-    assert hypothesis_fits._follows(problem, first, first)
-    motion = [np.sqrt(np.mean([np.nanvar(t.outputs[name]) for t in problem.trials])) for name in problem.outputs]
-    large = np.maximum(np.log(0.3 * np.array(motion)), first.white + np.log(4.0))
-    heading = problem.outputs.index("psi")
-    order = [c for c in range(len(large)) if c != heading]
-    for missed in range(1, len(large)):
-        white = np.where(np.isin(np.arange(len(large)), order[:missed]), large, first.white)
-        follows = hypothesis_fits._follows(problem, replace(first, white=white), first)
-        assert follows == (2 * missed < len(large))
-    # A heading that is missed by 15 deg is not followed, though it turns on for several radians.
-    assert motion[heading] > 1.0
-    for noise, follows in ((0.2, True), (0.27, False)):
-        white = np.where(np.arange(len(large)) == heading, np.log(noise), first.white)
-        assert hypothesis_fits._follows(problem, replace(first, white=white, shape=(0,) * len(large)), first) == follows
-    # What the record itself shows as white noise is noise, however large beside the motion.
-    assert hypothesis_fits._follows(problem, replace(first, white=large), replace(first, white=large))
+    found = Search(problem, noise_prior(problem))
+    plain = hypothesis_fits.fit_once(found, (), False, problem.start, first_sizes(problem, found.known))
+    assert plain is not None
+    monkeypatch.setattr(hypothesis_fits, "fit_once", lambda *_, **__: plain)
+    monkeypatch.setattr(hypothesis_fits, "follows", lambda *_: True)
+    monkeypatch.setattr(hypothesis_fits, "fit_again", lambda *_, **__: None)
+    for may_cut, lost, cut in ((False, True, False), (True, False, False), (True, True, True)):
+        monkeypatch.setattr(hypothesis_fits, "loses_heading", lambda *_: lost)  # noqa: B023
+        again = Search(problem, found.known, fits={((), True): plain, ((), False): plain}, may_cut=may_cut)
+        if cut:
+            with pytest.raises(RunsBend):
+                hypothesis_fits.fit_null(again)
+        else:
+            hypothesis_fits.fit_null(again)

@@ -229,6 +229,23 @@ def test_any_expression(text: str) -> None:
     assert found == pytest.approx(np.array(expected, dtype=float), rel=1e-9, abs=1e-12)
 
 
+def test_a_function_may_import_what_it_needs() -> None:
+    """Users write models whose rhs imports math itself: it then works on the functions of nodes as well."""
+
+    def rates(s: Any, i: Any, p: Any) -> Any:
+        import math as m
+        from math import cos, pi
+
+        import numpy
+
+        return (m.sin(s.x) * cos(pi * s.x) + numpy.tanh(p.a * s.x),)
+
+    rows = np.linspace(-1.0, 1.0, 5)[:, None]
+    found = evaluate_rhs(plain_model(rates, ("x",), ("a",)), np.array([0.7]), ("a",), {}, rows, np.zeros((5, 0)))
+    x = rows[:, 0]
+    assert found[:, 0] == pytest.approx(np.sin(x) * np.cos(np.pi * x) + np.tanh(0.7 * x))
+
+
 def test_both_ways_of_a_condition_share_what_is_equal() -> None:
     """A choice of one coefficient costs one selection, not the whole equations twice."""
 

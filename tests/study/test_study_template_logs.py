@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,11 @@ import pytest
 from seatruth import load_model, load_study
 from seatruth.cli import run
 from seatruth.errors import BadInput
+from seatruth.models.base import Model
+from seatruth.models.parameter import Parameter
 from seatruth.readers import read_log
 from seatruth.study.template import template
+from seatruth.trials.channel import Channel
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
@@ -89,3 +93,28 @@ def test_init_lists_topics_alone_where_there_are_many_fields(
     assert "81 fields; --fields lists them all." in capsys.readouterr().out
     assert run(["init", str(tmp_path / "run.csv"), "--fields", "--force"]) == 0
     assert "c79" in capsys.readouterr().out
+
+
+class Catamaran(Model):
+    """A user's model: it names no thruster, and tells its propellers by their descriptions alone."""
+
+    name, title, kind = "catamaran", "survey catamaran", "ship"
+    states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad", angle=True))
+    inputs = (Channel("n_p", "rev/s", "port propeller"), Channel("n_s", "rev/s", "starboard propeller"))
+    parameters = (Parameter("k", 0.5, "1", min=0.0, max=2.0, vary=True),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return p.k * (i.n_p + i.n_s) - s.u, p.k * (i.n_p - i.n_s) - s.r, s.r
+
+
+def test_drives_of_a_model_that_names_no_thruster_are_told_by_their_sides(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = "\n".join(f"{k},1.0,{5 * k},0.5,{600 + k},{620 - k}" for k in range(20))
+    log.write_text(f"t [s],u [m/s],heading [deg],rot [deg/s],RPM stbd,RPM port\n{rows}\n", encoding="utf-8")
+    text, _ = template(log.name, read_log(log), Catamaran(), "catamaran.py:Catamaran")
+    channels = tomllib.loads(text)["channels"]
+    assert {name: (channels[name]["column"], channels[name]["unit"]) for name in ("n_p", "n_s")} == {
+        "n_p": ("RPM port", "rpm"),
+        "n_s": ("RPM stbd", "rpm"),
+    }

@@ -44,7 +44,7 @@ _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth
 at one frequency on one course, as a limit cycle has it."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
-_SERVO = {"actuator.steering.dynamics.lag", "actuator.steering.dynamics.delay"}
+_SERVO = tuple({f"actuator.{kind}.dynamics.{late}" for late in ("lag", "delay")} for kind in ("steering", "propulsion"))
 """Causes that a servo of higher order shows at once."""
 _FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust", "actuator.propulsion.supply.load")
 """Factors on all that a rudder or a propeller gives, the same as an error of its coefficients: beside discrepancy they
@@ -380,7 +380,7 @@ def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[
 def _is_one(one: Cluster, other: Cluster, effects: Mapping[str, Effect]) -> bool:
     """Whether two clusters share a member, or are a lag and a dead time of the same actuators."""
     first, second = effects[one.effects[0]], effects[other.effects[0]]
-    servo = {first.cause, second.cause} == _SERVO and first.which == second.which
+    servo = {first.cause, second.cause} in _SERVO and first.which == second.which
     return servo or bool(set(one.effects) & set(other.effects))
 
 

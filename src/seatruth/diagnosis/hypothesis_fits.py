@@ -11,6 +11,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.followed import follows, loses_heading
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import (
     forces_instead,
@@ -23,7 +24,7 @@ from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sections import RunsBend
 from seatruth.diagnosis.size_search import OfSizes
-from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior, noise_shapes
+from seatruth.diagnosis.sizes import NoisePrior, Sizes, first_sizes, log_prior
 from seatruth.diagnosis.steps import likelihood_at
 
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
@@ -55,18 +56,13 @@ _SMALL = math.log(0.003)
 _SHORT = 0.05
 """nats for each sample that a fit of the model alone has ahead of it, from which it ended too far short. [S] Of a ship
 on a pond on two days it was 0 and 0.016, and the wind was found in whole trials; of a catamaran 0.086, and nothing."""
-_NOT_WHITE = 3.0
-"""Fitted white noise over that of the record, or the stated one, from which it holds more than noise. [S]"""
-_MISSED = 0.25
-"""Noise over the standard deviation of a record, from which a fit does not follow it. [S] Of the catamaran 0.35 to 1 in
-heading, turning rate and speed, where its fit came to a false end; of a ship on a pond, well fitted, 0.003 to 0.2."""
 
 
 def fit_null(found: Search) -> None:
     """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done.
 
     Of a bare search, without discrepancy, if that can be done. Raises RunsBend where the fit with discrepancy ends far
-    short, or falsely, and the trials can be cut.
+    short, or falsely, or the one without loses the heading, and the trials can be cut.
     """
     problem = found.problem
     start, sizes = problem.start, first_sizes(problem, found.known)
@@ -83,7 +79,7 @@ def fit_null(found: Search) -> None:
         if loose is None or not loose.settled:
             loose = fit_from_equation_error(found, near[1]) or loose
         if found.may_cut and (
-            loose is None or loose.ahead > _SHORT * problem.count or not _follows(problem, loose.sizes, sizes)
+            loose is None or loose.ahead > _SHORT * problem.count or not follows(problem, loose.sizes, sizes)
         ):
             raise RunsBend
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
@@ -91,6 +87,9 @@ def fit_null(found: Search) -> None:
         plain = fit_once(found, (), False, start, sizes)
     if loose is not None and (plain is None or not plain.settled):
         fit_once(found, (), False, loose.point, loose.sizes, attempt="from its fit with discrepancy")
+    plain = found.fits.get(((), False))
+    if found.may_cut and (plain is None or loses_heading(problem, plain)):
+        raise RunsBend
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
     # Discrepancy contains the model without it: where its fit is far behind, its search went astray.
@@ -100,30 +99,6 @@ def fit_null(found: Search) -> None:
         fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
     for on in (False, True):
         fit_again(found, discrepancy=on)
-
-
-def _follows(problem: Problem, fitted: Sizes, recorded: Sizes) -> bool:
-    """Whether runs that forces hold follow the trials in more than half of the channels, and in every angle.
-
-    They do not follow a channel whose noise was fitted at several times the white noise of its record, and at a part of
-    what the trials do, or of a radian: there a fit that came to its end took the motion for noise. A vehicle whose
-    heading is not followed goes elsewhere in the end, whatever its other channels show.
-    """
-    shapes, missed, seen = noise_shapes(problem.settings), 0, 0
-    angles = {channel.name for channel in problem.model.outputs if channel.angle}
-    for c, name in enumerate(problem.outputs):
-        records = [np.asarray(trial.outputs[name]) for trial in problem.trials if name in trial.outputs]
-        if not records:
-            continue
-        motion = math.sqrt(float(np.mean([np.nanvar(record) for record in records])))
-        noise = math.exp(fitted.white[c]) * math.sqrt(shapes[fitted.shape[c]].correlation(0.0))
-        if not fitted.white[c] - recorded.white[c] > math.log(_NOT_WHITE):
-            noise = 0.0
-        if name in angles and motion > 1.0 and noise > _MISSED:
-            return False
-        seen += 1
-        missed += noise > _MISSED * motion
-    return 2 * missed < seen
 
 
 def fit_from_equation_error(found: Search, sizes: Sizes) -> Fit | None:

@@ -16,9 +16,11 @@ import numpy as np
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.compensation import compensated
 from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.discrepancy.motion_records import motion
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.black_box import BlackBox
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
+from seatruth.trials.trial import Trial
 
 _BLOCKS = 6
 """Blocks between two knots over which rates are averaged. [S]"""
@@ -31,26 +33,30 @@ _SIZE = 0.5
 def from_equation_error(problem: Problem) -> Point | None:
     """The point whose coefficients, terms and forces meet the recorded rates.
 
-    None where speeds are not recorded, and for a black box, which has no equations.
+    None where the record shows no speed, and for a black box, which has no equations. A speed that is not recorded is
+    taken from positions, velocity over ground and angles.
     """
     model = problem.discrepancy
-    recorded = {name for trial in problem.trials for name, y in trial.outputs.items() if np.isfinite(y).any()}
+    if model is None or isinstance(model, BlackBox):
+        return None
+    order = [channel.name for channel in model.states]
+    shown = [_shown(problem, trial, order) for trial in problem.trials]
+    recorded = {name for states in shown for name, y in states.items() if np.isfinite(y).any()}
     known = [(e, name) for e, name in enumerate(problem.equations) if name in recorded]
-    if model is None or isinstance(model, BlackBox) or not known:
+    if not known:
         return None
     rows, targets = [], []
     columns = [*problem.coefficients, *problem.terms]
     names = [problem.unknowns[k].name for k in columns]
     values = {**problem.space.nominal(), **problem.named(problem.start)}
     theta = np.array([values[name] for name in names])
-    order = [channel.name for channel in model.states]
     knots, count = problem.settings.knots, len(problem.equations)
     for number, trial in enumerate(problem.trials):
         states = np.repeat(problem.base_states[number][None], len(trial), axis=0)
         valid = np.ones(len(trial), dtype=np.bool_)
         for k, name in enumerate(order):
-            if name in recorded and name in trial.outputs:
-                states[:, k] = np.asarray(trial.outputs[name])
+            if name in shown[number]:
+                states[:, k] = shown[number][name]
                 valid &= np.isfinite(states[:, k])
         if valid.sum() < 3:
             return None
@@ -92,6 +98,16 @@ def from_equation_error(problem: Problem) -> Point | None:
             scale = np.array([max(float(np.std(errors[problem.channel_of == c])), 1e-12) for c in channels])
             options.append((float((np.log(scale)).sum()), len(options), point))
     return min(options)[2] if options else None
+
+
+def _shown(problem: Problem, trial: Trial, states: Sequence[str]) -> dict[str, Array]:
+    """The states that a trial records, by name, and the motions that follow from other channels of its record."""
+    found = {name: np.asarray(trial.outputs[name]) for name in states if name in trial.outputs}
+    for name in problem.equations:
+        series = None if name in found else motion(problem.study.model, trial, name)
+        if series is not None:
+            found[name] = np.interp(trial.t, *series)
+    return found
 
 
 def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:

@@ -60,6 +60,7 @@ _ACTUATOR = {
     "actuator.propulsion.dynamics": "the motion of the thrusters behind their order",
     "actuator.propulsion.dynamics.lag": "a lag of the thrusters",
     "actuator.propulsion.dynamics.rate_limit": "a rate limit of the thrusters",
+    "actuator.propulsion.dynamics.delay": "a dead time of the thrusters",
     "actuator.propulsion.dynamics.dead_band": "a dead band of the thrusters",
     "actuator.propulsion.side_force": "a side force of the propulsion",
     "actuator.propulsion.torque": "the torque of the propeller",

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from seatruth.effects.base import Effect
+from seatruth.effects.filtered import Filtered, delay_rates, delayed
 from seatruth.effects.kinematics import clipped, relative_velocity
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
@@ -20,6 +21,7 @@ from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
+from seatruth.trials.channel import Channel
 
 _TINY = 1e-9
 """m2/s2, added to a square of speeds that divides."""
@@ -140,7 +142,7 @@ class ThrusterLag(OnThrusters):
     number = 14
     equation = "tau di/dt = i_m - i"
     source = "[L] motor and propeller as a first-order system (Fossen 2011, chapter 9); [S] 0.1 to 1 s"
-    confused_with = ("thruster_rate_limit", "added_mass")
+    confused_with = ("thruster_rate_limit", "thruster_delay", "added_mass")
     distinguished_by = "phase rises with frequency; measured revolutions settle it"
     any_drive = True
     parameters = (Parameter("tau", 0.3, "s", 0.0, 20.0, source="[S] chosen here", description="time constant"),)
@@ -149,6 +151,48 @@ class ThrusterLag(OnThrusters):
     @staticmethod
     def servo(lag: Any, slowness: Any, q: Any, full: float) -> tuple[Any, Any]:
         return lag + q.tau, slowness
+
+
+_PAIRS = (("f1", "f2"), ("f3", "f4"))
+"""Pairs of filters of a dead time, each for its part of it. [S] Half as many as of a rudder, since a vehicle has up to
+eight thrusters."""
+
+
+class ThrusterDelay(Filtered, OnThrusters):
+    """Thrusters follow their orders after a dead time, that of the link and the speed controllers."""
+
+    name = "thruster_delay"
+    title = "dead time of the thrusters"
+    cause = "actuator.propulsion.dynamics.delay"
+    number = 15
+    equation = "i(t) = i_m(t - tau)"
+    source = "[S] magnitude chosen here: 0.05 to 0.5 s of radio links, buses and speed controllers"
+    confused_with = ("thruster_lag", "heading_delay", "rate_delay", "position_delay")
+    distinguished_by = "common to all outputs; the same at every amplitude"
+    any_drive = True
+    common_only = True
+    parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] chosen here", description="dead time"),)
+    null: Mapping[str, float] = {"tau": 0.0}
+    states = tuple(Channel(name, "1", f"order through filter {name[1:]}") for pair in _PAIRS for name in pair)
+
+    def true_inputs(self, i: Any, s: Any, q: Any, e: Any) -> Any:
+        value, tau = i.drive, q.tau / len(_PAIRS)
+        for first, second in _PAIRS:
+            value = delayed(value, getattr(s, first), getattr(s, second), tau, self.filter_time)
+        return i._replace(drive=value)
+
+    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        value, tau = i.drive, q.tau / len(_PAIRS)
+        rates: list[Any] = []
+        for first, second in _PAIRS:
+            one, two = getattr(s, first), getattr(s, second)
+            rates += delay_rates(value, one, two, tau, self.filter_time)
+            value = delayed(value, one, two, tau, self.filter_time)
+        return tuple(rates)
+
+    @staticmethod
+    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        return tuple(i.drive for pair in _PAIRS for _ in pair)
 
 
 class ThrusterRateLimit(RateLimit, OnThrusters):

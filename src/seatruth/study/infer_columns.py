@@ -172,6 +172,8 @@ _ORDERS = ("cmd", "command", "commanded", "order", "ordered", "setpoint", "sp", 
 _ORDER = 1000
 """Rank of an order behind any column that says what the actuator did."""
 _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "stb": "starboard", "right": "starboard"}
+_PLACES = frozenset((*_SIDES.values(), "bow", "stern", "fore", "front", "aft", "rear", "centre"))
+"""Words of a place of a drive."""
 _OF_ANY_THRUSTER = frozenset(
     (
         *("n", "c", "t", "u", "rpm", "rps", "rev", "revs", "thr", "thruster", "thrust", "prop", "propeller"),
@@ -314,6 +316,17 @@ def _of_thruster(
     if not unit:
         unit, why = next(((_SUFFIXES[w], why) for w in words if w in ("rpm", "rps")), _from_range(numbers, channel))
     return _ORDER * order, InferredColumn(channel.name, column, unit, why, order)
+
+
+def place_in(description: str) -> str:
+    """The words of a drive's description that tell it from others: "port propeller" gives "port".
+
+    Example:
+        >>> place_in("stbd ESC, us"), place_in("shaft speed")
+        ('starboard', '')
+    """
+    words = [_SIDES.get(word, word) for word in _words(description).split(" ")]
+    return " ".join(word for word in words if word in _PLACES)
 
 
 def _which(name: str) -> frozenset[str]:

@@ -236,7 +236,11 @@ class Shims:
         if known is not None:
             return known
         names = _names(function.__code__)
-        space: dict[str, Any] = {"__builtins__": builtins, "__name__": function.__module__}
+        space: dict[str, Any] = {
+            "__builtins__": {**vars(builtins), "__import__": self._imported},
+            "__name__": function.__module__,
+            "__package__": function.__globals__.get("__package__"),
+        }
         copy = types.FunctionType(
             function.__code__, space, function.__name__, function.__defaults__, self._cells(function)
         )
@@ -248,6 +252,10 @@ class Shims:
             elif hasattr(builtins, name):
                 space[name] = self._value(getattr(builtins, name))
         return copy
+
+    def _imported(self, *args: Any, **options: Any) -> Any:
+        """What an `import` inside a function gives: the module, whose functions are those of nodes."""
+        return self._value(builtins.__import__(*args, **options))
 
     def _cells(self, function: types.FunctionType) -> tuple[types.CellType, ...] | None:
         if function.__closure__ is None:
