@@ -255,3 +255,14 @@ def test_a_command_that_steers_is_no_drive() -> None:
     assert menu.steering == [("pwm_left",)]
     assert menu.driving == [("pwm_right",)]
     assert menu.usual == {"pwm_left": 1500.0, "pwm_right": 1700.0}
+
+
+def test_the_legs_of_a_zigzag_turn_by_half_a_circle_at_most(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """A survey of a quarter of an hour was to be followed by a zigzag with legs of 95 s, each of several circles."""
+    assert Menu(small.problem(ship_folder, offset_runs)).leg == pytest.approx(offset_runs[0].duration / 8.0, rel=0.02)
+    fast = [
+        dataclasses.replace(run, outputs={**run.outputs, "psi": 0.3 * np.asarray(run.t)}) for run in offset_runs
+    ]  # half a circle in 10.5 s
+    menu = Menu(small.problem(ship_folder, fast))
+    assert 0.8 * np.pi / 0.3 <= menu.leg <= np.pi / 0.3
+    assert f"alternating every {menu.leg:.3g} s" in menu.phases["zigzag of delta"].text

@@ -49,6 +49,8 @@ _STILL = 1e-6
 """Reach of an input that did not move in the trials, or less: `Menu.full` is never zero."""
 _SLOWEST = 0.25
 """Part of a zigzag's leg that an input takes to its full reach at most, however slowly it moved on record. [S]"""
+_SHORTER = 0.8
+"""Steps in which the leg of a zigzag is shortened. [S]"""
 _STAIRS = (0.25, 0.5, 0.75, 0.0, -0.25, -0.5, -0.75, 0.0)
 """Parts of the largest angle in a staircase."""
 
@@ -77,6 +79,8 @@ class Menu:
     def __init__(self, problem: Problem) -> None:
         self.pattern = max(problem.trials, key=lambda trial: trial.duration)
         self.step = float(np.median(np.diff(self.pattern.t)))
+        self.leg = _leg(self.pattern.duration / 8.0, problem)
+        """Time of a zigzag's leg and of a stair, s."""
         self.inputs = [channel.name for channel in problem.study.model.inputs]
         units = {channel.name: channel.unit for channel in problem.study.model.inputs}
         self.turns = "psi" in problem.outputs
@@ -208,7 +212,7 @@ class Menu:
     def _fastest(self, name: str, trials: Trials) -> float:
         changes = [np.abs(np.diff(np.asarray(one.inputs[name])) / np.diff(np.asarray(one.t))) for one in trials]
         rate = max((float(change.max(initial=0.0)) for change in changes), default=0.0)
-        return max(rate, self.full[name] / (_SLOWEST * self.seconds / 8.0)) if self.full[name] > _STILL else math.inf
+        return max(rate, self.full[name] / (_SLOWEST * self.leg)) if self.full[name] > _STILL else math.inf
 
     def _reach(self, group: Sequence[str]) -> dict[str, float]:
         """How far actuators that move together go from their usual values."""
@@ -241,7 +245,7 @@ class Menu:
 
     def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
         """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
-        t, half = self.t, self.seconds / 8.0
+        t, half = self.t, self.leg
         verb, full = ("step of", "as far as it went") if name in self.axes else ("turn by", "hard over")
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
 
@@ -292,6 +296,21 @@ class Menu:
                 driven(stop),
             ),
         ]
+
+
+def _leg(longest: float, problem: Problem) -> float:
+    """The longest time, s, in which no trial turned by more than half a circle: beyond, legs would be circles."""
+    name = next((c.name for c in problem.study.model.outputs if problem.study.model.standard_of(c.name)[0] == "psi"), "")
+    leg = longest
+    for trial in problem.trials:
+        psi = np.asarray(trial.outputs.get(name, np.zeros(0)))
+        valid = np.isfinite(psi)
+        if valid.sum() < 2:
+            continue
+        t, heading = np.asarray(trial.t)[valid], np.unwrap(psi[valid])
+        while np.abs(np.interp(t + leg, t, heading) - heading).max() > math.pi:
+            leg *= _SHORTER
+    return leg
 
 
 def _usual(values: Array, steers: bool) -> float:
