@@ -34,13 +34,13 @@ QUIET = {name: {o: Noise(1e-9, 0.0, 1.0) for o in family.outputs} for name, fami
 CHANGING = ("current_shear_along", "varying_current_along")
 """Currents in a vertical plane that change with depth or time: reality does not make them yet."""
 UNCOVERED = {
-    "ship": ("thruster_lag",),
-    "tanker": ("thruster_lag",),
-    "container": ("thruster_lag",),
-    "twin": ("shallow_water", "thruster_lag"),
-    "frame": ("wave_forces", "wave_drift", "sloshing", "thruster_lag"),
+    "ship": ("thruster_lag", "thruster_delay"),
+    "tanker": ("thruster_lag", "thruster_delay"),
+    "container": ("thruster_lag", "thruster_delay"),
+    "twin": ("shallow_water", "thruster_lag", "thruster_delay"),
+    "frame": ("wave_forces", "wave_drift", "sloshing", "thruster_lag", "thruster_delay"),
 }
-"""Effects that reality does not make: one that is a coefficient of the boat, those of the surface, and a lag of
+"""Effects that reality does not make: one that is a coefficient of the boat, those of the surface, and late
 propellers, whose measured revolutions are on record."""
 
 

@@ -300,8 +300,8 @@ class Menu:
 
 def _leg(longest: float, problem: Problem) -> float:
     """The longest time, s, in which no trial turned by more than half a circle: beyond, legs would be circles."""
-    name = next((c.name for c in problem.study.model.outputs if problem.study.model.standard_of(c.name)[0] == "psi"), "")
-    leg = longest
+    model, leg = problem.study.model, longest
+    name = next((c.name for c in model.outputs if model.standard_of(c.name)[0] == "psi"), "")
     for trial in problem.trials:
         psi = np.asarray(trial.outputs.get(name, np.zeros(0)))
         valid = np.isfinite(psi)
