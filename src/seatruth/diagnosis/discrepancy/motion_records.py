@@ -39,9 +39,9 @@ def motion(model: Model, trial: Trial, state: str, blocks: int = BLOCKS) -> Seri
         >>> import numpy as np
         >>> from seatruth import Trial, load_model
         >>> t = np.linspace(0.0, 48.0, 481)
-        >>> run = Trial("run", t, {}, {"x": 2.0 * t, "y": 0.0 * t, "psi": 0.1 * t})
+        >>> run = Trial("run", t, {}, {"x": 2.0 * t, "y": 0.0 * t, "psi": 0.01 * t})
         >>> times, u = motion(load_model("mmg"), run, "u")
-        >>> bool(np.allclose(u, 2.0 * np.cos(0.1 * times), atol=0.01))
+        >>> bool(np.allclose(u, 2.0 * np.cos(0.01 * times), atol=0.01))
         True
     """
     recorded = trial.outputs.get(state)
