@@ -54,16 +54,19 @@ def motion(model: Model, trial: Trial, state: str, blocks: int = BLOCKS) -> Seri
 
 
 def block_means(trial: Trial, values: Array, blocks: int) -> Series | None:
-    """Means (n,) of a channel over blocks of equal time, and the middle of each; None with three blocks or fewer."""
+    """Means (n,) of a channel over blocks of equal time, and of its times; None with three blocks or fewer."""
     valid = np.isfinite(values)
     if valid.sum() < blocks:
         return None
     edges = np.linspace(trial.t[0], trial.t[-1], blocks + 1)
     block = np.clip(np.digitize(trial.t[valid], edges) - 1, 0, blocks - 1)
     counts = np.bincount(block, minlength=blocks)
-    means = np.bincount(block, values[valid], minlength=blocks) / np.maximum(counts, 1)
+    times, means = (
+        np.bincount(block, part[valid], minlength=blocks) / np.maximum(counts, 1)
+        for part in (np.asarray(trial.t), values)
+    )
     full = counts > 0
-    return ((0.5 * (edges[1:] + edges[:-1]))[full], means[full]) if full.sum() > 3 else None
+    return (times[full], means[full]) if full.sum() > 3 else None
 
 
 def _shown(model: Model, trial: Trial, blocks: int) -> Callable[[str], Series | None]:
