@@ -338,3 +338,13 @@ def test_residuals_of_a_thinned_log_are_drawn() -> None:
     upper, lower = figures_which.signature(found, *figures_which.clearest(found)[0]).axes
     assert np.isfinite(upper.lines[1].get_ydata()[1:-1]).all()
     assert np.isfinite(lower.lines[-1].get_ydata()[1:-1]).all()
+
+
+def test_the_sections_of_one_trial_are_left_out_and_said_to_be_less_of_a_check() -> None:
+    """A headline gave the part of the gap that is closed on what was left out; below, nothing could be left out."""
+    whole, alone = diagnosis("effects"), diagnosis("one_trial")
+    assert text.validation_in_words(alone) == "One trial alone: nothing can be left out."
+    alone.validation = whole.validation
+    said = text.validation_in_words(alone)
+    assert said.startswith(text.validation_in_words(whole))
+    assert said.endswith("Left out were sections of the one trial, whose others are less of a check.")

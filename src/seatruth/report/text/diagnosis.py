@@ -216,7 +216,8 @@ def _runner_up(diagnosis: Diagnosis) -> str:
 def validation_in_words(diagnosis: Diagnosis) -> str:
     """The gap explained on trials left out with its interval, beside the control."""
     validation = diagnosis.validation
-    if len(diagnosis.trials) < 2:
+    alone = len(diagnosis.trials) < 2
+    if alone and (validation is None or not diagnosis.named):
         return "One trial alone: nothing can be left out."
     if not diagnosis.named:
         return "The verdict names no effect, so there is nothing to test on trials left out."
@@ -234,7 +235,7 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     if math.isfinite(validation.control):
         control = whole_percent(validation.control) if validation.control > 0.0 else "none of it"
         text += f" Free terms in the equations, fitted instead of effects, explain {control}."
-    return text
+    return f"{text} Left out were sections of the one trial, whose others are less of a check." if alone else text
 
 
 def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
