@@ -93,7 +93,8 @@ def finding(trials: Sequence[Trial], sections: int) -> Finding:
     seconds = max(trial.duration for trial in trials) / sections
     text = (
         "Over whole trials a fit of the model did not come to its end, or its runs lost the heading: a small change of "
-        f"a coefficient turns a long run into another one. Trials were cut into sections of about {seconds:.2g} s with initial states of their own."
+        "a coefficient turns a long run into another one. Trials were cut into sections of about "
+        f"{seconds:.2g} s with initial states of their own."
     )
     do = "What only the ends of long runs show, such as a slow drift, is lost. Errors are those of the sections."
     return Finding("warning", "trials-in-sections", text, "trials", do)
