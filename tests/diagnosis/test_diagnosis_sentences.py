@@ -69,6 +69,9 @@ def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
     assert text.startswith("The most probable cause of the gap is a uniform current")
     assert "does not shrink surely on trials left out: 10 % of it is explained (95 % interval -30 % to 50 %)" in text
     assert "comes from" not in text
+    # Of a craft that holds no course the interval was -177 to -14 %: that is more than not sure.
+    worse = said("effects", CURRENT, validation=replace(FAILS, gap_explained=-0.96, lower=-1.77, upper=-0.14))
+    assert "But the gap grows on trials left out: -96 % of it is explained (95 % interval -177 % to -14 %)." in worse
 
 
 def test_a_cause_with_which_runs_still_stray_is_said_so() -> None:

@@ -227,6 +227,11 @@ def shrinks_surely(validation: Validation) -> bool:
     return validation.lower > 0.0
 
 
+def unproven_in_words(validation: Validation) -> str:
+    """What the gap does where it does not shrink surely: with 97.5 % confidence it may even grow."""
+    return "grows" if validation.upper < 0.0 else "does not shrink surely"
+
+
 def _named(
     causes: Sequence[NamedCause],
     probability: float,
@@ -374,10 +379,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
     ends = ends_in_words(validation)
     if shrinks_surely(validation):
         return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
-    return (
-        f"But the gap does not shrink surely on trials left out: {whole_percent(validation.gap_explained)} of it is "
-        f"explained ({ends})."
-    )
+    share, said = whole_percent(validation.gap_explained), unproven_in_words(validation)
+    return f"But the gap {said} on trials left out: {share} of it is explained ({ends})."
 
 
 def _listed(causes: Sequence[NamedCause]) -> str:

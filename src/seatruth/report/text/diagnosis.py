@@ -18,6 +18,7 @@ from seatruth.diagnosis.sentences import (
     no_share_in_words,
     shrinks_surely,
     strays,
+    unproven_in_words,
     whole_percent,
 )
 from seatruth.diagnosis.settings import Settings
@@ -230,7 +231,7 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     text = (
         f"The effects explain {share} of the gap on trials left out ({ends})."
         if shrinks_surely(validation)
-        else f"The gap does not shrink surely on trials left out: the effects explain {share} of it ({ends})."
+        else f"The gap {unproven_in_words(validation)} on trials left out: the effects explain {share} of it ({ends})."
     )
     if math.isfinite(validation.control):
         control = whole_percent(validation.control) if validation.control > 0.0 else "none of it"
