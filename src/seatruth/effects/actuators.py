@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.filtered import Filtered, delay_rates, delayed
+from seatruth.effects.filtered import DeadTime, Filtered
 from seatruth.effects.kinematics import clipped
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.models.parameter import Parameter
@@ -99,7 +99,7 @@ _PAIRS = tuple((f"f{2 * k + 1}", f"f{2 * k + 2}") for k in range(4))
 steps, one pair leaves 24 % and four leave 9 % (tests/effects/test_effects_filtered.py)."""
 
 
-class RudderDelay(Filtered, OnRudder):
+class RudderDelay(DeadTime, OnRudder):
     """The rudder follows its order after a dead time."""
 
     name = "rudder_delay"
@@ -113,25 +113,7 @@ class RudderDelay(Filtered, OnRudder):
     parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] catalogue", description="dead time"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = tuple(Channel(name, "rad", f"rudder through filter {name[1:]}") for pair in _PAIRS for name in pair)
-
-    def true_inputs(self, i: Any, s: Any, q: Any, e: Any) -> Any:
-        value, tau = i.delta, q.tau / len(_PAIRS)
-        for first, second in _PAIRS:
-            value = delayed(value, getattr(s, first), getattr(s, second), tau, self.filter_time)
-        return i._replace(delta=value)
-
-    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        value, tau = i.delta, q.tau / len(_PAIRS)
-        rates: list[Any] = []
-        for first, second in _PAIRS:
-            one, two = getattr(s, first), getattr(s, second)
-            rates += delay_rates(value, one, two, tau, self.filter_time)
-            value = delayed(value, one, two, tau, self.filter_time)
-        return tuple(rates)
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return tuple(i.delta for pair in _PAIRS for _ in pair)
+    in_turn = _PAIRS
 
 
 class RudderRateLimit(RateLimit, OnRudder):

@@ -49,6 +49,31 @@ class Filtered(Effect):
         return fitted
 
 
+class DeadTime(Filtered):
+    """Base of dead times of actuators: parameter `tau`, of which each of its pairs of filters has its part."""
+
+    in_turn: tuple[tuple[str, str], ...]
+    """Names of the states of each pair of filters."""
+
+    def true_inputs(self, i: Any, s: Any, q: Any, e: Any) -> Any:
+        value, tau = getattr(i, self.input_name), q.tau / len(self.in_turn)
+        for first, second in self.in_turn:
+            value = delayed(value, getattr(s, first), getattr(s, second), tau, self.filter_time)
+        return i._replace(**{self.input_name: value})
+
+    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        value, tau = getattr(i, self.input_name), q.tau / len(self.in_turn)
+        rates: list[Any] = []
+        for first, second in self.in_turn:
+            one, two = getattr(s, first), getattr(s, second)
+            rates += delay_rates(value, one, two, tau, self.filter_time)
+            value = delayed(value, one, two, tau, self.filter_time)
+        return tuple(rates)
+
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        return tuple(getattr(i, self.input_name) for pair in self.in_turn for _ in pair)
+
+
 def filter_rates(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> tuple[Any, Any]:
     """Rates of two first-order filters in a row, each with T = sqrt(tau^2 + filter_time^2)."""
     T = math.sqrt(tau * tau + filter_time * filter_time)

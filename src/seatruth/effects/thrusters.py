@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from seatruth.effects.base import Effect
-from seatruth.effects.filtered import Filtered, delay_rates, delayed
+from seatruth.effects.filtered import DeadTime
 from seatruth.effects.kinematics import clipped, relative_velocity
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
@@ -158,7 +158,7 @@ _PAIRS = (("f1", "f2"), ("f3", "f4"))
 eight thrusters."""
 
 
-class ThrusterDelay(Filtered, OnThrusters):
+class ThrusterDelay(DeadTime, OnThrusters):
     """Thrusters follow their orders after a dead time, that of the link and the speed controllers."""
 
     name = "thruster_delay"
@@ -174,25 +174,7 @@ class ThrusterDelay(Filtered, OnThrusters):
     parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] chosen here", description="dead time"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = tuple(Channel(name, "1", f"order through filter {name[1:]}") for pair in _PAIRS for name in pair)
-
-    def true_inputs(self, i: Any, s: Any, q: Any, e: Any) -> Any:
-        value, tau = i.drive, q.tau / len(_PAIRS)
-        for first, second in _PAIRS:
-            value = delayed(value, getattr(s, first), getattr(s, second), tau, self.filter_time)
-        return i._replace(drive=value)
-
-    def rates(self, s: Any, i: Any, p: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        value, tau = i.drive, q.tau / len(_PAIRS)
-        rates: list[Any] = []
-        for first, second in _PAIRS:
-            one, two = getattr(s, first), getattr(s, second)
-            rates += delay_rates(value, one, two, tau, self.filter_time)
-            value = delayed(value, one, two, tau, self.filter_time)
-        return tuple(rates)
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return tuple(i.drive for pair in _PAIRS for _ in pair)
+    in_turn = _PAIRS
 
 
 class ThrusterRateLimit(RateLimit, OnThrusters):
