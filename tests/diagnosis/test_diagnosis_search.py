@@ -371,27 +371,6 @@ def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     assert (key, "from the end of rudder_offset, 0") in begun
 
 
-def test_a_part_that_is_worse_than_the_model_alone_is_fitted_again_however_far_behind(
-    found: Search, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It contains the model alone. A wind stood 18 nats behind that, and 111 behind the wind beside a slow nozzle."""
-    key: Key = ("gyro_bias", "rudder_offset")
-    nothing, part = found.fits[(), False], found.fits[("rudder_offset",), False]
-    leading = replace(part, effects=key, evidence=nothing.evidence + 500.0)
-    begun: list[Key] = []
-
-    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str) -> None:
-        begun.append(key)
-
-    monkeypatch.setattr(search_module, "fit_once", watched)
-    for behind, again in ((-50.0, True), (50.0, False)):
-        short = replace(part, evidence=nothing.evidence + behind, settled=True)
-        fits = {((), False): nothing, (("rudder_offset",), False): short, (key, False): leading}
-        begun.clear()
-        search_module._refit_parts(Search(found.problem, found.known, fits=fits))
-        assert (("rudder_offset",) in begun) == again
-
-
 def test_the_parts_of_a_probable_set_are_fitted_though_they_looked_hopeless(found: Search) -> None:
     """A log's lever arm, linearized at a ninth of its evidence, led beside a rudder's gain and was never fitted."""
     part, problem = found.fits[("rudder_offset",), False], found.problem

@@ -11,7 +11,7 @@ from searched_by_hand import searched
 
 from seatruth.diagnosis import search as search_module
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.search import _fit_each_trial, search
+from seatruth.diagnosis.search import _fit_each_trial, _refit_parts, search
 from seatruth.trials.trial import Trial
 
 
@@ -45,3 +45,22 @@ def test_values_for_each_trial_do_not_stand_twice_in_a_set(monkeypatch: pytest.M
     monkeypatch.setattr(search_module, "in_each_trial", lambda problem, point, *_: point)
     _fit_each_trial(searched({(): 0.0, ("current", "trial_current"): 90.0, ("current", "rudder_offset"): 80.0}))
     assert fitted == [("rudder_offset", "trial_current")]
+
+
+@pytest.mark.parametrize(("behind", "again"), [(-50.0, True), (50.0, False)])
+def test_a_part_that_is_worse_than_the_model_alone_is_fitted_again_however_far_behind(
+    monkeypatch: pytest.MonkeyPatch, behind: float, again: bool
+) -> None:
+    """It contains the model alone. A wind stood 18 nats behind that, and 111 behind the wind beside a slow nozzle."""
+    fitted: list[Key] = []
+    monkeypatch.setattr(search_module, "fit_once", lambda found, key, *_, **__: fitted.append(key))
+    monkeypatch.setattr(search_module, "forces_instead", lambda problem, point, *_: point)
+    monkeypatch.setattr(search_module, "_with_forces", lambda *_: (True,))
+    monkeypatch.setattr(search_module, "_strays", lambda *_: False)
+    monkeypatch.setattr(search_module, "_elsewhere", lambda *_: False)
+    evidence: dict[Key, float] = {(): 0.0, ("current",): behind, ("current", "rudder_offset"): 500.0}
+    found = searched(evidence)
+    for fit in found.fits.values():
+        vars(fit)["promised"] = fit.evidence
+    _refit_parts(found)
+    assert (("current",) in fitted) == again

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.models import Model, Parameter
+from seatruth.effects.undeclared_actuators import drive_inputs
+from seatruth.models import Model, Parameter, Thruster
 from seatruth.readers import Log
 from seatruth.readers.listing import names
 from seatruth.readers.tables import as_text
-from seatruth.study.infer_columns import InferredColumn, infer_columns, split_header
+from seatruth.study.infer_columns import InferredColumn, infer_columns, place_in, split_header
 from seatruth.study.observations import observable
 from seatruth.trials import STANDARD_CHANNELS
 
@@ -28,6 +29,19 @@ _OF_A_MASS = re.compile(r"(m|i|j)(_?[xyz]+)?|mass.*|.*(dot|d)", re.IGNORECASE)
 """Names of masses, moments of inertia and added masses, of a unit of kg: m, m_y, I_zz, Jz, X_ud, N_rdot. Damping may
 have that unit too. A scale and a drawing know masses and sizes, and where they are free as well as the forces, a record
 shows the ratio of the two alone."""
+
+
+def named_drives(model: Model) -> dict[str, str]:
+    """What tells each drive from the others, by its input: the name of its thruster, else the place that it is said at.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> named_drives(load_model("twin_thruster"))
+        {'n_port': 'port', 'n_starboard': 'starboard'}
+    """
+    drives = drive_inputs(model)
+    said = {channel.name: place_in(channel.description) for channel in model.inputs if channel.name in drives}
+    return said | {one.input: one.name for one in model.actuators if isinstance(one, Thruster)}
 
 
 def utm_positions(fields: Mapping[str, NDArray[np.float64]]) -> dict[str, InferredColumn]:

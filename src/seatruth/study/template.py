@@ -12,14 +12,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from seatruth.effects.undeclared_actuators import drive_inputs
 from seatruth.errors import BadInput
-from seatruth.models import FMU, MEASURES, Model, Thruster
+from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
-from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, place_in, split_header
+from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.observations import as_logged, observable
-from seatruth.study.proposals import UTM, accelerometers, is_measured, utm_positions, utm_zone
+from seatruth.study.proposals import UTM, accelerometers, is_measured, named_drives, utm_positions, utm_zone
 from seatruth.study.template_simulator import free_parameters, recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
@@ -80,15 +79,11 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
     wanted = [*recordable(model), *model.outputs, *observable(model), *extra]
     utm = utm_positions(fields) if {"x", "y"} <= required else {}
     wanted = [channel for channel in wanted if not utm or channel.name not in ("x", "y")]
-    drives = drive_inputs(model)
     guesses = infer_columns(
         fields,
         [*([] if clocks else [Channel("t", "s")]), *wanted],
         orders=[channel.name for channel in model.inputs],
-        thrusters={
-            **{channel.name: place_in(channel.description) for channel in model.inputs if channel.name in drives},
-            **{one.input: one.name for one in model.actuators if isinstance(one, Thruster)},
-        },
+        thrusters=named_drives(model),
     )
     if "z" in required and "z" not in guesses and "depth" in guesses:
         guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
