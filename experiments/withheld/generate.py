@@ -200,6 +200,8 @@ def generate(
     print(f"{many - len(missing)} of {many} cases are there; {len(missing)} to make, about "
           f"{25 * len(missing) / max(1, workers) / 60:.0f} min", flush=True)  # fmt: skip
     if as_is and missing:
+        if len(missing) == many:
+            raise BadInput("no case is there to seal", where=str(out), do="Run it without --as-is first.")
         note(out, "generate", "given up", {"set": which, "cases": [names[k] for k in missing]})
         names, missing = [name for k, name in enumerate(names) if k not in missing], []
     if missing:

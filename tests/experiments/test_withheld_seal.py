@@ -15,6 +15,7 @@ sys.path.append(str(ROOT / "experiments"))
 
 from withheld import score as score_module  # noqa: E402
 from withheld.diagnose import diagnose, walls  # noqa: E402
+from withheld.generate import generate  # noqa: E402
 from withheld.score import said, score  # noqa: E402
 from withheld.seal import digest_file, log, note  # noqa: E402
 from withheld.verdicts import verdict as verdict_of  # noqa: E402
@@ -140,3 +141,10 @@ def test_steps_in_order_and_hashes_that_hold(tmp_path: Path, monkeypatch: pytest
     (tmp_path / "log.jsonl").write_bytes(b"".join(lines[:1] + lines[2:]))
     with pytest.raises(ValueError, match="log was changed"):
         log(tmp_path)
+
+
+def test_a_set_without_a_case_is_not_sealed(tmp_path: Path) -> None:
+    """`--as-is` seals what was made: where nothing was, a set of no cases would have been diagnosed and scored."""
+    with pytest.raises(BadInput, match="no case is there to seal"):
+        generate("dev", tmp_path, 2, 1, False, 1, as_is=True)
+    assert not (tmp_path / "public" / "seal.json").exists()
