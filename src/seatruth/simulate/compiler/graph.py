@@ -133,6 +133,9 @@ class Graph:
         node = self._nodes.get(key)
         if node is None:
             if len(self._nodes) >= self.most_nodes:
-                raise NotTraceable(f"they grow beyond {self.most_nodes} operations")
+                raise NotTraceable(
+                    f"they grow beyond {self.most_nodes} operations (conditions multiply: those of each part, such as "
+                    "a thruster, belong into a function that returns what they decide)"
+                )
             node = self._nodes[key] = Node(self, op, args, value, level, len(self._nodes))
         return node

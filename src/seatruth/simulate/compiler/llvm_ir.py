@@ -5,10 +5,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-FLAGS = "nsz arcp contract"
-"""Fast-math flags of the model's arithmetic: zeros without sign, division by reciprocals, fused multiply-adds. No
-reassociation, so that a result does not depend on how many lanes run together; infinities and NaN stay, so that
-divergence shows."""
+FLAGS = "nsz arcp"
+"""Fast-math flags of the model's arithmetic: zeros without sign, division by reciprocals. No reassociation, and no
+fused multiply-adds but those of `lowering`, so that a result does not depend on how many lanes run together; infinities
+and NaN stay, so that divergence shows."""
 
 
 def double(value: float) -> str:

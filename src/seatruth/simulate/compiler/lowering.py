@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from itertools import islice
 
 from seatruth.simulate.compiler.llvm_ir import FLAGS, IRBuilder
 from seatruth.simulate.compiler.node import Node, ordered
@@ -19,7 +21,15 @@ def lower(w: IRBuilder, roots: Iterable[Node], known: Mapping[int, str]) -> dict
     """
     names = dict(known)
     sincos: dict[str, tuple[str, str]] = {}
-    for node in _needed(roots, known):
+    roots = list(roots)
+    needed = _needed(roots, known)
+    products = _only_added(needed, roots)
+    for node in needed:
+        if id(node) in products:
+            continue
+        if node.op in ("add", "sub") and any(id(a) in products for a in node.args):
+            names[id(node)] = _multiply_and_add(w, node, products, names)
+            continue
         args = [names[id(a)] for a in node.args]
         if node.op in ("sin", "cos"):
             if args[0] not in sincos:
@@ -54,6 +64,31 @@ def _needed(roots: Iterable[Node], known: Mapping[int, str]) -> list[Node]:
             seen[id(node)] = node
             open_nodes.extend(a for a in node.args if id(a) not in known)
     return sorted(seen.values(), key=lambda node: node.order)
+
+
+def _only_added(needed: list[Node], roots: list[Node]) -> set[int]:
+    """Products, by id(node), that a single sum or difference uses and nothing else: at most one of each sum.
+
+    They are fused with it here, not by the compiler, which chooses among them by how many lanes run together.
+    """
+    uses = Counter(id(a) for node in needed for a in node.args) + Counter(map(id, roots))
+    here = {id(node) for node in needed}
+    fused: set[int] = set()
+    for node in needed:
+        if node.op in ("add", "sub"):
+            alone = (id(a) for a in node.args if a.op == "mul" and id(a) in here and uses[id(a)] == 1)
+            fused.update(islice(alone, 1))
+    return fused
+
+
+def _multiply_and_add(w: IRBuilder, node: Node, products: set[int], names: Mapping[int, str]) -> str:
+    """A sum or a difference, one part of which is a product, with one rounding."""
+    first, second = node.args
+    product, other = (first, second) if id(first) in products else (second, first)
+    a, b, c = (names[id(part)] for part in (*product.args, other))
+    if node.op == "sub":
+        a, c = (a, w.neg(c)) if product is first else (w.neg(a), c)
+    return w.fma(a, b, c)
 
 
 def _instruction(w: IRBuilder, node: Node, args: list[str]) -> str:

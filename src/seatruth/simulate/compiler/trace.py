@@ -2,7 +2,7 @@
 
 The functions run on nodes instead of numbers. `math`, NumPy's scalar functions, `abs`, `min` and `max` are replaced by
 functions of nodes, in the model's own functions and in every plain Python function that they call. An `if` on a
-variable is followed both ways, and the results are merged.
+variable is followed both ways, and the results are merged where its function returns (`branches`).
 """
 
 from __future__ import annotations
@@ -21,12 +21,11 @@ import numpy as np
 from seatruth.errors import PluginError, SeatruthError
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.servo import Servo, stages
+from seatruth.simulate.compiler.branches import every_way, merging
 from seatruth.simulate.compiler.graph import Graph
 from seatruth.simulate.compiler.node import BOTH, LANE, ROW, Node, NotTraceable
 from seatruth.simulate.compiler.operations import BINARY, UNARY
 
-_MOST_PATHS = 1024
-"""Ways through the conditions of one function: ten conditions that are all independent. Chosen here [S]."""
 _OPERATORS = ("neg", "add", "sub", "mul", "div")
 _NUMPY_NAMES = {
     **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh"},
@@ -135,31 +134,23 @@ def _explore(
     graph: Graph, model: Model, role: str, function: Callable[..., Any], arguments: tuple[Any, ...], size: int
 ) -> tuple[Node, ...]:
     """Runs the function along every way through its conditions and merges the results."""
-    runs = 0
+    graph.path, graph.planned, graph.asked = [], (), 0
 
-    def follow(planned: tuple[bool, ...]) -> tuple[Node, ...]:
-        nonlocal runs
-        runs += 1
-        if runs > _MOST_PATHS:
-            raise NotTraceable(f"there are more than {_MOST_PATHS} ways through its conditions")
-        graph.path, graph.planned, graph.asked = [], planned, 0
+    def values() -> tuple[Node, ...]:
         returned = function(*arguments)
         if returned is None or isinstance(returned, (Node, int, float)):
             what = "nothing" if returned is None else "one bare value"
             raise NotTraceable(f"it returns {what}, not a tuple of {size}")
-        values = tuple(returned)
-        if len(values) != size:
-            raise NotTraceable(f"it returns {len(values)} values, {size} are declared")
-        result = tuple(graph.number(value) for value in values)
-        path = list(graph.path)
-        # The last open decision is reversed first, so that the innermost conditions merge first.
-        for depth in range(len(path) - 1, len(planned) - 1, -1):
-            other = follow((*(way for _, way in path[:depth]), False))
-            result = tuple(graph.select(path[depth][0], a, b) for a, b in zip(result, other))
-        return result
+        found = tuple(returned)
+        if len(found) != size:
+            raise NotTraceable(f"it returns {len(found)} values, {size} are declared")
+        return tuple(graph.number(value) for value in found)
+
+    def merge(condition: Node, yes: tuple[Node, ...], no: tuple[Node, ...]) -> tuple[Node, ...]:
+        return tuple(graph.select(condition, a, b) for a, b in zip(yes, no))
 
     try:
-        return follow(())
+        return every_way(graph, values, merge)
     except SeatruthError:
         raise
     except SystemExit:
@@ -245,13 +236,14 @@ class Shims:
             function.__code__, space, function.__name__, function.__defaults__, self._cells(function)
         )
         copy.__kwdefaults__ = function.__kwdefaults__
-        self._rebuilt[id(function)] = copy  # before its names are looked into: it may call itself
+        merged = merging(self.graph, copy)
+        self._rebuilt[id(function)] = merged  # before its names are looked into: it may call itself
         for name in names:
             if name in function.__globals__:
                 space[name] = self._value(function.__globals__[name])
             elif hasattr(builtins, name):
                 space[name] = self._value(getattr(builtins, name))
-        return copy
+        return merged
 
     def _imported(self, *args: Any, **options: Any) -> Any:
         """What an `import` inside a function gives: the module, whose functions are those of nodes."""
