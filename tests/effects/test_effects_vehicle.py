@@ -218,6 +218,38 @@ def test_a_glider_lacks_no_declaration_of_a_propeller() -> None:
     assert available()["thrust_gain"].missing(ship) == "the model does not declare its thrust"
 
 
+class _TwinScrew(Model):
+    """A boat of two screws, whose forces its model gives."""
+
+    name = "twin_screw"
+    states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"))
+    inputs = (Channel("n_ps", "rev/s"), Channel("n_sb", "rev/s"))
+    parameters = (Parameter("m", 500.0, "kg"), Parameter("k", 2.0, "N s2"))
+    actuators = (
+        Thruster("port", "n_ps", at=(-2.0, -0.5, 0.0), towards=(1.0, 0.0, 0.0), full=20.0, diameter=0.3),
+        Thruster("starboard", "n_sb", at=(-2.0, 0.5, 0.0), towards=(1.0, 0.0, 0.0), full=20.0, diameter=0.3),
+    )
+
+    @staticmethod
+    def thrusts(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return p.k * i.n_ps * abs(i.n_ps), p.k * i.n_sb * abs(i.n_sb)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> Any:
+        port, starboard = _TwinScrew.thrusts(s, i, p, e)
+        return (port + starboard - 50.0 * s.u + e.X) / p.m, 0.5 * (port - starboard) / p.m - s.r + e.N / p.m
+
+
+def test_a_model_that_gives_its_thrusters_forces_is_not_asked_for_a_thrust() -> None:
+    """The report said of a ship of two screws that its thrust was not declared, which it was, one by one."""
+    ship, effects = _TwinScrew(), available()
+    assert (
+        effects["thrust_gain"].missing(ship)
+        == "it is one propeller's, and the model's thrusters have effects of their own"
+    )
+    assert not effects["thruster_gain"].missing(ship)
+
+
 class _Sled(Model):
     """Speed along an axis of its own."""
 

@@ -332,6 +332,8 @@ class Effect:
             if role == "thrust" and model.kind == "glider":
                 return "a glider has no propeller"
             if role_of(model, role) is None:
+                if role == "thrust" and model.thrusts is not None:
+                    return "it is one propeller's, and the model's thrusters have effects of their own"
                 return f"{UNDECLARED} {role}"
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:
             return f"the model has none of the parameters {', '.join(self.needs_parameters)}"
