@@ -103,6 +103,10 @@ class Fit:
         null = np.array([effect.null[q.name] for q in effect.parameters])
         return float(np.max(np.abs(self.point.shared[columns] - null) / problem.sd[columns], initial=0.0))
 
+    def is_whole(self, problem: Problem) -> bool:
+        """Whether its effects that act wholly or not at all are nearer to the whole than to nothing."""
+        return all(problem.nearly_whole(name, self.point.shared[problem.columns[name]], 0.5) for name in self.effects)
+
     def significance(self, problem: Problem, name: str) -> float:
         """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic)."""
         effect, free = problem.effects[name], self.solution.free.tolist()

@@ -336,9 +336,12 @@ def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
     return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
 
 
-def _kept(found: Search, got: Fit) -> Fit:
-    """Keeps the better of a hypothesis' fits."""
+def _kept(found: Search, got: Fit) -> Fit | None:
+    """Keeps the better of a hypothesis' fits; none with a small share of what acts wholly or not at all."""
     place = got.effects, got.discrepancy
+    if not got.is_whole(found.problem):
+        found.screened[place] = -math.inf
+        return found.fits.get(place)
     known = found.fits.get(place)
     if known is None or got.evidence > known.evidence:
         found.fits[place] = got

@@ -246,6 +246,17 @@ class Problem:
             point.forces + part * forces,
         )
 
+    def nearly_whole(self, name: str, values: Array, part: float) -> bool:
+        """Whether an effect's values (n,) are this part of the way to its whole; True of what may act in part."""
+        effect = self.effects[name]
+        if not effect.wholly:
+            return True
+        ways = [
+            (value - effect.null[q.name]) / (q.value - effect.null[q.name])
+            for q, value in zip(effect.parameters, values)
+        ]
+        return bool(min(ways) > part)
+
     def local_offset(self, point: Point) -> Array:
         """Prior means of each trial's own unknowns minus their values (T, I + E knots)."""
         return np.concatenate([self.initial_mean - point.initial, -point.forces.reshape(len(self.trials), -1)], axis=1)

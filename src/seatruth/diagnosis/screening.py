@@ -21,6 +21,10 @@ from seatruth.diagnosis.wave_search import wave_starts
 _MAGNITUDES = (1.0, 2.5)
 """Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
 
+_WHOLE = 0.25
+"""Part of the way to its whole from which an effect that acts wholly or not at all is fitted. [S] Half of what its fit
+must reach: what is linearized falls short."""
+
 
 def screen(found: Search, at: Fit) -> list[str]:
     """Effects that are not in a fit, in the order of the linearized evidence of it with each of them."""
@@ -62,11 +66,23 @@ def screen(found: Search, at: Fit) -> list[str]:
                 found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
         plain = max(plain, alone.get(other, -math.inf))
+        if not _may_be_whole(problem, likelihood, [bare, at.sizes], key):
+            plain = loose = -math.inf
         scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
         found.screened[tuple(sorted(key)), False] = plain
         found.screened[tuple(sorted(key)), True] = loose
     found.store.put(name, scores)
     return _ranked(found, at, others)
+
+
+def _may_be_whole(problem: Problem, likelihood: Likelihood, sizes: Sequence[Sizes], key: Key) -> bool:
+    """Whether the last effect of a set, if it acts wholly or not at all, comes far enough by one linearized step."""
+    name = key[-1]
+    if not problem.effects[name].wholly:
+        return True
+    columns = problem.columns[name]
+    steps = [likelihood.solve(one, key).shared[columns] for one in sizes]
+    return any(problem.nearly_whole(name, likelihood.point.shared[columns] + step, _WHOLE) for step in steps)
 
 
 def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:

@@ -106,6 +106,8 @@ class Effect:
     """It acts on any input that drives the vehicle, where the model names no thruster."""
     pairs: bool = False
     """It acts on two actuators at a time: `d.thruster` and `d.other`."""
+    wholly: bool = False
+    """It acts wholly, at its parameters' values, or not at all: a small share of it is the form of something else."""
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """The channels for which a name in the hooks may stand; the first that the model has is taken."""
     parameters: tuple[Parameter, ...] = ()

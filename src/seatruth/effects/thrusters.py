@@ -315,6 +315,7 @@ class ThrustersExchanged(OnThrusters):
     confused_with = ("thruster_gain",)
     distinguished_by = "where one pushes, the other answers: steps of one thruster after another"
     pairs = True
+    wholly = True
     each_of_many = True
     needs_vehicle = ("thrusts",)
     parameters = (Parameter("share", 1.0, "1", -0.5, 1.5, source="[S] wholly", description="1: exchanged"),)
