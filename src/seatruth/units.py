@@ -53,6 +53,8 @@ _HOSTILE = re.compile(r"\d{3}|\*\*\s*[-+]?\(|\d\s*\*\*|\*\*[^*]*\*\*[^*/]*\*\*")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([+-]?[1-9])(?![A-Za-z0-9])")
 
 
+PULSES = frozenset(("us", "\N{MICRO SIGN}s", "\N{GREEK SMALL LETTER MU}s", "microsecond", "microseconds"))
+"""Units of the pulses that servos and speed controllers take: commands, whose length is no time of the motion."""
 _FREQUENT = frozenset({"1", "m", "m/s", "rad", "rad/s", "deg", "deg/s", "rev/s", "s"})
 """Units of nearly every log. They are known without pint, whose table takes half a second to load."""
 
