@@ -140,3 +140,11 @@ def test_init_names_a_log_that_does_not_exist(tmp_path: Path, capsys: pytest.Cap
     (tmp_path / "a.csv").write_text("t,r\n0,0\n1,0\n")
     assert call("init", str(tmp_path / "a.csv"), str(tmp_path / "lost.csv")) == 2
     assert "lost.csv" in " ".join(capsys.readouterr().err.split())
+
+
+def test_init_names_the_outputs_that_it_did_not_find(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = "\n".join(f"{k},{10 if k % 4 else -10},{100 + k}" for k in range(20))
+    (folder / "turn.csv").write_text(f"t,rudder,heading\n{rows}\n")
+    assert call("init", "turn.csv", "--model", "ship.py:Nomoto") == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "No column was recognised for the output 'r'" in shown

@@ -28,12 +28,20 @@ _SPELLINGS = {
     "kts": "knot",
     "nmi": "nautical_mile",
     "mps": "m/s",
+    "kph": "km/h",
+    "kmh": "km/h",
+    "dps": "deg/s",
+    "degps": "deg/s",
+    "radps": "rad/s",
     "sec": "s",
     "secs": "s",
     "msec": "ms",
+    "usec": "us",
     "celsius": "degC",
     "°c": "degC",
 }
+_GLUED = {"degs": "deg/s", "rads": "rad/s"}
+"""What means a rate where a rate is wanted, and is the plural of an angle, or a dose of radiation, elsewhere."""
 _CASED = {
     "Nm": "newton*meter",
     "kNm": "kilonewton*meter",
@@ -53,6 +61,8 @@ _HOSTILE = re.compile(r"\d{3}|\*\*\s*[-+]?\(|\d\s*\*\*|\*\*[^*]*\*\*[^*/]*\*\*")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([+-]?[1-9])(?![A-Za-z0-9])")
 
 
+PULSES = frozenset(("us", "\N{MICRO SIGN}s", "\N{GREEK SMALL LETTER MU}s", "microsecond", "microseconds"))
+"""Units of the pulses that servos and speed controllers take: commands, whose length is no time of the motion."""
 _FREQUENT = frozenset({"1", "m", "m/s", "rad", "rad/s", "deg", "deg/s", "rev/s", "s"})
 """Units of nearly every log. They are known without pint, whose table takes half a second to load."""
 
@@ -100,6 +110,9 @@ def to_si(unit_from: str, channel_unit: str) -> Conversion:
     source, target = parse_unit(unit_from), parse_unit(channel_unit)
     registry = _registry()
     if source.dimensionality != target.dimensionality:
+        rate = _GLUED.get(given[0].lower())
+        if rate is not None and target.dimensionality == parse_unit(rate).dimensionality:
+            return to_si(rate, channel_unit)
         raise BadInput(
             f"unit {unit_from!r} is {_dimension(source)}, but {channel_unit!r} is {_dimension(target)}",
             do="Correct the unit or the column.",

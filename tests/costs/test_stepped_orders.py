@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from astray_boat import study
 from seatruth import identify
 from seatruth.analysis import check_study
 from seatruth.costs.options import Hold, TrajectoryOptions
-from seatruth.models import Order, with_servos
+from seatruth.models import Model, Order, Parameter, with_servos
 from seatruth.study import Study
+from seatruth.trials import Channel
 from seatruth.trials.split import split_at_gaps
 from seatruth.trials.trial import Trial, Trials
 
@@ -60,3 +62,26 @@ def test_a_step_in_a_pause_leaves_nothing_identified() -> None:
     assert "step-in-gap" not in codes[1]
     assert "identified" not in set(whole.parameters["verdict"])
     assert "identified" in set(parts.parameters["verdict"])
+
+
+class Pulsed(Model):
+    """A vehicle whose speed controller takes pulses."""
+
+    name, title, kind = "pulsed", "raft", "ship"
+    states = outputs = (Channel("u", "m/s"),)
+    inputs = (Channel("pwm_1", "us"),)
+    parameters = (Parameter("k", 0.01, "m/s^2", vary=True, source="own"),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return (p.k * (i.pwm_1 - 1500.0) - s.u,)
+
+
+@pytest.mark.parametrize(("hold", "said"), [("foh", 1), ("zoh", 0)])
+def test_pulses_that_step_ask_for_a_hold(hold: Hold, said: int) -> None:
+    """They are commands, whoever says so; an autopilot changes them a little all the time."""
+    t = np.arange(0.0, 100.0, 0.1)
+    pulses = np.where(t % 20.0 < 10.0, 1500.0, 1650.0) + np.arange(t.size) % 2
+    trials = Trials([Trial("run", t, {"pwm_1": pulses}, {"u": np.sin(t)})])
+    codes = [f.code for f in check_study(Study("raft", Pulsed(), trials, cost=TrajectoryOptions(hold=hold)))]
+    assert codes.count("orders-step") == said

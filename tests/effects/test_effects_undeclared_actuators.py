@@ -10,8 +10,9 @@ import pytest
 
 from seatruth import BlackBox, Channel, Model, Parameter
 from seatruth.effects import available, load_effects, with_effects
-from seatruth.effects.undeclared_actuators import drive_inputs, neutral, steering_inputs
-from seatruth.models import load_model
+from seatruth.effects.targets import targets
+from seatruth.effects.undeclared_actuators import drive_inputs, neutral, resting_inputs, steering_inputs
+from seatruth.models import Thruster, load_model
 from seatruth.models.base import KINDS
 from seatruth.models.geometry import Dimensions
 from seatruth.simulate import simulator
@@ -156,6 +157,30 @@ class Raft(Model):
         port, starboard = (i.pwm_port - 1500.0) / 400.0, (i.pwm_starboard - 1500.0) / 400.0
         left, right = p.port * port * abs(port), p.starboard * starboard * abs(starboard)
         return left + right - s.u * abs(s.u), -s.v, left - right - s.r, s.r
+
+
+class Pulsed(Raft):
+    """The same with the unit of pulses, and its drives named."""
+
+    name = "pulsed"
+    inputs = (Channel("pwm_port", "us"), Channel("pwm_starboard", "us"))
+    actuators = tuple(
+        Thruster(side, f"pwm_{side}", at=(0.0, y, 0.0), towards=(1.0, 0.0, 0.0), full=1900.0)
+        for side, y in (("port", -1.0), ("starboard", 1.0))
+    )
+
+    @staticmethod
+    def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        port, starboard = (i.pwm_port - 1500.0) / 400.0, (i.pwm_starboard - 1500.0) / 400.0
+        return p.port * port * abs(port), p.starboard * starboard * abs(starboard)
+
+
+def test_pulses_with_their_unit_rest_where_those_without_do() -> None:
+    """Full power is 400 us from there, not 1900."""
+    assert resting_inputs(Pulsed()) == {"pwm_port": 1500.0, "pwm_starboard": 1500.0}
+    (dead, *_) = load_effects(["thruster_gain_port"], model=Pulsed())
+    (target,) = targets(dead, Pulsed())
+    assert (target.full, target.neutral) == (400.0, 1500.0)
 
 
 def _run(model: Model, values: dict[str, float]) -> Any:

@@ -107,3 +107,27 @@ def test_a_vehicle_that_does_not_turn_shows_no_lever_arm() -> None:
 @pytest.mark.slow
 def test_two_hundred_right_logs_raise_no_false_alarm() -> None:
     assert false_alarms(range(9, 216)) == []
+
+
+def hovering(seed: int, *, speed: float, noise: float, other: bool = False) -> Trial:
+    """An inspection vehicle that goes to and fro under an acoustic position of 1 Hz; `other`: u is another run's."""
+    rng = np.random.default_rng(seed)
+    t = 0.1 * np.arange(900.0)
+    psi, u = 0.5 * np.sin(0.05 * t), speed * np.sin(0.2 * t)
+    velocity = u * np.exp(1j * psi)
+    place = np.concatenate([[0.0], np.cumsum(0.05 * (velocity[1:] + velocity[:-1]))])
+    fixes = np.where(np.arange(t.size) % 10 == 0, place, np.nan)
+    fixes = fixes + noise * (rng.standard_normal(t.size) + 1j * rng.standard_normal(t.size))
+    shown = speed * np.sin(0.31 * t + 2.0) if other else u
+    outputs = {"x": fixes.real, "y": fixes.imag, "psi": psi, "u": shown + 0.01 * rng.standard_normal(t.size)}
+    return Trial("hover", t, {"n": u}, outputs)
+
+
+def test_positions_whose_noise_hides_the_way_say_nothing_of_the_speed() -> None:
+    for seed in range(20):
+        assert "position-disagree" not in codes(check_trial(hovering(seed, speed=0.1, noise=0.4))), seed
+
+
+def test_positions_with_noise_still_show_a_speed_that_is_another_runs() -> None:
+    for seed in range(5):
+        assert "position-disagree" in codes(check_trial(hovering(seed, speed=0.8, noise=0.2, other=True))), seed

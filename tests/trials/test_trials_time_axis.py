@@ -26,6 +26,10 @@ def axis(values: Sequence[Any], units: str | None = None, /, **clock: Any) -> Ti
     return time_axis(table, Clock("time", **clock))
 
 
+def test_the_start_has_no_digits_of_rounding() -> None:
+    assert axis([1718613599.999, 1718613600.1]).about["start"] == "2024-06-17T08:39:59.999000+00:00"
+
+
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
 def test_epochs_are_told_by_their_magnitude_and_go_on_record(unit: str, factor: float) -> None:
     found = axis([round((START + 0.1 * k) * factor, 1) for k in range(4)])

@@ -106,6 +106,25 @@ def test_a_drive_that_pushes_the_wrong_way_is_found_and_one_that_is_weak_is_not(
     assert "drives the other way" in found.message
 
 
+class Runaway(Barge):
+    """A drag of the wrong sign."""
+
+    name = "runaway"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return (p.T * i.n * abs(i.n) + 1.6 * s.u,)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_run_that_diverges_says_nothing_of_the_inputs() -> None:
+    """Its squares are beyond what a number holds: 1e200 m/s after some minutes."""
+    t = np.arange(0.0, 300.0, 1.0)
+    trial = Trial("run", t, {"n": 2.0 + 0.0 * t}, {"u": 2.0 + 0.1 * np.sin(0.1 * t)}, synthetic=True)
+    study = Study("runaway", Runaway(), Trials([trial]), parameters=Barge.parameters)
+    assert reversed_inputs(study, threads=1) == []
+
+
 class Differential(Boat):
     """A boat whose two orders are no thrusters that anyone has declared."""
 

@@ -98,11 +98,19 @@ def _preview(study: Study) -> pd.DataFrame:
     from seatruth.uncertainty import prior_identifiability
 
     frame = prior_identifiability(study)
-    say("\nWhat the trials can move, at the start values and the stated noise:")
+    stated = [study.noise.get(channel.name, "estimate") != "estimate" for channel in study.model.outputs]
+    noise = "the stated noise" if all(stated) else "the noise that their misfit shows"
+    if any(stated) and not all(stated):
+        noise = f"the stated noise, else {noise}"
+    say(f"\nWhat the trials can move, at the start values and {noise}:")
     rows = [
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]
     console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
+    say(
+        "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
+        "force adds up over a run, as a trim does in a depth, a real error can be a hundred times larger."
+    )
     if frame.attrs["reasons"]:
         say("\nWhy parameters are not identifiable:")
         for reason in frame.attrs["reasons"]:

@@ -6,8 +6,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from seatruth.arrays import Array
 from seatruth.costs.options import RegressionOptions, TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
+from seatruth.effects.undeclared_actuators import bare, drive_commands
+from seatruth.models.black_box import BlackBox
 from seatruth.text import listed
 from seatruth.trials.check.helpers import pauses
 from seatruth.trials.check.limits import COARSE_INPUT_STEP
@@ -15,7 +18,9 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 _RESTS = 0.5
-"""Part of the samples at which an order that steps repeats the one before. Chosen here [S]."""
+"""Part of the samples at which an order that steps stays as it was. Chosen here [S]."""
+_DITHER = 0.01
+"""Part of an order's range by which it may change and still stays as it was. Chosen here [S]."""
 
 
 def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem) -> list[Finding]:
@@ -31,14 +36,14 @@ def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem)
 
 
 def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:
-    """A warning where orders step while the study joins their samples by straight lines."""
+    """A warning where orders, or commands of drives, step while the study joins their samples by straight lines."""
     options = problem.cost
     if not isinstance(options, TrajectoryOptions | RegressionOptions) or options.hold == "zoh":
         return []
     runs = list(trials)
     count: dict[str, int] = {}
     spacing = 0.0
-    for name in dict.fromkeys(servo.input for servo in problem.model.servos):
+    for name in dict.fromkeys([*(servo.input for servo in problem.model.servos), *_commands(problem)]):
         steps = [_steps(trial, name) for trial in runs]
         if sum(steps):
             count[name] = sum(steps)
@@ -61,26 +66,43 @@ def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[
 
 
 def stepping_inputs(problem: EstimationProblem, trials: Iterable[Trial]) -> dict[str, int]:
-    """How often inputs that are not said to be orders jump from rest to rest while lines join their samples.
+    """How often inputs that are no orders, as far as is known, jump from rest to rest while lines join their samples.
 
     No actuator does that between two samples. Empty where the study holds inputs between samples.
     """
     options = problem.cost
     if not isinstance(options, TrajectoryOptions) or options.hold == "zoh":
         return {}
-    ordered, runs = {servo.input for servo in problem.model.servos}, list(trials)
+    ordered, runs = {*(servo.input for servo in problem.model.servos), *_commands(problem)}, list(trials)
     names = [channel.name for channel in problem.model.inputs if channel.name not in ordered]
     count = {name: sum(_steps(trial, name) for trial in runs) for name in names}
     return {name: steps for name, steps in count.items() if steps}
 
 
+def _commands(problem: EstimationProblem) -> tuple[str, ...]:
+    """Commands of drives: a drive does not step, but what it is told does. A simulator may hold them itself."""
+    return () if isinstance(problem.model, BlackBox) else drive_commands(bare(problem.model))
+
+
 def _steps(trial: Trial, name: str) -> int:
-    """How often an order jumps from rest to rest; 0 where it moves most of the time."""
+    """How often an input jumps from rest to rest; 0 where the trial has none of that name, or lacks samples of it."""
     values = trial.inputs.get(name)
-    if values is None or len(values) < 3 or not np.isfinite(values).all():
+    return 0 if values is None or not np.isfinite(values).all() else steps_from_rest(values)
+
+
+def steps_from_rest(values: Array) -> int:
+    """How often an order (n,) jumps from rest to rest; 0 where it moves most of the time.
+
+    An autopilot that holds a course or a depth changes its orders a little all the time, which counts as rest.
+
+    Example:
+        >>> steps_from_rest(np.array([1500.0, 1501.0, 1501.0, 1500.0, 1680.0, 1681.0, 1680.0]))
+        1
+    """
+    if len(values) < 3:
         return 0
     change, span = np.abs(np.diff(values)), float(np.ptp(values))
-    if span == 0 or np.mean(change <= 1e-6 * span) < _RESTS:
+    if span == 0 or np.mean(change <= _DITHER * span) < _RESTS:
         return 0
     return int(np.sum(change > COARSE_INPUT_STEP * span))
 

@@ -19,13 +19,16 @@ from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
+from seatruth.units import PULSES
 
 USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"rudder": ("delta", "delta_r"), "plane": ("delta_s", "delta_e"), "thruster": ()}
 )
 """Standard names of inputs by the kind of actuator that they are, where a model names none."""
 _TURNING = MappingProxyType({"rudder": ("r", "psi"), "plane": ("q", "theta")})
-_DRIVES = ("rev/s", "N", "1")
+_COMMANDS = ("1", *PULSES)
+"""Units of commands: none, or that of pulses."""
+_DRIVES = ("rev/s", "N", *_COMMANDS)
 """Units of what drives a vehicle."""
 _OUTSIDE = ("wind", "wave", "current", "sea", "flow", "tide")
 """Words in the names of inputs that are no actuator, but the weather."""
@@ -78,7 +81,7 @@ def unnamed_steering(model: Model) -> dict[str, SteeringCommand]:
     if usual or _free_angles(model):
         return {}
     free = _unnamed(model)
-    return steering_commands(model, [c.name for c in model.inputs if c.name in free and c.unit == "1"])
+    return steering_commands(model, [c.name for c in model.inputs if c.name in free and c.unit in _COMMANDS])
 
 
 def drive_inputs(model: Model) -> tuple[str, ...]:
@@ -126,7 +129,7 @@ def neutral(model: Model) -> float | None:
 
 
 def drive_commands(model: Model) -> tuple[str, ...]:
-    """The inputs without a unit that drive a model, named thrusters or not.
+    """The inputs without a unit, or in pulses, that drive a model, named thrusters or not.
 
     Example:
         >>> from seatruth import load_model
@@ -134,7 +137,7 @@ def drive_commands(model: Model) -> tuple[str, ...]:
         (('c_1', 'c_2'), ())
     """
     drives = {one.input for one in model.actuators if one.kind == "thruster"} | {*drive_inputs(model)}
-    return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit == "1")
+    return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit in _COMMANDS)
 
 
 def resting_inputs(model: Model) -> dict[str, float] | None:

@@ -208,8 +208,10 @@ _ACCELERATION = tuple(
     for k, (axis, name, way) in enumerate(zip("xyz", "uvw", _ALONG))
 )  # fmt: skip
 _POSITION = tuple(
-    Measure(axis, f"position of the antenna, {way}", "m", _of(_position, k), (axis,))
-    for k, (axis, way) in enumerate(zip("xyz", ("north", "east", "down")))
+    Measure(axis, title, "m", _of(_position, k), (axis,))
+    for k, (axis, title) in enumerate(
+        zip("xyz", ("position of the sensor, north", "position of the sensor, east", "depth of the sensor"))
+    )
 )
 _COURSE = (
     Measure("sog", "speed over ground", "m/s", speed_over_ground, ("u",), ("u", "v")),

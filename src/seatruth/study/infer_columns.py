@@ -14,26 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
+from seatruth.study.column_spellings import AUTOPILOTS, MEANT, other_spellings
 from seatruth.trials.channel import Channel
 from seatruth.units import is_unit, to_si
 
-_AUTOPILOTS = {
-    "x": ("vehicle local position x", "pn"),
-    "y": ("vehicle local position y", "pe"),
-    "z": ("vehicle local position z", "pd"),
-    "v_n": ("vehicle local position vx",),
-    "v_e": ("vehicle local position vy",),
-    "v_d": ("vehicle local position vz",),
-    "sog": ("vehicle gps position vel", "sensor gps vel", "gps spd"),
-    "cog": ("gps gcrs",),
-    **{
-        rate: (f"vehicle angular velocity xyz {k}", f"sensor combined gyro rad {k}", f"imu gyr {axis}")
-        for k, (rate, axis) in enumerate(zip("pqr", "xyz"))
-    },
-}
-"""Fields of autopilots whose names alone mislead or say nothing: PX4's message definitions (VehicleLocalPosition.msg:
-x, y, z and vx, vy, vz are north, east, down), ArduPilot's list of log messages (GPS, IMU, XKF1)."""
-_MEANT = {word: channel for channel, words in _AUTOPILOTS.items() for word in words}
 _NAMES: dict[str, tuple[str, ...]] = {
     "t": (
         *("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time", "stamp"),
@@ -167,7 +151,7 @@ _SUFFIXES = {
     "pct": "percent",
     "percent": "percent",
 }
-_ORDERS = ("cmd", "command", "commanded", "order", "ordered", "setpoint", "sp", "demand", "demanded", "desired", "des")
+ORDERS = ("cmd", "command", "commanded", "order", "ordered", "setpoint", "sp", "demand", "demanded", "desired", "des")
 """Words that say that a column holds what an actuator was told."""
 _ORDER = 1000
 """Rank of an order behind any column that says what the actuator did."""
@@ -197,6 +181,8 @@ class InferredColumn:
     why: str
     order: bool = False
     """Whether the column's name says that it holds orders."""
+    turned: str = ""
+    """Keys of the study that turn its numbers into the channel's, beside the unit: "scale = 0.0025, offset = -3.75"."""
 
 
 FROM_HEADER = "unit from the header"
@@ -270,11 +256,13 @@ def split_header(header: str) -> tuple[str, str]:
 def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
     """How well a column fits a channel (smaller is better), or None."""
     name, unit = split_header(column)
-    known = (*_AUTOPILOTS.get(channel.name, ()), *_NAMES.get(channel.name, (_words(channel.name),)))
+    known = (*AUTOPILOTS.get(channel.name, ()), *_NAMES.get(channel.name, (_words(channel.name),)))
     whole = _words(column)
     words = (name, whole, *_last_parts(column))
     rank = next((known.index(word) for word in words if word in known), None)
-    meant = next((_MEANT[word] for word in words if word in _MEANT), channel.name)
+    if rank is None:
+        rank = next((len(known) + known.index(word) for word in other_spellings(name, channel.name, known)), None)
+    meant = next((MEANT[word] for word in words if word in MEANT), channel.name)
     if rank is None or meant != channel.name:
         return None
     if channel.unit == "s" and unit == "m/s":
@@ -292,7 +280,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
 def _ordered(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
     """How well a column of orders fits a channel, which it does as if its name did not say that they are orders."""
     words = _words(column).split(" ")
-    plain = " ".join(word for word in words if word not in _ORDERS)
+    plain = " ".join(word for word in words if word not in ORDERS)
     if not plain or plain == " ".join(words):
         return None
     hit = _match(plain, numbers, channel)
@@ -304,7 +292,7 @@ def _of_thruster(
 ) -> tuple[int, InferredColumn] | None:
     """Whether a column belongs to a thruster, as its side or its number says."""
     words = _words(column).split(" ")
-    plain = " ".join(word for word in words if word not in _ORDERS)
+    plain = " ".join(word for word in words if word not in ORDERS)
     name, unit = split_header(plain)
     if unit and not _fits(unit, channel.unit):
         return None

@@ -17,8 +17,10 @@ from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
 from seatruth.readers.listing import names
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
+from seatruth.study.numbered_columns import numbered_columns
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, is_measured, named_drives, utm_positions, utm_zone
+from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
 from seatruth.study.template_simulator import free_parameters, recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
@@ -79,9 +81,10 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
     wanted = [*recordable(model), *model.outputs, *observable(model), *extra]
     utm = utm_positions(fields) if {"x", "y"} <= required else {}
     wanted = [channel for channel in wanted if not utm or channel.name not in ("x", "y")]
-    guesses = infer_columns(
+    numbered = numbered_columns(fields, recordable(model))
+    guesses = numbered | infer_columns(
         fields,
-        [*([] if clocks else [Channel("t", "s")]), *wanted],
+        [*([] if clocks else [Channel("t", "s")]), *(c for c in wanted if c.name not in numbered)],
         orders=[channel.name for channel in model.inputs],
         thrusters=named_drives(model),
     )
@@ -110,6 +113,11 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
     if len(missing_outputs) == len(model.outputs):
         notes.append("No column was recognised for any output of the model: name them in [channels].")
         missing_outputs = []
+    elif missing_outputs:
+        notes.append(
+            f"No column was recognised for the output {_list(missing_outputs)}: if the log has it, name it in "
+            "[channels] and take it out of `without` in [[trials]]."
+        )
     notes += _vague(guesses)
     zone = utm_zone(log)
     if "easting" in guesses and zone is None:
@@ -127,8 +135,8 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
             *(_frames(zone) if "easting" in guesses else []),
             *_actuators([channel.name for channel in model.inputs], guesses),
             *_trials([path, *more], missing_outputs),
-            *_steps([name for name in _ANGLES if name in guesses and _wraps(fields, guesses[name], bool(more))]),
-            *_rest(model, any(hit.order for hit in guesses.values())),
+            *_steps([one for one in ANGLES if one in guesses and jumps_by_a_turn(fields, guesses[one], bool(more))]),
+            *_rest(model, any(is_held(fields, guesses[c.name]) for c in model.inputs if c.name in guesses)),
         ]
     )
     return text, notes
@@ -231,7 +239,8 @@ def _channels(
     for channel in (*needed, *extra):
         hit = guesses.get(channel.name)
         if hit is not None:
-            entry = f"{{ column = {_text(fields.name(hit.column))}, unit = {_text(hit.unit)} }}"
+            keys = f"unit = {_text(hit.unit)}{hit.turned and ', '}{hit.turned}"
+            entry = f"{{ column = {_text(fields.name(hit.column))}, {keys} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
             if channel.name in (*_FIX, *UTM):
@@ -324,18 +333,6 @@ def _steps(wrapped: Sequence[str]) -> list[str]:
         names = ", ".join(_text(name) for name in wrapped)
         lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # jumps by a full turn", ""]
     return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
-
-
-_ANGLES = ("psi", "phi", "theta")
-
-
-def _wraps(columns: Mapping[str, Numbers], guessed: InferredColumn, others: bool) -> bool:
-    """Whether an angle jumps by most of a turn; a heading that stays within one may do so in other logs."""
-    numbers, turn = columns[guessed.column], 360.0 if guessed.unit == "deg" else 2.0 * np.pi
-    numbers = numbers[np.isfinite(numbers)]
-    jumps = np.abs(np.diff(numbers))
-    within = others and guessed.channel == "psi" and bool(numbers.size) and float(np.abs(numbers).max()) <= turn
-    return within or (bool(jumps.size) and float(jumps.max()) > 0.75 * turn)
 
 
 def _rest(model: Model, orders: bool) -> list[str]:

@@ -19,6 +19,7 @@ from seatruth.study.observations import VELOCITY, plain_outputs, speed_and_cours
 from seatruth.study.quantity import number
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable, PrepareTable, TimeTable, TrialTable
+from seatruth.study.shared_problems import SharedProblems, check_units
 from seatruth.study.validation import Problems, add_schema_errors
 from seatruth.trials import STANDARD_CHANNELS, Clock, ColumnSpec, Frames, Trial, Trials, read_trial
 from seatruth.trials.frames import POSITIONS, with_origin
@@ -82,6 +83,7 @@ def read(
     pair = speed_and_course(model, file)
     known = {channel.name: channel for channel in (*model.inputs, *model.outputs, *plain_outputs(model), *pair)}
     _check_channels(file, known, problems)
+    check_units(file, known, problems)
     _check_values(file, {channel.name for channel in model.inputs}, problems)
     _check_steps(file, [recording.name for recording in recordings], problems)
     if problems:
@@ -91,14 +93,16 @@ def read(
     frames = Frames()
     with problems.at("frames"):
         frames = stated_frames(file)
+    shared = SharedProblems(file, problems)
     for recording in recordings:
-        with problems.at("trials", recording.entry):
+        with shared.of(recording.name, recording.entry):
             trial = _read_one(file, model, recording, frames, synthetic, progress)
             trial = turned_with_heading(trial, model, [course.name for course in pair[1:]])
             trial = with_velocity(trial, [channel.name for channel in pair]) if pair else trial
             frames = with_origin(frames, trial)
             parts = split_at_gaps(trial) if recording.table.split_at_gaps else [trial]
             (fitted if recording.table.role == "fit" else held).extend(parts)
+    shared.report()
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)

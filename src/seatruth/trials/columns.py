@@ -18,7 +18,7 @@ from seatruth.trials.frames import Frames
 from seatruth.trials.geodesy import from_ddmm
 from seatruth.trials.missing_codes import missing_codes
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.units import Conversion, inside_unit, to_si
+from seatruth.units import PULSES, Conversion, inside_unit, to_si
 
 DDMM = "ddmm"
 """Unit of latitudes and longitudes as NMEA writes them: degrees and minutes in one number."""
@@ -150,6 +150,8 @@ def _listed(codes: Sequence[float]) -> str:
 def _conversion(
     name: str, spec: ColumnSpec, stated: str | None, channels: Mapping[str, Channel], where: str
 ) -> Conversion:
+    if stated in PULSES and spec.scale != 1.0:
+        stated = None  # the study says what a pulse commands: an angle, a share of full power
     try:
         if spec.unit is not None and stated is not None and to_si(stated, spec.unit) != (1.0, 0.0):
             raise BadInput(

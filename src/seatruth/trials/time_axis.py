@@ -75,7 +75,8 @@ class TimeAxis(NamedTuple):
     def about(self) -> dict[str, Any]:
         """What the trial's conditions say of its start."""
         if self.dated:
-            return {"start": str(pd.Timestamp(round(self.zero * 1e9), unit="ns", tz="UTC").isoformat())}
+            # Seconds since 1970 are a double of 0.2 us: digits beyond are rounding.
+            return {"start": str(pd.Timestamp(round(self.zero * 1e6), unit="us", tz="UTC").isoformat())}
         return {"start_s": self.zero} if self.zero else {}
 
 

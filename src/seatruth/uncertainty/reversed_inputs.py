@@ -9,6 +9,7 @@ a ship goes on for a minute as it turned when the run began, and where that says
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -50,6 +51,8 @@ _SPEEDS = ("u", "u_w", "sog")
 _FAR, _NEAR = 0.3, 0.5
 """Part of its speed by which a vehicle must be missed, and part of that which is left with its drive turned round.
 Chosen here [S]: a thrust or a drag that is off by any factor of one sign comes no nearer the wrong way round."""
+_LOST = 1e100
+"""In SI units; a run that goes so far has diverged, and what is left of it says nothing."""
 _SIDES = 0.02
 """Part of a thruster's distance from the middle within which another lies opposite to it."""
 
@@ -104,7 +107,7 @@ def _reversed_drives(study: EstimationProblem, compared: Compared) -> list[Findi
     for seconds in _lengths(study):
         try:
             now, size = _missed(compared, channel, {}, seconds)
-            if now <= _FAR * size:
+            if now <= _FAR * size or math.isinf(now):
                 return []
             then = _missed(compared, channel, change, seconds)[0]
         except SeatruthError:  # it cannot be simulated so: other findings say why
@@ -121,8 +124,10 @@ def _lengths(study: EstimationProblem) -> tuple[float, ...]:
 
 
 def _missed(compared: Compared, channel: str, change: Taken, seconds: float) -> tuple[float, float]:
-    """Norm of the error of a channel, and of its record; as `_compared`."""
+    """Norm of the error of a channel, infinite where a run diverges, and of its record; as `_compared`."""
     simulated, measured = compared(channel, change, seconds)
+    if _diverges(simulated):
+        return math.inf, float(np.linalg.norm(measured))
     return float(np.linalg.norm(simulated - measured)), float(np.linalg.norm(measured))
 
 
@@ -246,8 +251,15 @@ def _agreement(compared: Compared, channel: str, change: Taken, seconds: float) 
         simulated, measured = compared(channel, change, seconds)
     except SeatruthError:
         return 0.0
+    if _diverges(simulated):
+        return 0.0
     size = float(np.sqrt((simulated @ simulated) * (measured @ measured)))
     return float(simulated @ measured) / size if size > 0 else 0.0
+
+
+def _diverges(simulated: Array) -> bool:
+    """Whether a run (n,) goes beyond numbers whose squares can be added up."""
+    return bool(np.abs(simulated).max(initial=0.0) > _LOST)
 
 
 def _compared(

@@ -7,6 +7,7 @@ well, d the drift over the window's time T (a current, if the velocities are thr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +32,8 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 Complex = NDArray[np.complex128]
+NORMAL_QUARTILE = 0.6745
+"""Median size of a normal number over its standard deviation."""
 KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
 
 
@@ -200,6 +203,8 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
         return
     (a, drift, arm), (a_error, drift_error, arm_error), explained = fit
     if explained < limits.AGREEMENT:
+        if not _beyond_noise(trial, motion, explained):
+            return
         yield make_finding(
             trial,
             "warning",
@@ -265,6 +270,32 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
                 "'shift_time'.",
                 channel="x",
             )
+
+
+def _beyond_noise(trial: Trial, motion: _Motion, explained: float) -> bool:
+    """Whether displacements disagree with the motion more than the noise of their two ends explains.
+
+    Of mean squares, the noise adds to those of the displacements and of what is not explained alike. They are those of
+    as many independent numbers as there are windows, so the noise alone may show more than its own mean square.
+    """
+    noise = 2.0 * sum(_noise(trial, name) ** 2 for name in ("x", "y"))
+    total = rms(np.abs(motion.measured)) ** 2
+    rest = (1.0 - explained) * total
+    if rest <= noise * (1.0 + limits.SIGNIFICANT * math.sqrt(2.0 / motion.seconds.size)):
+        return False
+    return 1.0 - (rest - noise) / (total - noise) < limits.AGREEMENT
+
+
+def _noise(trial: Trial, name: str) -> float:
+    """Standard deviation of a position from sample to sample, m: what a line through both neighbours does not give."""
+    there = np.flatnonzero(np.isfinite(trial.channel(name)))
+    t, values = trial.t[there], trial.channel(name)[there]
+    steps = np.diff(t)
+    if steps.size < limits.FEW_SAMPLES:
+        return 0.0
+    even = np.maximum(steps[1:], steps[:-1]) < 1.5 * float(np.median(steps))
+    bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])[even]
+    return float(np.median(bends)) / (NORMAL_QUARTILE * math.sqrt(6.0)) if bends.size else 0.0
 
 
 def _regression(

@@ -1,0 +1,50 @@
+"""How loggers and autopilots spell a channel's name: fields of messages, glued words, the system before the name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+AUTOPILOTS = {
+    "x": ("vehicle local position x", "pn"),
+    "y": ("vehicle local position y", "pe"),
+    "z": ("vehicle local position z", "pd"),
+    "v_n": ("vehicle local position vx",),
+    "v_e": ("vehicle local position vy",),
+    "v_d": ("vehicle local position vz",),
+    "sog": ("vehicle gps position vel", "sensor gps vel", "gps spd"),
+    "cog": ("gps gcrs",),
+    **{
+        rate: (f"vehicle angular velocity xyz {k}", f"sensor combined gyro rad {k}", f"imu gyr {axis}")
+        for k, (rate, axis) in enumerate(zip("pqr", "xyz"))
+    },
+}
+"""Fields of autopilots whose names alone mislead or say nothing: PX4's message definitions (VehicleLocalPosition.msg:
+x, y, z and vx, vy, vz are north, east, down), ArduPilot's list of log messages (GPS, IMU, XKF1)."""
+MEANT = {word: channel for channel, words in AUTOPILOTS.items() for word in words}
+"""The channel that each of these fields holds."""
+_SOLVED = ("ins", "ekf", "nav", "mocap", "vicon", "qualisys", "est", "estimated")
+"""Systems that give a whole solution, whose x and y are north and east."""
+_FIXES = ("usbl", "lbl", "sbl", "gps", "gnss", "rtk", "dgps")
+"""Systems of positions. Their x and y may be ahead and abeam of a transceiver, or geocentric: a letter says nothing."""
+_SYSTEMS = {
+    **dict.fromkeys(("x", "y", "northing", "easting"), (*_FIXES, *_SOLVED)),
+    **dict.fromkeys(("phi", "theta", "psi", "p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
+    **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", *_SOLVED)),
+}
+_SHORTEST = 4
+"""Letters of a glued name below which it may be another word: "fx" is a force, "un" no speed."""
+
+
+def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Those of a channel's known names that a column's name is, but for a blank or the system named before it.
+
+    Example:
+        >>> other_spellings("yawrate", "r", ["r", "yaw rate"]), other_spellings("usbl north", "x", ["x", "north"])
+        (('yaw rate',), ('north',))
+    """
+    glued = name.replace(" ", "")
+    found = [word for word in known if " " in word and len(glued) >= _SHORTEST and word.replace(" ", "") == glued]
+    system, _, rest = name.partition(" ")
+    if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in _SOLVED):
+        found.append(rest)
+    return tuple(found)
