@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import boat_case as boat
+import numpy as np
 import pytest
 import small_case as small
 
+from seatruth import Study, TrajectoryOptions, load_model, simulator
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
-from seatruth.effects import available
+from seatruth.effects import available, load_effects, with_effects
+from seatruth.trials import Trial, Trials
+
+EXCHANGED = "thrusters_exchanged_port_starboard"
 
 
 @pytest.mark.slow
@@ -24,3 +29,26 @@ def test_currents_that_point_anywhere_are_tried_without_a_common_one() -> None:
     settings = Settings(most_effects=1)
     problem = Problem(boat.study(model, runs), [available()["current"], own], settings, threads=1)
     assert search(problem, small.silent).leader.effects == ("trial_current",)
+
+
+@pytest.mark.parametrize(("share", "fitted"), [(1.0, True), (0.06, False)])
+def test_a_small_share_of_an_exchange_is_no_exchange(share: float, fitted: bool) -> None:
+    """Orders of two thrusters are exchanged or not. A few per cent explain what the model's form lacks elsewhere."""
+    model = load_model("twin_thruster")
+    (effect,) = load_effects([EXCHANGED], model=model)
+    t = np.arange(0.0, 30.0, 0.25)
+    rng = np.random.default_rng(5)
+    names = [channel.name for channel in model.inputs]
+    orders = {name: np.repeat(rng.uniform(0.2, 0.8, 6), 20) * 14.0 for name in names[:2]}
+    blank = Trial("steps", t, orders, {c.name: np.zeros(len(t)) for c in model.outputs}, synthetic=True)
+    truth = {**model.nominal(), effect.named("share"): share}
+    first = np.zeros(len(model.states))
+    first[[s.name for s in model.states].index("u")] = 0.5
+    y = simulator(with_effects(model, [effect]), [blank], values=truth).outputs(np.zeros((1, 0)), first[None]).y[0]
+    noise = {c.name: 0.01 for c in model.outputs}
+    outputs = {c.name: y[:, k] + rng.normal(0.0, 0.01, len(t)) for k, c in enumerate(model.outputs)}
+    trials = Trials([Trial("steps", t, orders, outputs, synthetic=True)])
+    study = Study("steps", model, trials, noise=noise, cost=TrajectoryOptions(initial="free"))
+    problem = Problem(study, [effect], Settings(most_effects=1), threads=1)
+    found = search(problem, small.silent)
+    assert (found.best((EXCHANGED,)) is not None) == fitted

@@ -12,6 +12,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS, started
+from seatruth.diagnosis.initial_guess import moved_to
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, log_prior
@@ -66,7 +67,7 @@ def screen(found: Search, at: Fit) -> list[str]:
                 found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
         plain = max(plain, alone.get(other, -math.inf))
-        if not _may_be_whole(problem, likelihood, [bare, at.sizes], key):
+        if not _may_be_whole(found, at, likelihood, [bare, at.sizes], other):
             plain = loose = -math.inf
         scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
         found.screened[tuple(sorted(key)), False] = plain
@@ -75,14 +76,28 @@ def screen(found: Search, at: Fit) -> list[str]:
     return _ranked(found, at, others)
 
 
-def _may_be_whole(problem: Problem, likelihood: Likelihood, sizes: Sequence[Sizes], key: Key) -> bool:
-    """Whether the last effect of a set, if it acts wholly or not at all, comes far enough by one linearized step."""
-    name = key[-1]
+def _may_be_whole(found: Search, at: Fit, likelihood: Likelihood, sizes: Sequence[Sizes], name: str) -> bool:
+    """Whether an effect beside a fit, if it acts wholly or not at all, may do so: where one linearized step leads it.
+
+    Beside the model alone also where the whole effect, with everything else one step further, is better than none: runs
+    of a vehicle whose orders are exchanged are far from the model's, where slopes at the null say nothing.
+    """
+    problem, key = found.problem, (*at.effects, name)
     if not problem.effects[name].wholly:
         return True
     columns = problem.columns[name]
     steps = [likelihood.solve(one, key).shared[columns] for one in sizes]
-    return any(problem.nearly_whole(name, likelihood.point.shared[columns] + step, _WHOLE) for step in steps)
+    if any(problem.nearly_whole(name, likelihood.point.shared[columns] + step, _WHOLE) for step in steps):
+        return True
+    plain = found.fits.get(((), False))
+    if at.effects or plain is None:
+        return False
+    whole = moved_to(problem, plain.point, name, np.array([q.value for q in problem.effects[name].parameters]))
+    there = problem.linearize(whole, key, discrepancy=False)
+    if not np.isfinite(there.errors).all():
+        return False
+    held = Likelihood(problem, there, held=columns.tolist())
+    return held.evidence(plain.sizes, key) + log_prior(problem.settings, plain.sizes, found.known) > plain.evidence
 
 
 def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
