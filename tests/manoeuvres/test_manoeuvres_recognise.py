@@ -90,6 +90,17 @@ def test_no_manoeuvre_spans_a_pause() -> None:
     assert not any(stretch.start < middle < stretch.end for stretch in found)
 
 
+def test_the_way_in_a_pause_is_no_speed() -> None:
+    """Positions give the speed within a part of the log; in the pause the vehicle may have gone anywhere."""
+    t = np.concatenate([np.arange(60.0), 900.0 + np.arange(60.0)])
+    x = np.concatenate([2.0 * np.arange(60.0), 90_000.0 + 2.0 * np.arange(60.0)])
+    log = Trial("day", t, {"delta": np.zeros(t.size)}, {"x": x, "y": np.zeros(t.size), "psi": np.zeros(t.size)})
+    assert [(s.start, s.end, s.facts.split(",")[0]) for s in recognise(log)] == [
+        (0.0, 59.0, "speed 2 m/s"),
+        (900.0, 959.0, "speed 2 m/s"),
+    ]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_holds_no_manoeuvre(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -89,10 +89,7 @@ def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
     if angle is not None and not np.isfinite(angle).all():
         angle = None
     speed = _channel(log, "u")
-    if speed is None and {"x", "y"} <= names:
-        x, y = _channel(log, "x"), _channel(log, "y")
-        if x is not None and y is not None:
-            speed = np.hypot(np.gradient(smooth(x, 5), log.t), np.gradient(smooth(y, 5), log.t))
+    x, y = (_channel(log, name) if speed is None else None for name in ("x", "y"))
     drive = _channel(log, "n")
     steps = np.diff(log.t)
     pauses = np.flatnonzero(steps > GAP_STEPS * float(np.median(steps))) + 1
@@ -101,14 +98,21 @@ def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
     def cut(values: Array | None, first: int, stop: int) -> Array | None:
         return None if values is None else values[first:stop]
 
+    def going(first: int, stop: int) -> Array | None:
+        # Only from the positions of the part: the vehicle may have sailed on in the pause, at no known speed.
+        if x is None or y is None:
+            return cut(speed, first, stop)
+        rates = (smooth(np.gradient(values[first:stop], log.t[first:stop]), 5) for values in (x, y))
+        return np.asarray(np.hypot(*rates), dtype=np.float64)
+
     return [
         Recording(
-            *(log.t[a:b], cut(control, a, b), cut(angle, a, b), cut(speed, a, b), cut(drive, a, b)),
+            *(log.t[a:b], cut(control, a, b), cut(angle, a, b), going(a, b), cut(drive, a, b)),
             by="plane" if vertical else steering.by,
             drive_unit=steering.unit if isinstance(steering, ThrustSteering) else "rev/s",
         )
         for a, b in itertools.pairwise(edges)
-        if b - a >= 20
+        if b - a >= FEWEST
     ]
 
 
@@ -118,7 +122,7 @@ def _channel(log: Trial, name: str, *, turns: bool = False) -> Array | None:
         return None
     values = log.channel(name)
     known = np.isfinite(values)
-    if known.sum() < max(20, 0.5 * values.size):
+    if known.sum() < max(FEWEST, 0.5 * values.size):
         return None
     whole = np.array(values)
     if turns:
