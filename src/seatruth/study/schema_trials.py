@@ -14,7 +14,9 @@ class ChannelTable(Table):
 
     column: str | None = Field(default=None, description="Column of the file; default: the channel's name.")
     unit: str | None = Field(
-        default=None, description='Unit in the file, as "deg/s"; default: the unit the model uses.'
+        default=None,
+        description='Unit in the file, as "deg/s"; default: the unit that the header states, else the one the model '
+        "uses.",
     )
     sign: Literal[-1, 1] = Field(default=1, description="-1 if the file has the opposite sign convention.")
     scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, in addition to the unit.")

@@ -133,7 +133,7 @@ def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
             codes += [code for code in found if code not in codes]
     columns = ", ".join(map(repr, spec.values_in))
     where = f"{table.source}, column{'s' if len(parts) > 1 else ''} {columns}"
-    values, unit = parts[0], table.units.get(spec.column) or table.units.get(spec.column.strip())
+    values, unit = parts[0], table.unit(spec.column) or table.unit(spec.column.strip())
     if spec.quaternion is not None:
         values, unit = from_quaternion(table, spec.quaternion, parts, name), "rad"
     elif spec.vector is not None:
