@@ -305,7 +305,7 @@ def check_study(study: Study) -> list[Finding]:
     trials = [*study.trials, *study.holdout]
     if study.cost.kind == "formula":
         return check_tables(trials, study.model)
-    found = without_stale_notes(check_trials(trials, study.model), study)
+    found = without_stale_notes(check_trials(trials, study.model), study, trials)
     return gravest_first([*found, *stepped_orders(study, trials), *steps_in_gaps(study, trials)])
 
 
