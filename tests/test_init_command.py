@@ -128,12 +128,50 @@ def test_init_takes_several_logs_of_orders_and_depths(tmp_path: Path) -> None:
     logs = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
     assert call("init", *logs, "--model", "diving_plane_driven", "-o", str(study)) == 0
     written = tomllib.loads(study.read_text())
-    assert [trial["file"] for trial in written["trials"]] == ["a.csv", "b.csv"]
+    assert [trial["file"] for trial in written["trials"]] == ["*.csv"]
+    assert written["study"]["name"] == tmp_path.name
     assert written["actuators"] == {"delta_s": "order"}
     assert written["cost"]["hold"] == "zoh"
     assert written["channels"]["z"]["column"] == "depth"
     assert written["time"] == {"column": "time_ms", "unit": "ms"}
     assert [len(trial) for trial in load_study(study).trials] == [len(t), len(t)]
+
+
+def test_init_lists_logs_beside_which_there_are_others(tmp_path: Path) -> None:
+    for name in ("a", "b", "c"):
+        (tmp_path / f"{name}.csv").write_text("t,rudder,n,r\n0,0,9,0\n1,0,9,0\n2,0,9,0\n")
+    study = tmp_path / "two.toml"
+    assert call("init", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "-o", str(study)) == 0
+    assert [trial["file"] for trial in tomllib.loads(study.read_text())["trials"]] == ["a.csv", "b.csv"]
+
+
+def ferry(folder: Path) -> Path:
+    """A log with a rudder and a shaft on each side, as ordered and as measured."""
+    t = np.arange(0.0, 60.0)
+    rudder = 20.0 * np.sin(0.2 * t)
+    pd.DataFrame(
+        {"t [s]": t, "Gyro Heading [deg]": 10.0 * np.cos(0.2 * t), "Rudder Order [deg]": 20.0 * np.sign(rudder)}
+        | {f"Rudder Feedback {side} [deg]": rudder + k for k, side in enumerate(("PS", "SB"))}
+        | {f"Shaft Speed {side} [rpm]": 200.0 + 10 * k + 0 * t for k, side in enumerate(("PS", "SB"))}
+        | {"SOG [m/s]": 6.0 + 0 * t}
+    ).to_csv(folder / "ferry.csv", index=False)
+    return folder / "ferry.csv"
+
+
+def test_init_takes_what_acted_and_the_mean_of_both_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = tmp_path / "ferry.toml"
+    assert call("init", str(ferry(tmp_path)), "-o", str(study)) == 0
+    text = study.read_text()
+    channels = tomllib.loads(text)["channels"]
+    assert channels["delta"] == {"mean": ["Rudder Feedback PS", "Rudder Feedback SB"], "unit": "deg"}
+    assert channels["n"] == {"mean": ["Shaft Speed PS", "Shaft Speed SB"], "unit": "rpm"}
+    assert "actuators" not in tomllib.loads(text)
+    assert "# Rudder Order: what delta was ordered to; the model takes what acted." in text
+    said = " ".join(capsys.readouterr().out.split())
+    assert "The model has one shaft and the log 2 (Shaft Speed PS, Shaft Speed SB)" in said
+    trial = load_study(study).trials[0]
+    assert trial.inputs["n"][0] == pytest.approx(205.0 / 60.0)
+    assert trial.inputs["delta"][0] == pytest.approx(np.radians(0.5))
 
 
 def test_init_names_a_log_that_does_not_exist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

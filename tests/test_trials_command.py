@@ -106,6 +106,32 @@ def test_a_log_prints_its_trials_as_toml(study: Path, capsys: pytest.CaptureFixt
     assert {one["file"] for one in tables} == {"day.csv"}
 
 
+def test_what_a_log_lacks_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    t = np.arange(0.0, 60.0)
+    pd.DataFrame({"t": t, "wheel": 0 * t, "rpm": 90 + 0 * t, "heading": 0 * t, "SOG": 0 * t}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
+    code, out, _ = run(capsys, str(tmp_path / "log.csv"))
+    said = " ".join(out.split())
+    assert code == 0
+    assert "There is no rudder and no thrusters: turning circles and zigzags cannot be found. No column of" in said
+    assert "There is no heading" not in said
+
+
+def test_rudders_and_shafts_of_both_sides_are_found(
+    study: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    log = pd.read_csv("day.csv", comment="#")
+    for side in ("PS", "SB"):
+        log[f"Rudder Feedback {side} [deg]"], log[f"Shaft Speed {side} [rpm]"] = log["rudder [deg]"], log["rpm [rpm]"]
+    log.drop(columns=["rudder [deg]", "rpm [rpm]"]).to_csv(tmp_path / "twin.csv", index=False)
+    _, whole, _ = run(capsys, "day.csv")
+    _, twin, _ = run(capsys, str(tmp_path / "twin.csv"))
+    assert [line for line in twin.splitlines() if line.startswith("[[trials]]")] == [
+        line for line in whole.splitlines() if line.startswith("[[trials]]")
+    ]
+
+
 def test_manoeuvres_of_a_boat_that_thrusters_steer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The study's model knows its thrusters and their full power."""
     boat, ahead = load_model("twin_thruster"), {"n_port": 10.3, "n_starboard": 10.3}

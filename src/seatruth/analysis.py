@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.arrays import Array
+from seatruth.costs.current_rates import current_rates
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.stepped_orders import stepped_orders, steps_in_gaps, without_stale_notes
 from seatruth.costs.study_cost import StudyCost
@@ -305,8 +306,9 @@ def check_study(study: Study) -> list[Finding]:
     trials = [*study.trials, *study.holdout]
     if study.cost.kind == "formula":
         return check_tables(trials, study.model)
-    found = without_stale_notes(check_trials(trials, study.model), study)
-    return gravest_first([*found, *stepped_orders(study, trials), *steps_in_gaps(study, trials)])
+    found = without_stale_notes(check_trials(trials, study.model), study, trials)
+    found += [*stepped_orders(study, trials), *steps_in_gaps(study, trials), *current_rates(study)]
+    return gravest_first(found)
 
 
 def failed_runs(text: str) -> Finding:

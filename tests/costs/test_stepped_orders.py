@@ -41,6 +41,15 @@ def test_a_record_that_is_not_said_to_be_an_order_is_asked_about() -> None:
     assert "orders-step" not in codes
 
 
+@pytest.mark.parametrize(("noise", "said"), [(0.02, True), (0.04, False), ("estimate", True)])
+def test_a_noise_that_is_larger_than_the_rounding_is_not_asked_for(noise: float | str, said: bool) -> None:
+    """The rounding to 0.1 rad has a standard deviation of 0.029 rad."""
+    plain = study()
+    trials = [replace(t, outputs={**t.outputs, "psi": np.round(t.outputs["psi"], 1)}) for t in plain.trials]
+    coarse = plain.replace(trials=Trials(trials), noise={**plain.noise, "psi": noise})
+    assert ("quantised" in [finding.code for finding in check_study(coarse)]) == said
+
+
 def paused(*, split: bool) -> Study:
     """Samples are missing where the rudder steps for the third time."""
     plain = study()

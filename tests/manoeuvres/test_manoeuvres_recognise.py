@@ -6,15 +6,16 @@ import functools
 import itertools
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from long_log import long_log
 
 from seatruth.manoeuvres import PitchZigzag, Straight, run_manoeuvre, turning_circle_figures, zigzag_figures
-from seatruth.manoeuvres.recognise import APPROACH, recognise, steady
-from seatruth.models import load_model
-from seatruth.trials import Trial
+from seatruth.manoeuvres.recognise import APPROACH, not_recorded, recognise, steady
+from seatruth.models import Model, load_model
+from seatruth.trials import Channel, Trial
 from seatruth.trials.stretches import Stretch
 
 LABELS = {
@@ -88,6 +89,72 @@ def test_no_manoeuvre_spans_a_pause() -> None:
     t[t > middle] += 60.0
     found = recognise(replace(log, t=t))
     assert not any(stretch.start < middle < stretch.end for stretch in found)
+
+
+def test_the_way_in_a_pause_is_no_speed() -> None:
+    """Positions give the speed within a part of the log; in the pause the vehicle may have gone anywhere."""
+    t = np.concatenate([np.arange(60.0), 900.0 + np.arange(60.0)])
+    x = np.concatenate([2.0 * np.arange(60.0), 90_000.0 + 2.0 * np.arange(60.0)])
+    log = Trial("day", t, {"delta": np.zeros(t.size)}, {"x": x, "y": np.zeros(t.size), "psi": np.zeros(t.size)})
+    assert [(s.start, s.end, s.facts.split(",")[0]) for s in recognise(log)] == [
+        (0.0, 59.0, "speed 2 m/s"),
+        (900.0, 959.0, "speed 2 m/s"),
+    ]
+
+
+def slowing(drive: str) -> Trial:
+    """A ship that slows down from 7 m/s for ten minutes, its two propellers left to the water or ordered to half."""
+    t = np.arange(0.0, 700.0)
+    left = np.where(t < 100.0, 1.0, 1.0 / (1.0 + np.clip(t - 100.0, 0.0, None) / 180.0))
+    after = np.maximum(left, 0.5) if drive == "half ahead" else left
+    n = {"half ahead": np.where(t < 100.0, 3.4, 1.7), "left to the water": np.where(t < 100.0, 3.4, 2.0 * left)}
+    inputs = {"delta": 0.0 * t} | ({} if drive == "not recorded" else {"n_ps": n[drive], "n_sb": n[drive] + 0.02})
+    return Trial("slowing", t, inputs, {"u": 7.0 * after, "psi": 0.0 * t})
+
+
+@pytest.mark.parametrize(
+    ("drive", "label"),
+    [("left to the water", "coast-down"), ("half ahead", None), ("not recorded", "slow-down")],
+)
+def test_a_stop_is_told_by_its_speed_where_the_propeller_turns_with_the_water(drive: str, label: str | None) -> None:
+    found = [stretch for stretch in recognise(slowing(drive), model=TwinScrew()) if stretch.kind == "stop"]
+    assert [stretch.label for stretch in found] == ([label] if label else [])
+    for stretch in found:
+        assert 75.0 <= stretch.start <= 106.0
+        assert stretch.end > 600.0
+        assert "speed from 6.81 to 1.69 m/s" in stretch.facts
+
+
+class TwinScrew(Model):
+    """A ship with a rudder and two shafts, of which the log has no input n."""
+
+    name = "twin_screw"
+    states = outputs = (Channel("u", "m/s"), Channel("psi", "rad"))
+    inputs = (Channel("delta", "rad"), Channel("n_ps", "rev/s"), Channel("n_sb", "rev/s"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return i.n_ps + i.n_sb - s.u * abs(s.u), i.delta
+
+
+def test_a_straight_run_ends_where_its_heading_leaves_for_good() -> None:
+    """A turn of 2 deg/min begins at 200 s: half a minute later it is past what a helmsman corrects."""
+    t = np.arange(0.0, 400.0)
+    rng = np.random.default_rng(4)
+    psi = np.radians(np.clip(t - 200.0, 0.0, None) / 3.0 + 0.5 * np.sin(t / 9.0) + 0.1 * rng.standard_normal(t.size))
+    log = Trial("course", t, {"delta": 0.0 * t}, {"psi": psi, "u": 0.0 * t + 5.0})
+    first = recognise(log)[0]
+    assert first.start == 0.0
+    assert first.end == pytest.approx(207.0, abs=3.0)
+
+
+def test_what_is_not_recorded_is_said_with_what_it_hides() -> None:
+    log, _ = sailed()
+    assert not_recorded(log) == []
+    assert [line.split(":")[0] for line in not_recorded(replace(log, inputs={}))] == [
+        "There is no rudder and no thrusters",
+        "There is no drive",
+    ]
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -121,6 +121,40 @@ def test_what_an_actuator_did_goes_before_its_order() -> None:
     assert (inferred["delta"].column, inferred["delta"].order) == ("steering", False)
 
 
+@pytest.mark.parametrize(
+    "headers",
+    [
+        ["Rudder Order [deg]", "Rudder Feedback [deg]"],
+        ["Rudder [deg]", "Rudder Feedback [deg]"],
+        ["Rudder Order [deg]", "Rudder Angle Port [deg]"],
+        ["rudder_angle_cmd_deg", "measured_rudder_angle_deg"],
+        ["Rudder Order SB [deg]", "Rudder actual [deg]"],
+    ],
+)
+def test_the_measured_rudder_goes_before_its_order(headers: list[str]) -> None:
+    found = infer_columns(dict.fromkeys(headers, 20 * WAVE), WANTED, orders=["delta", "n"])["delta"]
+    assert (found.column, found.unit, found.order) == (headers[1], "deg", False)
+
+
+@pytest.mark.parametrize(
+    ("headers", "channel"),
+    [
+        (["Rudder Feedback PS [deg]", "Rudder Feedback SB [deg]"], "delta"),
+        (["rudder_port_deg", "rudder_stbd_deg"], "delta"),
+        (["Shaft Speed PS [rpm]", "Shaft Speed SB [rpm]"], "n"),
+        (["RPM left", "RPM right"], "n"),
+    ],
+)
+def test_a_channel_is_the_mean_of_both_sides(headers: list[str], channel: str) -> None:
+    found = infer_columns(dict.fromkeys(headers, 20 * WAVE), WANTED)
+    assert {name: hit.columns for name, hit in found.items()} == {channel: tuple(headers)}
+
+
+def test_a_column_of_the_whole_goes_before_those_of_the_sides() -> None:
+    headers = ["rpm", "Shaft Speed PS [rpm]", "Shaft Speed SB [rpm]"]
+    assert infer_columns(dict.fromkeys(reversed(headers), 90 + WAVE), WANTED)["n"].columns == ("rpm",)
+
+
 @pytest.mark.parametrize("headers", [("rpm_port_cmd", "rpm_stbd_cmd"), ("left motor [rpm]", "right motor [rpm]")])
 def test_thrusters_are_told_by_their_sides(headers: tuple[str, str]) -> None:
     wanted = [Channel("rev_a", "rev/s"), Channel("n_starboard", "rev/s")]

@@ -156,6 +156,27 @@ def test_speed_and_course_stay_where_the_study_says_more_of_one(tmp_path: Path, 
     assert outputs == ["x", "y", "psi", "r", "sog", "cog"]
 
 
+@pytest.mark.parametrize(
+    ("stated", "noise"),
+    [
+        ('sog = "0.05 m/s"', {"v_n": 0.05, "v_e": 0.05}),
+        ('sog = "estimate"', {"v_n": "estimate", "v_e": "estimate"}),
+        ('sog = "0.05 m/s"\nv_e = "0.1 m/s"', {"v_n": 0.05, "v_e": 0.1}),
+    ],
+)
+def test_the_noise_of_a_speed_over_ground_is_that_of_the_velocity(
+    tmp_path: Path, stated: str, noise: dict[str, Any]
+) -> None:
+    study = short(tmp_path, COURSE, more=f"[noise]\n{stated}")
+    assert {name: study.noise[name] for name in ("v_n", "v_e")} == noise
+    assert "sog" not in study.noise
+
+
+def test_why_there_is_no_velocity_to_state_a_noise_of(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="A noise of 'cog' keeps speed and course as they are"):
+        short(tmp_path, COURSE, more='[noise]\nsog = "0.1 kn"\ncog = "1 deg"\nv_e = "0.05 m/s"')
+
+
 def test_speeds_over_ground_stay_where_the_study_names_them(tmp_path: Path) -> None:
     study = short(tmp_path, 'u_w = "SOG"\nu = "u"')
     assert [channel.name for channel in study.model.outputs] == ["x", "y", "psi", "u", "v", "r", "u_w"]

@@ -107,7 +107,28 @@ def test_an_input_that_was_not_recorded_can_be_stated(folder: Path) -> None:
     [
         ("r = { value = 0.1 }", "'r' is no input, and only inputs can be stated"),
         ('n_port = { value = 9.0, column = "u" }', "'n_port' has a value and a column"),
+        ('n_port = { mean = ["u", "r"], column = "u" }', "'n_port' has a mean and a column or a value"),
+        ('n_port = { column = ["u", "r"] }', "a channel has one column; for the mean of several write mean = [...]"),
     ],
 )
 def test_a_stated_value_stands_for_the_column_of_an_input(folder: Path, entry: str, says: str) -> None:
     assert says in said(folder, "run1.csv", extra=entry)
+
+
+def test_an_input_that_nothing_names_is_told_once_for_all_files(folder: Path) -> None:
+    (folder / "study.toml").write_text(CONSTANT.replace("n_starboard = { value = 9.0 }\n", "").replace("run1", "run*"))
+    with pytest.raises(BadInput) as caught:
+        load_study(folder / "study.toml")
+    text = str(caught.value)
+    assert text.count("the input 'n_starboard' is not in [channels], and the file has no column of that name") == 1
+    assert "Name its column, or give it a `value`." in text
+
+
+def test_the_column_of_a_trial_stands_in_place_of_a_mean(folder: Path) -> None:
+    shared = 'n_starboard = { mean = ["u", "u"], unit = "rpm" }'
+    own = 'channels = { n_starboard = { column = "u" } }\nwithout'
+    text = CONSTANT.replace("n_starboard = { value = 9.0 }", shared)
+    for study in (text, text.replace("without", own)):
+        (folder / "study.toml").write_text(study)
+        (trial,) = load_study(folder / "study.toml").trials
+        assert ("mean of 2 columns" in str(trial.steps)) == (study is text)

@@ -106,6 +106,32 @@ def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, 
     assert hits[0].do
 
 
+def test_the_noise_of_a_rudder_at_rest_is_no_command() -> None:
+    """Rounded to 0.1 deg, it crosses more than a third of its range in every other sample."""
+    rng = np.random.default_rng(2)
+    for sd in (0.1, 0.2):
+        still = np.round(sd * rng.standard_normal(len(GOOD)), 1) / DEG
+        found = codes(check_trials([altered(GOOD, {"delta": lambda a, still=still: still})]))
+        assert "input-jumps" not in found
+
+
+def test_a_coarse_sensor_is_told_in_the_unit_of_its_column() -> None:
+    """Where the study states none, angles are in degrees."""
+    coarse = altered(GOOD, {"psi": lambda a: 3.0 * np.round(a * DEG / 3.0) / DEG})
+    said = next(str(f) for f in check_trials([coarse]) if f.code == "quantised")
+    assert "Its resolution, 3 deg, is" in said
+    assert "a noise of at least 0.866 deg (" in said
+    stated = coarse.with_step(Step("read", {"stated_units": {"psi": "arcmin"}}, ""))
+    assert any("Its resolution, 180 arcmin, is" in f.message for f in check_trials([stated]))
+
+
+def test_a_coarse_channel_that_no_output_is_compared_with_needs_no_noise() -> None:
+    model = load_model("mmg")
+    coarse = altered(GOOD, {"psi": lambda a: np.round(a / 0.05) * 0.05})
+    heeled = replace(coarse, outputs={**coarse.outputs, "phi": coarse.outputs["psi"]})
+    assert [f.channel for f in check_trials([heeled], model) if f.code == "quantised"] == ["psi"]
+
+
 BY_SAMPLE = {
     "psi averaged between 359 and 0 deg",
     "held psi",

@@ -89,6 +89,25 @@ def test_units_in_the_header(tmp_path: Path, text: str) -> None:
     assert "converted from deg" in trial.steps[0].effect
 
 
+@pytest.mark.parametrize("named", ["psi (deg)", "psi [deg]", "psi"])
+def test_the_unit_in_the_header_counts_however_the_column_is_named(tmp_path: Path, named: str) -> None:
+    text = "t [min],delta [deg],psi [deg]\n0,10,2\n1,10,3\n"
+    trial = read(tmp_path, text, time="t [min]", outputs={"psi": ColumnSpec(named)})
+    np.testing.assert_allclose(trial.outputs["psi"], [2 * DEG, 3 * DEG])
+    assert trial.t.tolist() == [0.0, 60.0]
+
+
+def test_a_channel_is_the_mean_of_columns(tmp_path: Path) -> None:
+    text = "t,port [deg],stbd [deg],delta,psi\n0,10,12,0,1\n1,,12,0,1\n2,-4,-2,0,1\n"
+    both = ColumnSpec("", mean=("port", "stbd"))
+    trial = read(tmp_path, text, outputs={"rudder": both}, channels={"rudder": Channel("rudder", "rad")})
+    np.testing.assert_allclose(trial.outputs["rudder"] / DEG, [11.0, np.nan, -3.0])
+    assert "rudder: converted from deg, mean of 2 columns" in trial.steps[0].effect
+    said = refusal(tmp_path, text.replace("stbd [deg]", "stbd [rad]"), outputs={"delta_s": both})
+    assert "their headers say 'deg' and 'rad'" in said
+    assert "angles that wrap have none" in refusal(tmp_path, text, outputs={"psi": both})
+
+
 def test_unit_sign_and_invalid_samples_are_on_record(tmp_path: Path) -> None:
     spec = ColumnSpec("psi", "deg", sign=-1, invalid_where="fix == 0 or sats < 4")
     text = "t,delta,psi,fix,sats\n0,1,2,1,9\n1,1,2,0,9\n2,1,3,1,3\n3,1,5,1,9\n"

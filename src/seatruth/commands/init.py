@@ -59,7 +59,10 @@ def init(
         content = read_log(log, reader=reader, progress=progress)
     folder = target.parent
     paths = [relative(one, folder) for one in logs]
-    text, notes = template(paths[0], content, load_model(model, Path.cwd()), _model_use(model, folder), paths[1:])
+    pattern = _pattern(logs, folder)
+    name = None if len(logs) == 1 else log.resolve().parent.name or None
+    use = _model_use(model, folder)
+    text, notes = template(paths[0], content, load_model(model, Path.cwd()), use, paths[1:], name=name, pattern=pattern)
     found = listing(content)
     _show(content, found, every=fields)
     write_file(target, text)
@@ -76,6 +79,17 @@ def init(
             "to_do": notes,
         }
     )
+
+
+def _pattern(logs: Sequence[Path], folder: Path) -> str | None:
+    """A pattern, as a study in `folder` names it, that takes several logs and nothing else; None where none does."""
+    parents, endings = {one.parent for one in logs}, {one.suffix for one in logs}
+    if len(logs) == 1 or len(parents) > 1 or len(endings) > 1 or "" in endings:
+        return None
+    parent, ending = parents.pop(), endings.pop()
+    pattern = relative(parent / f"*{ending}", folder)
+    alike = {one for one in parent.iterdir() if one.suffix == ending and one.is_file()}
+    return pattern if alike == {*logs} and not set("[]?") & set(pattern) and pattern.count("*") == 1 else None
 
 
 def _show(log: Log, found: Sequence[FieldInfo], *, every: bool) -> None:

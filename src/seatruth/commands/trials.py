@@ -14,7 +14,8 @@ import typer
 from seatruth.commands.common import JsonFile, Result, console, relative, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
-from seatruth.manoeuvres.recognise import SHORTEST, recognise, steady
+from seatruth.manoeuvres.recognise import SHORTEST, not_recorded, recognise, steady
+from seatruth.models import Model
 from seatruth.storage.atomic import write_file
 from seatruth.storage.regular import read_regular
 from seatruth.study.load import read_text
@@ -70,6 +71,11 @@ def trials(
     found = _found(log, recording, by, column, events, shortest, study)
     taken = [found[k - 1] for k in _numbers(pick, len(found))] if found else []
     _show(found, taken, by)
+    lacking = not_recorded(recording, _model(study)) if by is By.manoeuvres and recording is not None else []
+    for what in lacking:
+        where = "no column of the log was recognised for one" if study is None else "the study names no column for one"
+        do = "Name its column in the [channels] of a study, and give that with --study." if study is None else ""
+        say(f"{what} {where[0].upper()}{where[1:]}. {do}".strip(), style="yellow")
     if map_file is not None and recording is not None:
         # Imported where it is drawn: matplotlib takes half a second.
         from seatruth.report.log_map import log_map
@@ -88,6 +94,7 @@ def trials(
     data = {
         "log": str(log),
         "by": by.value,
+        "lacking": lacking,
         "stretches": [{**vars(stretch), "taken": stretch in taken} for stretch in found],
         "toml": text,
     }
@@ -141,9 +148,11 @@ def _found(
         return by_pauses(recording.t)
     if by is not By.manoeuvres:
         return steady(recording, shortest=shortest)
-    # A model knows its thrusters; a rudder's channel has a name of its own.
-    model = None if study is None or "delta" in recording.inputs else vehicle_of(study)
-    return recognise(recording, shortest=shortest, model=model)
+    return recognise(recording, shortest=shortest, model=_model(study))
+
+
+def _model(study: Path | None) -> Model | None:
+    return None if study is None else vehicle_of(study)
 
 
 def _times(events: str) -> list[float]:

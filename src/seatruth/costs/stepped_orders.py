@@ -14,6 +14,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.text import listed
 from seatruth.trials.check.helpers import pauses
 from seatruth.trials.check.limits import COARSE_INPUT_STEP
+from seatruth.trials.check.sensors import least_noise
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -23,8 +24,14 @@ _DITHER = 0.01
 """Part of an order's range by which it may change and still stays as it was. Chosen here [S]."""
 
 
-def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem) -> list[Finding]:
-    """The findings without those that ask for what the study says: an input is an order, initial states are free."""
+def without_stale_notes(
+    findings: Iterable[Finding], problem: EstimationProblem, trials: Iterable[Trial]
+) -> list[Finding]:
+    """The findings about trials without those that ask for what the study says.
+
+    An input is an order, initial states are free, the noise is larger than the rounding.
+    """
+    runs = {trial.name: trial for trial in trials}
     ordered = {servo.input for servo in problem.model.servos}
     free = isinstance(problem.cost, TrajectoryOptions) and problem.cost.initial == "free"
     return [
@@ -32,7 +39,14 @@ def without_stale_notes(findings: Iterable[Finding], problem: EstimationProblem)
         for finding in findings
         if not (finding.code == "input-jumps" and finding.channel in ordered)
         and not (finding.code == "output-late" and free)
+        and not (finding.code == "quantised" and _noise_is_enough(runs.get(finding.trial), finding.channel, problem))
     ]
+
+
+def _noise_is_enough(trial: Trial | None, name: str, problem: EstimationProblem) -> bool:
+    """Whether a study states a noise of an output that holds the rounding of its record."""
+    stated = problem.noise.get(name, 0.0)
+    return trial is not None and not isinstance(stated, str) and stated >= least_noise(trial.channel(name))
 
 
 def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:

@@ -13,6 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import failed_runs
+from seatruth.costs.stepped_orders import without_stale_notes
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
@@ -109,7 +110,7 @@ def diagnose(
     with threadpool_limits(limits=1, user_api="blas"):
         problem = Problem(study, chosen, settings, threads=threads, evaluations=evaluations)
         findings = [
-            *check_trials(study.trials, study.model),
+            *without_stale_notes(check_trials(study.trials, study.model), study, study.trials),
             *turned_round(study, threads),
             *weaknesses(study, problem),
         ]

@@ -17,6 +17,7 @@ import scipy.ndimage
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
+from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
 from seatruth.manoeuvres.recording import (
     PLAY,
     Hold,
@@ -30,13 +31,14 @@ from seatruth.manoeuvres.recording import (
     smooth,
     spread,
 )
+from seatruth.manoeuvres.slowing import AMIDSHIPS, BEFORE_STOP, COURSE, SLOWED, slowings
 from seatruth.manoeuvres.steering import Steering, steering_of
+from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
+from seatruth.models.black_box import BlackBox
 from seatruth.trials.stretches import Stretch, named
 from seatruth.trials.trial import Trial
 
-AMIDSHIPS = math.radians(5.0)
-"""A rudder within this keeps a course."""
 LEAST_TURN_RUDDER = math.radians(4.5)
 """The smallest rudder of a turning circle."""
 LEAST_CIRCLE = math.pi
@@ -52,22 +54,20 @@ HEADING_SLACK = math.radians(0.25)
 """... or this, whichever is larger: the last digit of a compass. More, and chance makes zigzags of course keeping."""
 WINDING = 1.2
 """Way of the heading, there and back, over its change in a turning circle: it goes on turning to one side."""
-COURSE = math.radians(10.0)
-"""The heading stays within this, peak to peak, on a straight run and in the approach."""
+ON_COURSE = 0.25 * COURSE
+"""A straight run begins and ends within this of its usual heading: where it leaves that for good, a turn begins."""
 APPROACH = 20.0
 """s before the first order that belong to the manoeuvre, where the vehicle keeps its course: its figures need them."""
 SHORTEST = 20.0
 """s: a straight or steady stretch that is shorter is none; an option of the command."""
-BEFORE_STOP = 0.5
-"""Part of the usual greatest speed from which a stop is one; less is berthing."""
 STOPPED = 0.2
 """Part of the revolutions to which a stop brings them, or below."""
-SLOWED = 0.6
-"""Part of the speed that a stop leaves, or less."""
 SAME_DRIVE = 0.2
 """Part by which the revolutions may change within a turning circle or a straight run."""
 STEADY = 0.05
 """Part of the greatest speed, rate or revolutions within which a steady stretch keeps them."""
+AHEAD = 0.5
+"""Part of its thrust that a thruster gives ahead, from which it drives the vehicle: those that push across do not."""
 UNDERWAY = 0.2
 """Part of the usual greatest speed above which a vehicle is under way."""
 
@@ -94,9 +94,9 @@ def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = N
         ['turning circle 35 starboard']
     """
     found: list[Stretch] = []
-    for part in recordings(log, _steering(model)):
+    for part in recordings(log, _steering(model, log), _drives(model)):
         taken = np.zeros(part.t.size, dtype=np.bool_)
-        for search in (_circles, _zigzags, _stops):
+        for search in (_circles, _zigzags, _stops, slowings):
             for stretch, first, stop in search(part):
                 if not taken[first:stop].any():
                     first = _approach(part, first, taken)
@@ -107,8 +107,39 @@ def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = N
     return named(found)
 
 
-def _steering(model: Model | None) -> Steering | None:
-    return None if model is None else steering_of(model)
+def _steering(model: Model | None, log: Trial) -> Steering | None:
+    """What steers, by the model; by the log where its rudder has the usual name."""
+    return None if model is None or "delta" in log.inputs else steering_of(model)
+
+
+def _drives(model: Model | None) -> dict[str, float]:
+    """The inputs of a model that push it ahead, with those at which they rest."""
+    if model is None:
+        return {}
+    thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
+    ahead = [one.input for one in thrusters if not isinstance(one.towards[0], str) and one.towards[0] > AHEAD]
+    box = isinstance(model, BlackBox)
+    resting = {} if box else resting_inputs(model) or {}
+    return {name: resting.get(name, 0.0) for name in (ahead if thrusters or box else drive_inputs(model))}
+
+
+def not_recorded(log: Trial, model: Model | None = None) -> list[str]:
+    """What recognition lacks in a log, and which manoeuvres it therefore cannot find, a sentence each.
+
+    Example:
+        >>> import numpy as np
+        >>> t = np.arange(60.0)
+        >>> not_recorded(Trial("log", t, {"delta": 0.0 * t, "n": 0.0 * t + 2.0}, {"psi": 0.0 * t}))
+        ['There is no speed and no position: stops and straight runs cannot be found.']
+    """
+    parts = recordings(log, _steering(model, log), _drives(model))
+    lacks = [
+        (all(part.control is None for part in parts), "rudder and no thrusters", "turning circles and zigzags"),
+        (all(part.angle is None for part in parts), "heading", "turning circles, zigzags and straight runs"),
+        (all(part.speed is None for part in parts), "speed and no position", "stops and straight runs"),
+        (all(part.drive is None for part in parts), "drive", "crash stops"),
+    ]
+    return [f"There is no {what}: {lost} cannot be found." for lacking, what, lost in lacks if lacking and parts]
 
 
 def steady(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
@@ -295,12 +326,18 @@ def _straights(log: Recording, taken: NDArray[np.bool_], shortest: float) -> lis
     found = []
     for first, stop in runs(free):
         for a, b in _within(log.angle[first:stop], COURSE):
-            a, b = first + a, first + b
+            a, b = _on_course(log.angle, first + a, first + b)
             b = min(b, _driven(log, a, b))
             start, end = log.rows(a, b)
             if end - start >= shortest:
                 found.append(Stretch("straight run", "straight run", start, end, means(log, a, b)))
     return found
+
+
+def _on_course(angle: Array, first: int, stop: int) -> tuple[int, int]:
+    """A stretch without the turns at its ends: it begins and ends near its usual heading."""
+    near = np.flatnonzero(np.abs(angle[first:stop] - np.median(angle[first:stop])) <= ON_COURSE)
+    return (first + int(near[0]), first + int(near[-1]) + 1) if near.size else (first, first + 1)
 
 
 def _within(values: Array, span: float) -> list[tuple[int, int]]:

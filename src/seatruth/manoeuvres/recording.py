@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,8 @@ PLAY = math.radians(2.5)
 AS_ANGLE = math.radians(100.0)
 """rad: full thrust in yaw, where thrusters steer. One per cent of it counts as one degree of rudder, so that what is
 known of rudders (their play, what is amidships) holds for it. Chosen here [S]: a boat underway steers by 5 to 40 %."""
+SPEED_CHANGES = 0.2
+"""Part of its mean by which a speed differs between the ends of a stretch that is told with both. Chosen here [S]."""
 FEWEST = 20
 """Samples of a part of a log; fewer hold no manoeuvre."""
 
@@ -68,8 +71,13 @@ class Hold:
     level: float
 
 
-def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
-    """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers."""
+def recordings(
+    log: Trial, steering: Steering | None = None, drives: Mapping[str, float] = MappingProxyType({})
+) -> list[Recording]:
+    """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers.
+
+    `drives` are the inputs that drive the vehicle where none is called n, with those at which they rest.
+    """
     names = {*log.inputs, *log.outputs}
     if isinstance(steering, ThrustSteering) and not set(steering.layout.full) <= names:
         steering = None  # a log of the track alone still has straight runs
@@ -89,11 +97,12 @@ def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
     if angle is not None and not np.isfinite(angle).all():
         angle = None
     speed = _channel(log, "u")
-    if speed is None and {"x", "y"} <= names:
-        x, y = _channel(log, "x"), _channel(log, "y")
-        if x is not None and y is not None:
-            speed = np.hypot(np.gradient(smooth(x, 5), log.t), np.gradient(smooth(y, 5), log.t))
+    x, y = (_channel(log, name) if speed is None else None for name in ("x", "y"))
     drive = _channel(log, "n")
+    if drive is None and drives and all(name in names for name in drives):
+        each = [_channel(log, name) for name in drives]
+        known = [values - rest for values, rest in zip(each, drives.values()) if values is not None]
+        drive = np.mean(known, axis=0) if len(known) == len(drives) else None
     steps = np.diff(log.t)
     pauses = np.flatnonzero(steps > GAP_STEPS * float(np.median(steps))) + 1
     edges = [0, *pauses.tolist(), len(log)]
@@ -101,14 +110,21 @@ def recordings(log: Trial, steering: Steering | None = None) -> list[Recording]:
     def cut(values: Array | None, first: int, stop: int) -> Array | None:
         return None if values is None else values[first:stop]
 
+    def going(first: int, stop: int) -> Array | None:
+        # Only from the positions of the part: the vehicle may have sailed on in the pause, at no known speed.
+        if x is None or y is None:
+            return cut(speed, first, stop)
+        rates = (smooth(np.gradient(values[first:stop], log.t[first:stop]), 5) for values in (x, y))
+        return np.asarray(np.hypot(*rates), dtype=np.float64)
+
     return [
         Recording(
-            *(log.t[a:b], cut(control, a, b), cut(angle, a, b), cut(speed, a, b), cut(drive, a, b)),
+            *(log.t[a:b], cut(control, a, b), cut(angle, a, b), going(a, b), cut(drive, a, b)),
             by="plane" if vertical else steering.by,
             drive_unit=steering.unit if isinstance(steering, ThrustSteering) else "rev/s",
         )
         for a, b in itertools.pairwise(edges)
-        if b - a >= 20
+        if b - a >= FEWEST
     ]
 
 
@@ -118,7 +134,7 @@ def _channel(log: Trial, name: str, *, turns: bool = False) -> Array | None:
         return None
     values = log.channel(name)
     known = np.isfinite(values)
-    if known.sum() < max(20, 0.5 * values.size):
+    if known.sum() < max(FEWEST, 0.5 * values.size):
         return None
     whole = np.array(values)
     if turns:
@@ -161,14 +177,23 @@ def merged(found: Sequence[Hold]) -> list[Hold]:
 def means(log: Recording, first: int, stop: int) -> str:
     """Mean speed, rudder, rate and revolutions of a stretch, in words."""
     said: list[tuple[Array | None, Callable[[float], str]]] = [
-        (log.speed, lambda x: f"speed {x:.3g} m/s"),
         (log.control, log.control_words),
         (log.drive, lambda x: f"{x:.3g} {log.drive_unit}"),
     ]
-    words = [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]
+    words = [] if log.speed is None else [_speed_words(log.speed[first:stop])]
+    words += [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]
     if log.angle is not None and not log.vertical:
         words.append(f"heading changes by {math.degrees(float(log.angle[stop - 1] - log.angle[first])):.0f} deg")
     return ", ".join(words)
+
+
+def _speed_words(speed: Array) -> str:
+    """The mean of a speed (n,); where it changes, that at both ends."""
+    part = max(1, speed.size // 10)
+    start, end, whole = (float(np.mean(values)) for values in (speed[:part], speed[-part:], speed))
+    if abs(end - start) > SPEED_CHANGES * abs(whole):
+        return f"speed from {start:.3g} to {end:.3g} m/s"
+    return f"speed {whole:.3g} m/s"
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

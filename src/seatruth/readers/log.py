@@ -58,7 +58,7 @@ class Log:
         for topic in sorted(self.tables, key=len, reverse=True):
             field = name.removeprefix(f"{topic}.") if topic else name
             if (field != name or not topic) and self.tables[topic].has(field):
-                return self.tables[topic], field
+                return self.tables[topic], self.tables[topic].called(field) or field
         holders = [topic for topic, table in self.tables.items() if table.has(name)]
         if len(holders) > 1:
             raise BadInput(
@@ -71,7 +71,7 @@ class Log:
                 f"{topic}.{column}" if topic else column for topic, t in self.tables.items() for column in t.columns
             ]
             raise BadInput(f"no column {name!r}", where=self.source, do=nearest(name, known) or self._topics())
-        return self.tables[holders[0]], name
+        return self.tables[holders[0]], self.tables[holders[0]].called(name) or name
 
     def clock(self, table: Table, column: str | None = None, unit: str | None = None) -> Array | None:
         """Time (n,) s of a table's samples since an origin that all tables of the log share.
@@ -135,7 +135,7 @@ def _ticks(table: Table, column: str, unit: str | None, rows: slice = slice(None
         return naive.to_numpy(dtype="datetime64[ns]").astype(np.int64), 1e9
     if pd.api.types.is_timedelta64_dtype(series.dtype):
         return series.to_numpy(dtype="timedelta64[ns]").astype(np.int64), 1e9
-    unit = unit or table.units.get(column, "s")
+    unit = unit or table.unit(column) or "s"
     values = series.to_numpy() if pd.api.types.is_integer_dtype(series.dtype) else None
     if values is not None and unit in _NANOSECONDS and values.dtype.kind in "iu":
         factor = _NANOSECONDS[unit]

@@ -55,18 +55,24 @@ class Table:
         columns = {name: series[chosen].reset_index(drop=True) for name, series in self.columns.items()}
         return replace(self, columns=columns, lines=numbers[chosen])
 
+    def called(self, name: str) -> str | None:
+        """The table's own name of a column that is named with or without the unit that its header states."""
+        return next((one for one in (name, name_and_unit(name)[0]) if one in self.columns), None)
+
     def has(self, name: str) -> bool:
         """Whether `column` finds this name."""
-        return name in self.columns or name_and_unit(name)[0] in self.columns
+        return self.called(name) is not None
 
     def column(self, name: str) -> pd.Series[Any]:
         """A column by its name, with or without the unit that its header states."""
-        if name in self.columns:
-            return self.columns[name]
-        bare = name_and_unit(name)[0]
-        if bare in self.columns:
-            return self.columns[bare]
-        raise BadInput(f"no column {name!r}", where=self.where, do=nearest(name, self.columns))
+        own = self.called(name)
+        if own is None:
+            raise BadInput(f"no column {name!r}", where=self.where, do=nearest(name, self.columns))
+        return self.columns[own]
+
+    def unit(self, name: str) -> str | None:
+        """The unit that the header states for the column which `column` finds; None where it states none."""
+        return self.units.get(self.called(name) or name)
 
     def numbers(self, name: str) -> Array:
         """A column as numbers (n,), NaN where nothing is given; BadInput names the line of anything else."""

@@ -51,7 +51,9 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
             "no parameter varies",
             "Name those to identify: vary = [...] in [model], or vary = true in [parameters.NAME].",
         )
-    sd = noise.deviations(file.noise, model.outputs, ("noise",), problems)
+    pair = observations.speed_and_course(model, file)
+    hints = observations.without_velocity(model, file)
+    sd = noise.deviations(file.noise, (*model.outputs, *pair[:1]), ("noise",), problems, hints=hints)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
     trials, holdout = trial_files.read(
         file, model, recordings, problems, synthetic=file.study.synthetic, progress=progress
@@ -72,7 +74,7 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
             parameters=declared,
             constraints=tuple(file.model.constraints),
             cost=options,
-            noise=sd,
+            noise=observations.noise_of_velocity(sd, pair),
             provenance=_provenance(file, source, recordings),
         )
     return None

@@ -129,5 +129,5 @@ def _by_condition(trial: Trial, column: str, table: Table) -> Trials:
 def _as_in_file(channel: Channel, stated: ChannelTable | None, table: Table) -> Channel:
     """The channel in the unit of the file, so that nothing is converted: a formula is written for its table."""
     column = (stated.column if stated is not None else None) or channel.name
-    unit = (stated.unit if stated is not None else None) or table.units.get(column)
+    unit = (stated.unit if stated is not None else None) or table.unit(column)
     return Channel(channel.name, unit) if unit else channel

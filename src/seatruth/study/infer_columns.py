@@ -9,162 +9,21 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
+from seatruth.study.column_names import ACTED, NAMES, OF_ANY_THRUSTER, ORDERS, PLACES, SIDES, SUFFIXES, TWINS
 from seatruth.study.column_spellings import AUTOPILOTS, MEANT, other_spellings
 from seatruth.trials.channel import Channel
 from seatruth.units import is_unit, to_si
 
-_NAMES: dict[str, tuple[str, ...]] = {
-    "t": (
-        *("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time", "stamp"),
-        *("unix time", "unix", "epoch", "gps time", "log time"),
-    ),
-    "x": ("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
-    "y": ("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
-    "z": ("z", "z0", "pos z", "position z", "down"),
-    "depth": ("depth",),
-    "phi": ("phi", "roll", "roll angle", "heel", "heel angle", "bank"),
-    "theta": ("theta", "pitch", "pitch angle", "trim"),
-    "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
-    "u": (
-        *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
-        *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "linear x"),
-        *("longitudinal ground speed", "dvl vx", "dvl u", "dvl x"),
-    ),
-    "v": (
-        *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
-        *("linear y", "transverse ground speed", "dvl vy", "dvl v", "dvl y"),
-    ),
-    "w": (
-        *("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
-        *("dvl vz", "dvl w", "dvl z"),
-    ),
-    "u_w": (
-        "u w",
-        "stw",
-        "speed through water",
-        "speed through the water",
-        "water speed",
-        "log speed",
-        "speed log",
-        "longitudinal water speed",
-    ),
-    "v_w": ("v w", "stw across", "transverse speed through water", "transverse water speed"),
-    "sog": ("sog", "speed over ground", "gps speed", "gnss speed", "ground speed", "speed gps", "spd"),
-    "cog": ("cog", "course over ground", "gps course", "gnss course", "course", "track angle", "gcrs"),
-    "v_n": ("v n", "vn", "v north", "north velocity", "velocity north", "vel n", "vel north"),
-    "v_e": ("v e", "ve", "v east", "east velocity", "velocity east", "vel e", "vel east"),
-    "v_d": ("v d", "vd", "v down", "down velocity", "velocity down", "vel d", "vel down"),
-    "latitude": ("latitude", "lat", "gps lat", "gnss lat", "gps latitude"),
-    "longitude": ("longitude", "lon", "lng", "long", "gps lon", "gps lng", "gnss lon", "gps longitude"),
-    "northing": ("northing", "utm northing", "utm n", "utm north", "north", "utm y"),
-    "easting": ("easting", "utm easting", "utm e", "utm east", "east", "utm x"),
-    **{
-        f"f_{axis}": tuple(f"{word} {axis}" for word in ("f", "acc", "accel", "accelerometer", "linear acceleration"))
-        for axis in "xyz"
-    },
-    "p": ("p", "roll rate", "omega x", "gyro x", "gyr x", "roll velocity"),
-    "q": ("q", "pitch rate", "omega y", "gyro y", "gyr y", "pitch velocity"),
-    "r": (
-        "r",
-        "yaw rate",
-        "rot",
-        "rate of turn",
-        "turn rate",
-        "omega z",
-        "gyro z",
-        "gyr z",
-        "yaw velocity",
-        "rate turn",
-        "angular z",
-    ),
-    "delta": (
-        "delta",
-        "rudder",
-        "rudder angle",
-        "helm",
-        "rud",
-        "rudder position",
-        "delta r",
-        "steering",
-        "steering angle",
-        "nozzle",
-        "nozzle angle",
-        "jet angle",
-    ),
-    "delta_s": ("delta s", "stern plane", "stern planes", "elevator", "fin", "fin angle", "plane", "elevator angle"),
-    "n": (
-        *("n", "rpm", "rps", "propeller", "propeller speed", "shaft speed", "prop", "revs", "propeller rate", "shaft"),
-        *(
-            "prop speed",
-            "propeller revs",
-            "propeller rpm",
-            "shaft rpm",
-            "prop rpm",
-            "propeller rps",
-            "n prop",
-            "engine",
-        ),
-    ),
-    "T": ("thrust", "thrust n", "propeller thrust"),
-    "voltage": ("voltage", "battery voltage", "batt voltage", "vbat", "v bat", "battery v", "batt v"),
-}
-_SUFFIXES = {
-    "deg": "deg",
-    "degrees": "deg",
-    "rad": "rad",
-    "degs": "deg/s",
-    "deg s": "deg/s",
-    "deg per s": "deg/s",
-    "deg sec": "deg/s",
-    "degps": "deg/s",
-    "dps": "deg/s",
-    "rads": "rad/s",
-    "rad s": "rad/s",
-    "rad per s": "rad/s",
-    "radps": "rad/s",
-    "deg min": "deg/min",
-    "degmin": "deg/min",
-    "m": "m",
-    "ft": "ft",
-    "ms": "m/s",
-    "m s": "m/s",
-    "mps": "m/s",
-    "m per s": "m/s",
-    "kn": "kn",
-    "kt": "kn",
-    "kts": "kn",
-    "knots": "kn",
-    "rpm": "rpm",
-    "rps": "rev/s",
-    "hz": "rev/s",
-    "s": "s",
-    "sec": "s",
-    "min": "min",
-    "millis": "ms",
-    "msec": "ms",
-    "us": "us",
-    "pct": "percent",
-    "percent": "percent",
-}
-ORDERS = ("cmd", "command", "commanded", "order", "ordered", "setpoint", "sp", "demand", "demanded", "desired", "des")
-"""Words that say that a column holds what an actuator was told."""
 _ORDER = 1000
-"""Rank of an order behind any column that says what the actuator did."""
-_SIDES = {"port": "port", "left": "port", "stbd": "starboard", "stb": "starboard", "right": "starboard"}
-_PLACES = frozenset((*_SIDES.values(), "bow", "stern", "fore", "front", "aft", "rear", "centre"))
-"""Words of a place of a drive."""
-_OF_ANY_THRUSTER = frozenset(
-    (
-        *("n", "c", "t", "u", "rpm", "rps", "rev", "revs", "thr", "thruster", "thrust", "prop", "propeller"),
-        *("motor", "engine", "esc", "speed", "shaft", "power", "throttle"),
-    )
-)
-"""Words in the names of columns and inputs of thrusters that do not say which one it is."""
+"""Rank of an order behind any column that may say what the actuator did, and of that behind any that does say so."""
+_ONE_OF_TWO = 500
+"""Rank of a column of one side, or of the mean of both, behind any column of the whole."""
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(<{]([^\])>}]*)[\])>}]\s*$")
 
 _NUMBERED = re.compile(r"\[\d+\]$")
@@ -183,6 +42,13 @@ class InferredColumn:
     """Whether the column's name says that it holds orders."""
     turned: str = ""
     """Keys of the study that turn its numbers into the channel's, beside the unit: "scale = 0.0025, offset = -3.75"."""
+    others: tuple[str, ...] = ()
+    """Columns of the other sides: the channel is the mean of all."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Every column that the channel is made of."""
+        return (self.column, *self.others)
 
 
 FROM_HEADER = "unit from the header"
@@ -209,21 +75,28 @@ def infer_columns(
     their names, "n_port": "port", whose columns are told by the side or the number alone ("rpm_left", "thr_3").
     """
     candidates: list[tuple[int, int, InferredColumn]] = []
+    twins: dict[tuple[str, ...], dict[str, tuple[int, int, InferredColumn]]] = {}
     for order, (column, numbers) in enumerate(columns.items()):
         for channel in wanted:
             match = _match(column, numbers, channel)
-            if match is None and channel.name in orders:
-                match = _ordered(column, numbers, channel)
+            if match is None and channel.name in {*orders, *TWINS}:
+                hit = _of_actuator(column, numbers, channel)
+                if hit is not None and hit.side and channel.name in TWINS:
+                    group = twins.setdefault((channel.name, hit.plain, hit.found.unit), {})
+                    group.setdefault(hit.side, (hit.rank + _ONE_OF_TWO, order, hit.found))
+                elif hit is not None and not hit.side and (channel.name in orders or not hit.found.order):
+                    match = hit.rank, hit.found
             if match is None and thrusters and channel.name in thrusters:
                 match = _of_thruster(column, numbers, channel, thrusters[channel.name])
             if match is not None:
                 candidates.append((match[0], order, match[1]))
+    candidates += [_mean(list(group.values())) for group in twins.values() if _is_wanted(group, orders)]
     taken: dict[str, InferredColumn] = {}
     used: set[str] = set()
     for _, _, candidate in sorted(candidates, key=lambda item: item[:2]):
-        if candidate.channel not in taken and candidate.column not in used:
+        if candidate.channel not in taken and not used & {*candidate.columns}:
             taken[candidate.channel] = candidate
-            used.add(candidate.column)
+            used.update(candidate.columns)
     psi, delta = taken.get("psi"), taken.get("delta")
     if psi and delta and psi.why.startswith(_TOO_LARGE) and delta.unit == "rad":
         # In a turning circle the heading exceeds a full turn, so its range does not show the unit: the rudder does.
@@ -248,15 +121,15 @@ def split_header(header: str) -> tuple[str, str]:
     for length in (3, 2, 1):
         pieces = words.split(" ")
         suffix = " ".join(pieces[-length:])
-        if len(pieces) > length and suffix in _SUFFIXES:
-            return " ".join(pieces[:-length]), _SUFFIXES[suffix]
+        if len(pieces) > length and suffix in SUFFIXES:
+            return " ".join(pieces[:-length]), SUFFIXES[suffix]
     return words, ""
 
 
 def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
     """How well a column fits a channel (smaller is better), or None."""
     name, unit = split_header(column)
-    known = (*AUTOPILOTS.get(channel.name, ()), *_NAMES.get(channel.name, (_words(channel.name),)))
+    known = (*AUTOPILOTS.get(channel.name, ()), *NAMES.get(channel.name, (_words(channel.name),)))
     whole = _words(column)
     words = (name, whole, *_last_parts(column))
     rank = next((known.index(word) for word in words if word in known), None)
@@ -277,14 +150,42 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     return rank, InferredColumn(channel.name, column, unit, why)
 
 
-def _ordered(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple[int, InferredColumn] | None:
-    """How well a column of orders fits a channel, which it does as if its name did not say that they are orders."""
+class _OfActuator(NamedTuple):
+    """A column of an actuator: how well it fits, as what, its side ("" for none), and its name without the side."""
+
+    rank: int
+    found: InferredColumn
+    side: str
+    plain: str
+
+
+def _of_actuator(column: str, numbers: NDArray[np.float64], channel: Channel) -> _OfActuator | None:
+    """How a column fits a channel without the words in its name for orders, for what acted, and for a side."""
     words = _words(column).split(" ")
-    plain = " ".join(word for word in words if word not in ORDERS)
-    if not plain or plain == " ".join(words):
+    sides = [SIDES[word] for word in words if word in SIDES]
+    order, acted = (any(word in kind for word in words) for kind in (ORDERS, ACTED))
+    plain = " ".join(word for word in words if word not in (*ORDERS, *ACTED, *SIDES))
+    if not plain or len(sides) > 1 or plain == " ".join(words):
         return None
     hit = _match(plain, numbers, channel)
-    return None if hit is None else (hit[0] + _ORDER, replace(hit[1], column=column, order=True))
+    if hit is None:
+        return None
+    rank = hit[0] + (_ORDER if order else -_ORDER if acted else 0)
+    name = " ".join(word for word in words if word not in SIDES)
+    return _OfActuator(rank, replace(hit[1], column=column, order=order), sides[0] if sides else "", name)
+
+
+def _is_wanted(group: Mapping[str, tuple[int, int, InferredColumn]], orders: Collection[str]) -> bool:
+    """Whether columns of the sides may be taken: what acted always, orders where the channel may hold them."""
+    return all(not found.order or found.channel in orders for _, _, found in group.values())
+
+
+def _mean(sides: Sequence[tuple[int, int, InferredColumn]]) -> tuple[int, int, InferredColumn]:
+    """The columns of both sides as one, whose mean the channel is; the one side where there is no other."""
+    rank, place, first = sides[0]
+    others = tuple(found.column for _, _, found in sides[1:])
+    why = f"{first.why}; mean of both sides" if others else f"{first.why}; of one side"
+    return rank, place, replace(first, why=why, others=others)
 
 
 def _of_thruster(
@@ -292,18 +193,19 @@ def _of_thruster(
 ) -> tuple[int, InferredColumn] | None:
     """Whether a column belongs to a thruster, as its side or its number says."""
     words = _words(column).split(" ")
-    plain = " ".join(word for word in words if word not in ORDERS)
+    plain = " ".join(word for word in words if word not in (*ORDERS, *ACTED))
     name, unit = split_header(plain)
     if unit and not _fits(unit, channel.unit):
         return None
     which = _which(name)
     if not which or which not in (_which(thruster), _which(channel.name)) or not _names_a_thruster(plain):
         return None
-    order = plain != " ".join(words)
+    order = any(word in ORDERS for word in words)
     why = FROM_HEADER
     if not unit:
-        unit, why = next(((_SUFFIXES[w], why) for w in words if w in ("rpm", "rps")), _from_range(numbers, channel))
-    return _ORDER * order, InferredColumn(channel.name, column, unit, why, order)
+        unit, why = next(((SUFFIXES[w], why) for w in words if w in ("rpm", "rps")), _from_range(numbers, channel))
+    acted = any(word in ACTED for word in words)
+    return _ORDER * (order - acted), InferredColumn(channel.name, column, unit, why, order)
 
 
 def place_in(description: str) -> str:
@@ -313,20 +215,20 @@ def place_in(description: str) -> str:
         >>> place_in("stbd ESC, us"), place_in("shaft speed")
         ('starboard', '')
     """
-    words = [_SIDES.get(word, word) for word in _words(description).split(" ")]
-    return " ".join(word for word in words if word in _PLACES)
+    words = [SIDES.get(word, word) for word in _words(description).split(" ")]
+    return " ".join(word for word in words if word in PLACES)
 
 
 def _which(name: str) -> frozenset[str]:
     """What tells a thruster from others: the side, the number, whatever else its name has."""
     words = re.sub(r"(?<=[a-z])(?=[0-9])", " ", _words(name)).split(" ")
-    return frozenset(_SIDES.get(word, word) for word in words if word and word not in _OF_ANY_THRUSTER)
+    return frozenset(SIDES.get(word, word) for word in words if word and word not in OF_ANY_THRUSTER)
 
 
 def _names_a_thruster(name: str) -> bool:
     """Whether a word of a column's name is one of thrusters."""
     words = re.sub(r"(?<=[a-z])(?=[0-9])", " ", _words(name)).split(" ")
-    return any(word in _OF_ANY_THRUSTER for word in words)
+    return any(word in OF_ANY_THRUSTER for word in words)
 
 
 def _last_parts(column: str) -> tuple[str, ...]:

@@ -14,10 +14,10 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models import Model
 from seatruth.progress import Progress, silent
+from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import infer_columns
 from seatruth.study.load import parse, read_text
 from seatruth.study.simulators import model_of
-from seatruth.study.template import Fields
 from seatruth.study.trial_files import clock, column_spec, stated_frames
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
 from seatruth.trials.check.helpers import at_all_times, on_own_clock
@@ -25,6 +25,8 @@ from seatruth.trials.frames import POSITIONS
 from seatruth.trials.read import trial_from_log
 
 _INPUTS = ("delta", "delta_s", "n")
+_THRUSTERS = {"n_port": "port", "n_starboard": "starboard"}
+"""The inputs of two thrusters that steer a vehicle without a rudder, by their sides."""
 _UTM = ("northing", "easting")
 """Channels that need a zone, which no header states."""
 
@@ -58,7 +60,7 @@ def read_log(path: Path, study: Path | None = None, progress: Progress = silent)
             do="Name the columns in the [channels] of a study (`seatruth init`), and give it with --study.",
         )
     whole = _on_one_clock(trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames))
-    inputs = {name: whole.outputs[name] for name in _INPUTS if name in whole.outputs}
+    inputs = {name: whole.outputs[name] for name in (*_INPUTS, *_THRUSTERS) if name in whole.outputs}
     outputs = {name: values for name, values in whole.outputs.items() if name not in inputs}
     return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
 
@@ -123,7 +125,11 @@ def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
     fields = Fields(log)
     channels = [channel for name, channel in STANDARD_CHANNELS.items() if name not in _UTM]
     clocks = all(table.time is not None for table in log.tables.values())
-    found = infer_columns(fields, [*([] if clocks else [Channel("t", "s")]), *channels])
+    channels += [] if clocks else [Channel("t", "s")]
+    found = infer_columns(fields, channels, orders=_INPUTS)
+    if not {"delta", "delta_s"} & found.keys():
+        channels += [Channel(name, "rev/s") for name in _THRUSTERS]
+        found = infer_columns(fields, channels, orders=[*_INPUTS, *_THRUSTERS], thrusters=_THRUSTERS)
     if "t" not in found and not clocks:
         raise BadInput(
             "no time column was recognised",
@@ -131,7 +137,12 @@ def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
             do="Name it in the [time] of a study (`seatruth init`), and give it with --study.",
         )
     time = Clock() if clocks else Clock(fields.name(found.pop("t").column))
-    specs = {name: ColumnSpec(fields.name(hit.column), hit.unit) for name, hit in found.items()}
+    specs = {
+        name: ColumnSpec(
+            fields.name(hit.column), hit.unit, mean=tuple(map(fields.name, hit.columns)) if hit.others else ()
+        )
+        for name, hit in found.items()
+    }
     return time, _with_one_position(specs)
 
 

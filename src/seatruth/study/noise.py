@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Literal
 
 from seatruth.errors import BadInput, nearest
@@ -20,13 +21,17 @@ def deviations(
     problems: Problems,
     *,
     estimate: bool = True,
+    hints: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, float | Literal["estimate"]]:
-    """The standard deviation of each channel that is stated, in the channel's unit inside seatruth."""
+    """The standard deviation of each channel that is stated, in the channel's unit inside seatruth.
+
+    `hints` say what to do about names of channels that there might have been.
+    """
     known = {channel.name: channel for channel in channels}
     result: dict[str, float | Literal["estimate"]] = {}
     for name, value in stated.items():
         if name not in known:
-            problems.add((*path, name), f"unknown channel {name!r}", nearest(name, known))
+            problems.add((*path, name), f"unknown channel {name!r}", hints.get(name) or nearest(name, known))
             continue
         with problems.at(*path, name):
             result[name] = deviation(value, known[name].unit, estimate=estimate)

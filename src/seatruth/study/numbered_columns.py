@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.study.infer_columns import FROM_HEADER, ORDERS, InferredColumn, split_header
+from seatruth.study.column_names import ORDERS
+from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, split_header
 from seatruth.trials.channel import Channel
 from seatruth.units import PULSES, to_si
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def _with_velocity(
 
     A receiver measures the velocity, with the same noise in all directions. Its course has noise that grows as the
     vehicle slows, and turns half round where it stops: no fit follows it there. They stay as they are where the study
-    states a noise for one, or marks courses as not valid.
+    states a noise for the course, or marks courses as not valid.
     """
     speeds, courses = ([one for one in observations if one.measured == what] for what in ("sog", "cog"))
     taken = {*named, *(channel.name for channel in model.outputs)}
@@ -74,7 +74,7 @@ def _with_velocity(
     course, tables = courses[0].channel, (file.channels, *(entry.channels for entry in file.trials))
     marked = any(one[course].invalid_where is not None for one in tables if course in one)
     pair = {speeds[0].channel, course}
-    if marked or pair & {*file.noise} or any(pair & {*entry.without} for entry in file.trials):
+    if marked or course in file.noise or any(pair & {*entry.without} for entry in file.trials):
         return list(observations)
     kept = [one for one in observations if one.channel not in pair]
     return [*kept, *(Observation(name, None, speeds[0].at) for name in VELOCITY)]
@@ -88,6 +88,33 @@ def speed_and_course(model: Model, file: StudyFile) -> tuple[Channel, ...]:
     names = {table.measures or name: name for name, table in named.items() if not table.extra}
     measures = [MEASURES[what] for what in ("sog", "cog")]
     return tuple(Channel(names[one.name], one.unit, one.title, one.angle) for one in measures)
+
+
+def noise_of_velocity(
+    stated: Mapping[str, float | Literal["estimate"]], pair: Sequence[Channel]
+) -> dict[str, float | Literal["estimate"]]:
+    """The noise by output, that of a speed over ground being the noise of the velocity, alike in all directions.
+
+    `pair` are the speed and the course that are compared as a velocity. What is stated of the velocity itself goes
+    first.
+    """
+    if not pair or pair[0].name not in stated:
+        return dict(stated)
+    both = dict.fromkeys(VELOCITY, stated[pair[0].name])
+    return {**both, **{name: value for name, value in stated.items() if name != pair[0].name}}
+
+
+def without_velocity(model: Model, file: StudyFile) -> dict[str, str]:
+    """Why there is no velocity over ground that a noise is stated for, where speed and course stay as they are."""
+    named = _named(file)
+    course = next((name for name, table in named.items() if (table.measures or name) == "cog"), None)
+    if course is None or course not in file.noise or {*VELOCITY} & {channel.name for channel in model.outputs}:
+        return {}
+    do = (
+        f"A noise of {course!r} keeps speed and course as they are: remove it, and v_n and v_e take their place, with "
+        "the noise of the speed where one is stated."
+    )
+    return dict.fromkeys(VELOCITY, do)
 
 
 def with_velocity(trial: Trial, names: Sequence[str]) -> Trial:

@@ -4,17 +4,32 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, FiniteFloat, PositiveFloat
+from pydantic import BeforeValidator, Field, FiniteFloat, PositiveFloat
 
 from seatruth.study.schema_base import OpenTable, Table, as_table
+
+
+def _one_column(given: Any) -> Any:
+    if isinstance(given, list):
+        raise ValueError("a channel has one column; for the mean of several write mean = [...]")
+    return given
 
 
 class ChannelTable(Table):
     """The column of the files that holds a channel of the model. A bare text is short for `{ column = text }`."""
 
-    column: str | None = Field(default=None, description="Column of the file; default: the channel's name.")
+    column: Annotated[str | None, BeforeValidator(_one_column)] = Field(
+        default=None, description="Column of the file; default: the channel's name."
+    )
+    mean: Annotated[list[str], Field(min_length=2)] | None = Field(
+        default=None,
+        description="Columns in one unit whose mean the channel is, in place of `column`, as those of twin rudders or "
+        "shafts.",
+    )
     unit: str | None = Field(
-        default=None, description='Unit in the file, as "deg/s"; default: the unit the model uses.'
+        default=None,
+        description='Unit in the file, as "deg/s"; default: the unit that the header states, else the one the model '
+        "uses.",
     )
     sign: Literal[-1, 1] = Field(default=1, description="-1 if the file has the opposite sign convention.")
     scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, in addition to the unit.")

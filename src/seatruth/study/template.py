@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
 from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
-from seatruth.readers.listing import names
+from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.numbered_columns import numbered_columns
 from seatruth.study.observations import as_logged, observable
@@ -25,7 +21,6 @@ from seatruth.study.template_simulator import free_parameters, recordable, simul
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
-Numbers = NDArray[np.float64]
 _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
 _FIX = ("latitude", "longitude")
@@ -36,41 +31,21 @@ _SHOWN = 40
 """Columns without a channel that are listed; a flight log has hundreds. Chosen here [S]."""
 
 
-class Fields(Mapping[str, Numbers]):
-    """Every field of a log as numbers, made when asked for: most fields of a large log are no channel.
-
-    Fields that have no value in any sample, as NMEA's of a speed that the instrument lacks, are not among them.
-
-    A field's key is the name that a study gives it, with its unit: "ATT.Yaw [deg]".
-    """
-
-    def __init__(self, log: Log) -> None:
-        self.places: dict[str, tuple[str, Table, str]] = {
-            _titled(name, table.units.get(column)): (name, table, column)
-            for name, (table, column) in names(log).items()
-            if not _empty(table.columns[column])
-        }
-
-    def __getitem__(self, title: str) -> Numbers:
-        _, table, column = self.places[title]
-        return _numbers(table.columns[column])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.places)
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-    def name(self, title: str) -> str:
-        """The field's name in a study."""
-        return self.places[title][0]
-
-
-def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = ()) -> tuple[str, list[str]]:
+def template(
+    path: str,
+    log: Log,
+    model: Model,
+    use: str,
+    more: Sequence[str] = (),
+    *,
+    name: str | None = None,
+    pattern: str | None = None,
+) -> tuple[str, list[str]]:
     """The text of a study file for a log, and what could not be guessed, in sentences.
 
     `path` is the log's path as the study file will name it, `use` the model as the study file will name it, `more` the
-    paths of further logs with the same columns.
+    paths of further logs with the same columns, `name` that of the study (by default the log's), `pattern` one that
+    takes all these logs and no other.
     """
     fields = Fields(log)
     model, own_names = with_names(model, fields)
@@ -118,23 +93,23 @@ def template(path: str, log: Log, model: Model, use: str, more: Sequence[str] = 
             f"No column was recognised for the output {_list(missing_outputs)}: if the log has it, name it in "
             "[channels] and take it out of `without` in [[trials]]."
         )
-    notes += _vague(guesses)
+    notes += [*_vague(guesses), *_several_shafts(guesses, fields)]
     zone = utm_zone(log)
     if "easting" in guesses and zone is None:
         notes.append('The zone of northing and easting is not known: state it in [frames], as utm = "32 north".')
     text = "\n".join(
         [
-            *_head(path, log.notes, model, use),
+            *_head(path if pattern is None else pattern, log.notes, model, use, name or Path(path).stem),
             *of_simulator,
             *_parameters(model, own=":" in use),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
             *_accelerometers(measured, fields),
-            *_left(fields, {hit.column for hit in (*guesses.values(), *measured.values())}, model, given),
+            *_left(fields, {c for hit in (*guesses.values(), *measured.values()) for c in hit.columns}, model, given),
             "",
             *(_frames(zone) if "easting" in guesses else []),
             *_actuators([channel.name for channel in model.inputs], guesses),
-            *_trials([path, *more], missing_outputs),
+            *_trials([path, *more] if pattern is None else [pattern], missing_outputs),
             *_steps([one for one in ANGLES if one in guesses and jumps_by_a_turn(fields, guesses[one], bool(more))]),
             *_rest(model, any(is_held(fields, guesses[c.name]) for c in model.inputs if c.name in guesses)),
         ]
@@ -152,6 +127,18 @@ def _vague(guesses: Mapping[str, InferredColumn]) -> list[str]:
     ]
 
 
+def _several_shafts(guesses: Mapping[str, InferredColumn], fields: Fields) -> list[str]:
+    """What a model with one propeller makes of a vehicle with several."""
+    hit = guesses.get("n")
+    if hit is None or not hit.others:
+        return []
+    shafts = ", ".join(map(fields.name, hit.columns))
+    return [
+        f"The model has one shaft and the log {len(hit.columns)} ({shafts}): 'n' is their mean. Where they differ, "
+        "they turn the vehicle, which this model does not know; one with an input for each does."
+    ]
+
+
 _OWN_CLOCKS = [
     "# Each topic of the log has its own clock, which is used. Another field of the topics can take its place:",
     "# [time]",
@@ -160,7 +147,7 @@ _OWN_CLOCKS = [
 ]
 
 
-def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
+def _head(log: str, notes: Sequence[str], model: Model, use: str, name: str) -> list[str]:
     sets = list(getattr(model, "sets", ()))
     return [
         f"# Study of {_one_line(log)}, written by `seatruth init`. Check every guess; the key reference is in",
@@ -168,7 +155,7 @@ def _head(log: str, notes: Sequence[str], model: Model, use: str) -> list[str]:
         *(f"# Of the log: {_one_line(note)}" for note in notes),
         "",
         "[study]",
-        f"name = {_text(Path(log).stem)}",
+        f"name = {_text(name)}",
         "seed = 1                      # the same seed gives the same result",
         "",
         "[model]",
@@ -240,7 +227,7 @@ def _channels(
         hit = guesses.get(channel.name)
         if hit is not None:
             keys = f"unit = {_text(hit.unit)}{hit.turned and ', '}{hit.turned}"
-            entry = f"{{ column = {_text(fields.name(hit.column))}, {keys} }}"
+            entry = f"{{ {_source(fields, hit)}, {keys} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
             if channel.name in (*_FIX, *UTM):
@@ -255,6 +242,12 @@ def _channels(
     return lines
 
 
+def _source(fields: Fields, hit: InferredColumn) -> str:
+    """The column of a channel, or those whose mean it is, as its entry has them."""
+    names = [_text(fields.name(column)) for column in hit.columns]
+    return f"mean = [{', '.join(names)}]" if hit.others else f"column = {names[0]}"
+
+
 def _left(fields: Fields, used: set[str], model: Model, given: Container[str]) -> list[str]:
     """What no channel takes, so that nothing is dropped silently. Speed through the water may be the model's speed."""
     rest = [title for title in fields if title not in used]
@@ -266,6 +259,16 @@ def _left(fields: Fields, used: set[str], model: Model, given: Container[str]) -
             "water: take the # away if the water was at rest, or if u is that of the model"
             for hit in through.values()
         ]
+    inputs = [channel.name for channel in model.inputs]
+    ordered = infer_columns(
+        {title: fields[title] for title in rest}, model.inputs, orders=inputs, thrusters=named_drives(model)
+    )
+    lines += [
+        f"# {_one_line(' and '.join(map(fields.name, hit.columns)))}: what {name} was ordered to; the model takes what "
+        "acted."
+        for name, hit in ordered.items()
+        if hit.order
+    ]
     if rest:
         names = [fields.name(title) for title in rest]
         more = f", and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
@@ -354,21 +357,6 @@ def _rest(model: Model, orders: bool) -> list[str]:
         "evaluations = 20000",
         "",
     ]
-
-
-def _empty(column: pd.Series[float]) -> bool:
-    return pd.api.types.is_numeric_dtype(column.dtype) and bool(column.isna().all())
-
-
-def _numbers(column: pd.Series[float]) -> Numbers:
-    numbers = pd.to_numeric(column, errors="coerce") if not pd.api.types.is_datetime64_any_dtype(column.dtype) else None
-    if numbers is None:
-        return np.full(len(column), np.nan)
-    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
-
-
-def _titled(name: str, unit: str | None) -> str:
-    return f"{name} [{unit}]" if unit else name
 
 
 def _columns(fields: Fields) -> str:

@@ -96,7 +96,14 @@ def read(
     shared = SharedProblems(file, problems)
     for recording in recordings:
         with shared.of(recording.name, recording.entry):
-            trial = _read_one(file, model, recording, frames, synthetic, progress)
+            try:
+                trial = _read_one(file, model, recording, frames, synthetic, progress)
+            except BadInput as problem:
+                unnamed = _not_in_channels(problem, file, model, recording)
+                if unnamed is None:
+                    raise
+                problems.add(("channels",), *unnamed)  # once for all files that lack it
+                continue
             trial = turned_with_heading(trial, model, [course.name for course in pair[1:]])
             trial = with_velocity(trial, [channel.name for channel in pair]) if pair else trial
             frames = with_origin(frames, trial)
@@ -106,6 +113,24 @@ def read(
     if recordings and not problems and not fitted:
         problems.add(("trials",), "every trial is held out, so there is nothing to fit", 'Give one role = "fit".')
     return Trials(fitted), Trials(held)
+
+
+def _not_in_channels(problem: BadInput, file: StudyFile, model: Model, recording: Recording) -> tuple[str, str] | None:
+    """What to say of a channel of the model that the study does not mention, where the file has no column of its name.
+
+    None where the problem is another one.
+    """
+    for kind, channels in (("input", model.inputs), ("output", model.outputs)):
+        for name in (
+            channel.name for channel in channels if channel.name not in {*file.channels, *recording.table.channels}
+        ):
+            if problem.what == f"no column {name!r}":
+                columns = problem.do.partition("Known: ")[2]
+                other = "give it a `value`" if kind == "input" else "list it in `without` of [[trials]]"
+                known = f" The columns are: {columns}" if columns else ""
+                what = f"the {kind} {name!r} is not in [channels], and the file has no column of that name"
+                return what, f"Name its column, or {other}.{known}"
+    return None
 
 
 def clock(time: TimeTable) -> Clock:
@@ -127,7 +152,9 @@ def _read_one(
     maps = {**file.channels}
     for name, changes in table.channels.items():
         shared = maps.get(name, ChannelTable())
-        maps[name] = shared.model_copy(update=changes.model_dump(exclude_unset=True))
+        stated = changes.model_dump(exclude_unset=True)
+        # The trial's own column stands in place of a mean that all share.
+        maps[name] = shared.model_copy(update={"mean": None, **stated} if "column" in stated else stated)
     time = file.time if table.time is None else _merged_time(file.time, table.time)
     inputs = {c.name: column_spec(c.name, maps) for c in model.inputs}
     pair = speed_and_course(model, file)
@@ -169,6 +196,7 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
         invalid_where=table.invalid_where,
         vector=None if table.vector is None else (table.vector[0], table.vector[1]),
         quaternion=None if q is None else (q[0], q[1], q[2], q[3]),
+        mean=tuple(table.mean or ()),
         declination=number(table.declination, "rad"),
         time=table.time,
         value=table.value,
@@ -247,6 +275,8 @@ def _check_values(file: StudyFile, inputs: Set[str], problems: Problems) -> None
     for entry, trial in enumerate(file.trials):
         stated += [(("trials", entry, "channels", name), name, table) for name, table in trial.channels.items()]
     for path, name, table in stated:
+        if table.mean and (table.column or table.vector or table.quaternion or table.value is not None):
+            problems.add((*path, "mean"), f"{name!r} has a mean and a column or a value", "Remove one of them.")
         if table.value is None:
             continue
         if name not in inputs:

@@ -34,9 +34,10 @@ class ColumnSpec:
     condition on the file's columns: "pos_hold == 1", "sat < 4 or fix == 0", or a flag column's bare name.
 
     In place of its column, an angle can have `vector`, the columns of its cosine and sine, or `quaternion`, the columns
-    w, x, y, z of the turn from body axes to earth axes. `declination` (rad, east positive) turns a magnetic heading or
-    course to the true one. `time` names the column with the channel's own clock, where it has one. `value`, in place
-    of all that, is the number that the channel has in the whole file, in `unit`.
+    w, x, y, z of the turn from body axes to earth axes. `mean` names columns in one unit whose mean the channel is, as
+    twin rudders; a sample that one of them lacks is missing. `declination` (rad, east positive) turns a magnetic
+    heading or course to the true one. `time` names the column with the channel's own clock, where it has one. `value`,
+    in place of all that, is the number that the channel has in the whole file, in `unit`.
     """
 
     column: str
@@ -50,6 +51,7 @@ class ColumnSpec:
     declination: float = 0.0
     time: str | None = None
     value: float | None = None
+    mean: tuple[str, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -59,13 +61,20 @@ class ColumnSpec:
     @property
     def values_in(self) -> tuple[str, ...]:
         """The columns of its values; none for one that is constant."""
-        return () if self.value is not None else self.quaternion or self.vector or (self.column,)
+        return () if self.value is not None else self.quaternion or self.vector or self.mean or (self.column,)
 
 
 def channel_values(
     table: Table, name: str, spec: ColumnSpec, channels: Mapping[str, Channel], frames: Frames
 ) -> tuple[Array, str, list[float]]:
     """The channel's values in its unit inside seatruth, what was done to them in words, and codes for "no value"."""
+    known = channels.get(name) or STANDARD_CHANNELS.get(name)
+    if spec.mean and known is not None and known.angle:
+        raise BadInput(
+            f"channel {name!r} has no mean of columns: angles that wrap have none",
+            where=table.source,
+            do="Name one column.",
+        )
     raw, where, stated, codes, missing = _numbers(table, name, spec)
     if spec.unit == DDMM:
         spec = replace(spec, unit=None)
@@ -90,6 +99,8 @@ def channel_values(
         done.append(f"{missing} of {values.size} samples missing, written as {_listed(codes)}")
     if spec.vector is not None or spec.quaternion is not None:
         done.append(f"computed from {'a quaternion' if spec.quaternion else 'its cosine and sine'}")
+    if spec.mean:
+        done.append(f"mean of {len(spec.mean)} columns")
     if spec.declination != 0.0:
         values = values + (spec.declination if frames.earth == "NED" or name != "psi" else -spec.declination)
         done.append(f"magnetic to true with a declination of {np.degrees(spec.declination):+.4g} deg")
@@ -133,14 +144,25 @@ def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
             codes += [code for code in found if code not in codes]
     columns = ", ".join(map(repr, spec.values_in))
     where = f"{table.source}, column{'s' if len(parts) > 1 else ''} {columns}"
-    values, unit = parts[0], table.units.get(spec.column) or table.units.get(spec.column.strip())
+    values, unit = parts[0], table.unit(spec.column) or table.unit(spec.column.strip())
     if spec.quaternion is not None:
         values, unit = from_quaternion(table, spec.quaternion, parts, name), "rad"
     elif spec.vector is not None:
         values, unit = from_vector(table, spec.vector, parts), "rad"
+    elif spec.mean:
+        values, unit = np.mean(parts, axis=0), _unit_of_all(table, spec.mean, where)
     elif spec.unit == DDMM:
         values, unit = from_ddmm(values), "deg"
     return _Raw(values, where, unit, codes, int(missing.sum()))
+
+
+def _unit_of_all(table: Table, columns: Sequence[str], where: str) -> str | None:
+    """The unit that the headers state for columns which are averaged."""
+    units = {unit for column in columns if (unit := table.unit(column)) is not None}
+    if len(units) > 1:
+        said = " and ".join(sorted(map(repr, units)))
+        raise BadInput(f"their headers say {said}", where=where, do="The mean needs columns in one unit.")
+    return next(iter(units), None)
 
 
 def _listed(codes: Sequence[float]) -> str:

@@ -118,7 +118,7 @@ def _numbers(table: Table, clock: Clock, where: str) -> TimeAxis:
     if clock.unit == DATE:
         raise BadInput("it holds numbers, not dates", where=where, do="State their unit, as unit = 's'.")
     values = table.numbers(clock.column)
-    stated = clock.unit or table.units.get(clock.column)
+    stated = clock.unit or table.unit(clock.column)
     if clock.unit == HHMMSS:
         return _axis(*_through_midnight(_from_hhmmss(values, table, clock.column)), clock, where, unit=HHMMSS)
     if stated is None and _counts_minutes(values):

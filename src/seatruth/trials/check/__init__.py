@@ -82,6 +82,6 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
         yield from check_ground_track(trial)
         if "theta" not in wrong:
             yield from check_depth(trial)
-        yield from check_sensors(trial)
+        yield from check_sensors(trial, model)
         yield from check_inputs(trial, model)
         yield from check_rate(trial)

@@ -44,7 +44,8 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
                 channel=name,
             )
         jump = np.abs(np.diff(finite))
-        crossing = np.flatnonzero(jump > limits.COARSE_INPUT_STEP * span)
+        # A rudder at rest crosses its range in every sample: that is its noise and its last digit, and no command.
+        crossing = np.flatnonzero(jump > max(limits.COARSE_INPUT_STEP * span, limits.SMALL_ANGLE_INPUT))
         if crossing.size and unit_of(name, model) == "rad":
             yield make_finding(
                 trial,

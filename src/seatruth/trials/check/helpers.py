@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
+from seatruth.errors import BadInput
 from seatruth.trials.channel import Channel
 from seatruth.trials.check import limits
 from seatruth.trials.finding import Finding, Severity
@@ -17,6 +18,7 @@ from seatruth.trials.places import place
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
+from seatruth.units import to_si
 
 
 class Channels(Protocol):
@@ -123,6 +125,17 @@ def unit_of(name: str, model: Channels | None) -> str:
         if channel.name == name:
             return channel.unit
     return STANDARD_CHANNELS[name].unit if name in STANDARD_CHANNELS else ""
+
+
+def as_stated(trial: Trial, name: str, size: float, model: Channels | None) -> str:
+    """A size of a channel with its unit, as the study states it for the column; else in SI units, angles in deg."""
+    inside = unit_of(name, model)
+    unit = stated_unit(trial, name) or inside.replace("rad", "deg")
+    try:
+        conversion = to_si(unit, inside)
+    except BadInput:  # "ddmm", or a channel of no known unit
+        return f"{size:.3g} {inside}".strip()
+    return f"{size / conversion.factor:.3g} {unit}".strip()
 
 
 def valid_steps(values: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,15 +11,16 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.frozen import check_constant, moving
-from seatruth.trials.check.helpers import make_finding, own_samples, resolution, typical_step
+from seatruth.trials.check.helpers import Channels, as_stated, make_finding, own_samples, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.filters import hampel_outliers
 from seatruth.trials.trial import Trial
 
 
-def check_sensors(trial: Trial) -> Iterator[Finding]:
+def check_sensors(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
     """Each output by itself; a sensor with one fault is not searched for its consequences."""
+    compared = None if model is None else {channel.name for channel in model.outputs}
     for name, values in trial.outputs.items():
         finite = values[np.isfinite(values)]
         if finite.size < limits.FEW_SAMPLES:
@@ -27,8 +29,9 @@ def check_sensors(trial: Trial) -> Iterator[Finding]:
             yield from check_constant(trial, name)
             continue
         alone = own_samples(trial, name)  # the neighbours of a sample are those of its own clock
-        coarse = list(_quantised(alone, name, alone.outputs[name]))
-        yield from coarse
+        coarse = list(_quantised(alone, name, alone.outputs[name], model))
+        if compared is None or name in compared:  # a channel that is not compared has no noise to state
+            yield from coarse
         if not coarse:  # what follows would find the steps of a coarse sensor again
             yield from _held(trial, alone, name)
             yield from _outliers(alone, name, alone.outputs[name])
@@ -112,7 +115,12 @@ def held_samples(values: Array) -> NDArray[np.int64]:
     return held if ratio > limits.HELD_CATCH_UP else nothing
 
 
-def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
+def least_noise(values: Array) -> float:
+    """Standard deviation of the rounding of a channel (n,) to its resolution: its noise is no smaller."""
+    return resolution(values) / math.sqrt(12.0)
+
+
+def _quantised(trial: Trial, name: str, values: Array, model: Channels | None) -> Iterator[Finding]:
     finite = values[np.isfinite(values)]
     lsb = resolution(values)
     span = float(np.quantile(finite, 0.95) - np.quantile(finite, 0.05))
@@ -121,8 +129,8 @@ def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
             trial,
             "note",
             "quantised",
-            f"Its resolution, {lsb:.3g}, is {100 * lsb / span:.0f} % of its range.",
-            f"Give it a noise of at least {lsb / np.sqrt(12):.2g} (resolution / sqrt 12).",
+            f"Its resolution, {as_stated(trial, name, lsb, model)}, is {100 * lsb / span:.0f} % of its range.",
+            f"Give it a noise of at least {as_stated(trial, name, least_noise(values), model)} (resolution / sqrt 12).",
             channel=name,
         )
         return
@@ -132,10 +140,10 @@ def _quantised(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
             trial,
             "warning",
             "quantised-part",
-            f"{rows.size} of {values.size} samples come in steps of {step:.4g}"
-            + (f" ({np.degrees(step):.3g} deg)" if is_angle(name) else "")
-            + f", the others in steps of {lsb:.2g}.",
-            f"Give the channel a noise of at least {step / np.sqrt(12):.2g}, or mark the stretch with 'mark_invalid'.",
+            f"{rows.size} of {values.size} samples come in steps of {as_stated(trial, name, step, model)}, the others "
+            f"in steps of {as_stated(trial, name, lsb, model)}.",
+            f"Give the channel a noise of at least {as_stated(trial, name, step / math.sqrt(12.0), model)}, or mark "
+            "the stretch with 'mark_invalid'.",
             channel=name,
             samples=rows,
         )
