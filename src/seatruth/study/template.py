@@ -236,6 +236,7 @@ def _channels(
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
             if channel.name in (*_FIX, *UTM):
                 used = "x and y, from the first fix on"
+                used += "; at = [forward, starboard, down] is the antenna's place" if channel.name == _FIX[0] else ""
             elif channel not in needed:
                 used = f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
