@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -26,7 +28,7 @@ class Boat(Model):
     )
 
     @staticmethod
-    def rhs(s, i, p):
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return i.c - s.u, i.delta - s.r
 
 

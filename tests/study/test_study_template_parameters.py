@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from typing import Any
 
 import pytest
 
@@ -25,7 +26,7 @@ class Few(Model):
     )
 
     @staticmethod
-    def rhs(s, i, p):
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return ((p.X_u + p.Y_v + p.N_r) * s.u / p.m,)
 
 
