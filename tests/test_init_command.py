@@ -174,6 +174,20 @@ def test_init_takes_what_acted_and_the_mean_of_both_sides(tmp_path: Path, capsys
     assert trial.inputs["delta"][0] == pytest.approx(np.radians(0.5))
 
 
+def test_init_says_which_model_it_took_and_where_it_wrote(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The study stands beside its log, to which its paths are relative; the ship is none that the user asked for."""
+    (folder / "logs").mkdir()
+    (folder / "zigzag.csv").rename(folder / "logs" / "zigzag.csv")
+    assert call("init", "logs/zigzag.csv") == 0
+    said = capsys.readouterr().out
+    assert "No --model is named: the study takes mmg, Ship, MMG standard method" in said
+    assert "Wrote logs/zigzag.toml, beside the log. Check its" in said
+    assert call("init", "logs/zigzag.csv", "--model", "ship.py:Nomoto", "-o", "own.toml") == 0
+    said = capsys.readouterr().out
+    assert "--model" not in said
+    assert "Wrote own.toml. Check its" in said
+
+
 def test_init_names_a_log_that_does_not_exist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.csv").write_text("t,r\n0,0\n1,0\n")
     assert call("init", str(tmp_path / "a.csv"), str(tmp_path / "lost.csv")) == 2

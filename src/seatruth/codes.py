@@ -2,15 +2,17 @@
 
 The code of an error names the part of seatruth that raises it: `readers-csv-file` is `seatruth.readers.csv_file`. The
 code of a finding is written where it is made. What the sources say to a user is also what this list says, so that it
-cannot be out of date. Parts of a message that are filled in at run time stand between braces.
+cannot be out of date. Constants stand in a message as numbers; three dots stand for what is filled in at run time.
 """
 
 from __future__ import annotations
 
 import ast
 import functools
+import importlib
+import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -54,7 +56,7 @@ def codes() -> dict[str, Code]:
     about_plugins = "A model, an effect, an optimizer or a reader that does not come with seatruth."
     for path in sorted(_SOURCES.rglob("*.py")):
         module = "seatruth." + ".".join(path.relative_to(_SOURCES).with_suffix("").parts).removesuffix(".__init__")
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = _WithConstants(module).visit(ast.parse(path.read_text(encoding="utf-8")))
         pairs = _pairs(tree)
         about = (ast.get_docstring(tree) or "").split("\n\n")[0].replace("\n", " ")
         for call in _calls(tree):
@@ -72,6 +74,55 @@ def codes() -> dict[str, Code]:
                     findings.setdefault(made, Code(made, "finding", about)).causes.append(cause)
     errors["plug-in"] = Code("plug-in", "error", about_plugins, [Cause("what the plug-in says", "Ask its author.")])
     return {**dict(sorted(errors.items())), **dict(sorted(findings.items()))}
+
+
+class _WithConstants(ast.NodeTransformer):
+    """Writes constants of the sources into the texts that show them: a threshold is the same in every run."""
+
+    def __init__(self, module: str) -> None:
+        self.module = module
+
+    def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.expr:
+        spec = "" if node.format_spec is None else _text(node.format_spec)
+        try:
+            return ast.Constant(format(self._number(node.value), spec))
+        except (LookupError, ValueError):
+            return node
+
+    def _number(self, node: ast.expr) -> float:
+        """The value of arithmetic with constants. Raises LookupError for anything else."""
+        if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+            return node.value
+        if isinstance(node, ast.BinOp) and type(node.op) in _ARITHMETIC:
+            return float(_ARITHMETIC[type(node.op)](self._number(node.left), self._number(node.right)))
+        name = ast.unparse(node)
+        if isinstance(node, (ast.Name, ast.Attribute)) and _CONSTANT.fullmatch(name):
+            value = operator.attrgetter(name)(importlib.import_module(self.module))
+            if isinstance(value, (int, float)):
+                return value
+        raise LookupError(name)
+
+
+_ARITHMETIC: Mapping[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+_CONSTANT = re.compile(r"(?:[a-z_]+\.)?_?[A-Z][A-Z0-9_]+")
+_OPEN = "\x00{0}\x01"
+"""What is filled in at run time, by a short name, until the whole text is known."""
+_FILLED = re.compile("\x00[^\x01]*\x01")
+
+
+def _dots(text: str) -> str:
+    """The text with three dots for each part that is filled in; "" where that is all of it."""
+    text = re.sub(r"\.{4,}", "...", _FILLED.sub("...", text))
+    return text if re.search(r"\w", text) else ""
+
+
+_OWN_WORDS = "what the message says"
+"""The cause where the sources have no text but what is filled in."""
 
 
 def _calls(tree: ast.AST) -> Iterator[ast.Call]:
@@ -101,12 +152,14 @@ def _assigned(tree: ast.AST, line: int) -> dict[str, ast.expr]:
 
 def _error(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
     keywords = {keyword.arg: keyword.value for keyword in call.keywords}
-    return Cause(_text(_value(call.args[0], known)), _text(_value(keywords.get("do"), known)))
+    return Cause(
+        _dots(_text(_value(call.args[0], known))) or _OWN_WORDS, _dots(_text(_value(keywords.get("do"), known)))
+    )
 
 
 def _problem(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
     do = call.args[2] if len(call.args) > 2 else None
-    return Cause(_text(_value(call.args[1], known)), _text(_value(do, known)))
+    return Cause(_dots(_text(_value(call.args[1], known))) or _OWN_WORDS, _dots(_text(_value(do, known))))
 
 
 def _value(node: ast.expr | None, known: Mapping[str, ast.expr]) -> ast.expr | None:
@@ -122,10 +175,11 @@ def _finding(
     message, do, severity = (_text(_value(given.get(part), known)) for part in ("message", "do", "severity"))
     code = given.get("code")
     if isinstance(code, ast.Constant):
-        yield str(code.value), Cause(message, do, severity)
+        yield str(code.value), Cause(_dots(message) or _OWN_WORDS, _dots(do), _dots(severity))
     elif isinstance(code, ast.JoinedStr):
         for pair in pairs:
-            yield _filled(_text(code), pair), Cause(_filled(message, pair), _filled(do, pair), severity)
+            filled = [_dots(_filled(text, pair)) for text in (message, do, severity)]
+            yield _filled(_text(code), pair), Cause(filled[0] or _OWN_WORDS, *filled[1:])
 
 
 def _pairs(tree: ast.Module) -> list[dict[str, str]]:
@@ -143,12 +197,12 @@ def _pairs(tree: ast.Module) -> list[dict[str, str]]:
 
 def _filled(text: str, words: Mapping[str, str]) -> str:
     for name, word in words.items():
-        text = text.replace(f"{{{name}}}", word)
+        text = text.replace(_OPEN.format(name), word)
     return text
 
 
 def _text(node: ast.expr | None) -> str:
-    """A message as the sources have it, with what is filled in between braces."""
+    """A message as the sources have it, with marks where something is filled in."""
     if node is None:
         return ""
     if isinstance(node, ast.Constant):
@@ -156,16 +210,16 @@ def _text(node: ast.expr | None) -> str:
     if isinstance(node, ast.JoinedStr):
         return "".join(_text(part) for part in node.values)
     if isinstance(node, ast.FormattedValue):
-        return "{" + _placeholder(node.value) + "}"
+        return _OPEN.format(_placeholder(node.value))
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
         return _text(node.left) + _text(node.right)
     if isinstance(node, ast.IfExp):
         return f"{_text(node.body)} / {_text(node.orelse)}" if _text(node.orelse) else _text(node.body)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("strip", "join"):
-        return _text(node.func.value) or "{...}"
+        return _text(node.func.value) or _OPEN.format("...")
     if isinstance(node, ast.Call) and ast.unparse(node.func) == "nearest":
         return "The nearest known name is suggested."
-    return "{" + _placeholder(node) + "}"
+    return _OPEN.format(_placeholder(node))
 
 
 def _placeholder(node: ast.expr) -> str:

@@ -204,6 +204,61 @@ def test_an_antenna_away_from_the_origin(tmp_path: Path) -> None:
     assert (frame["x"].iloc[-1], frame["y"].iloc[-1]) != (0.0, 0.0)
 
 
+FIXES = 'latitude = { column = "Lat"%s }\nlongitude = { column = "Lon"%s }'
+AT = ", at = [2.0, 0.5, -1.0]"
+
+
+def fixes(folder: Path, latitude: str, longitude: str = "", more: str = "") -> Study:
+    """A study whose log has the positions of an antenna in degrees, and the velocity of the same receiver."""
+    study = short(folder, "")
+    turn = np.linspace(6.2, 7.0, len(study.trials[0]))
+    frame = pd.read_csv(folder / "run.csv").drop(columns=["x", "y"])
+    frame.assign(psi=turn, Lat=54.0 + 1e-6 * frame["t"], Lon=7.0).to_csv(folder / "run.csv", index=False)
+    text = (folder / "s.toml").read_text()
+    channels = FIXES % (latitude, longitude)
+    (folder / "s.toml").write_text(text.replace("[channels]", f"[channels]\n{channels}\n{more}"))
+    return load_study(folder / "s.toml")
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(AT, ""), ("", AT), (AT, AT)])
+def test_an_antenna_of_latitude_and_longitude_away_from_the_origin(
+    latitude: str, longitude: str, tmp_path: Path
+) -> None:
+    """As `x = { at = ... }` does: the model shows the antenna, and the log's positions are not moved."""
+    speed = f'sog = {{ column = "SOG"{AT} }}\ncog = {{ column = "COG", unit = "rad"{AT} }}'
+    study = fixes(tmp_path, latitude, longitude, speed)
+    said = {channel.name: channel.description for channel in study.model.outputs}
+    assert [*said] == ["x", "y", "psi", "r", "v_n", "v_e"]
+    assert all(said[name].endswith(", at [2, 0.5, -1] m") for name in ("x", "y", "v_n", "v_e"))
+    assert study.trials[0].outputs["x"][0] == 0.0  # the antenna is where its first fix is
+    shown = study.simulate()["run"]
+    (tmp_path / "other").mkdir()
+    stated = "x = { at = [2.0, 0.5, -1.0] }\ny = { at = [2.0, 0.5, -1.0] }"
+    short(tmp_path / "other", stated)
+    log = {**study.trials[0].inputs, **study.trials[0].outputs, "SOG": 1.2, "COG": 2.0}
+    pd.DataFrame({"t": study.trials[0].t, **log}).to_csv(tmp_path / "other" / "run.csv", index=False)
+    (tmp_path / "other" / "s.toml").write_text(
+        (tmp_path / "other" / "s.toml").read_text().replace(stated, f"{stated}\n{speed}")
+    )
+    pd.testing.assert_frame_equal(load_study(tmp_path / "other" / "s.toml").simulate()["run"], shown)
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "more", "said"),
+    [
+        (AT, ", at = [1.0, 0.0, 0.0]", "", r"line 6, \[channels\] latitude.at: latitude and longitude have different"),
+        (AT, "", "x = { at = [2.0, 0.5, -1.0] }", r"line 8.*'x' is made of latitude and longitude. Remove 'x'"),
+        ("", ', measures = "y"', "", r"line 7, \[channels\] longitude.measures: 'longitude' is read as x and y"),
+        (AT, "", f'psi = {{ column = "psi"{AT} }}', r"line 8.*what 'psi' measures does not depend on the place"),
+    ],
+)
+def test_wrong_places_of_an_antenna_are_named(
+    latitude: str, longitude: str, more: str, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(BadInput, match=said):
+        fixes(tmp_path, latitude, longitude, more)
+
+
 @pytest.mark.parametrize(
     ("channels", "log", "said"),
     [
@@ -295,7 +350,7 @@ def test_init_says_what_it_took_each_column_for(tmp_path: Path) -> None:
     assert notes == []
     for line in (
         'unit = "us"   # time read as us since 1970, from 2025-07-31T13:14:21+00:00 on\n',
-        'latitude = { column = "Lat", unit = "deg" }   # x and y, from the first fix on',
+        'latitude = { column = "Lat", unit = "deg" }   # x and y, from the first fix on; at = [forward, starboard, ',
         "assumed; the header has no unit; velocity through the water, forward",
         "speed over ground",
         "course over ground",

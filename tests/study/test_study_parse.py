@@ -48,6 +48,20 @@ def test_values_are_what_the_example_says() -> None:
     [
         ("[study\nname = 1", ["line 1", "not valid TOML"]),
         ("[study]\nname = unquoted", ["line 2", "column", "quotes"]),
+        (
+            "[channels]\ndelta = 'a'\n# [actuators]\ndelta = 'order'",
+            [
+                "line 4",
+                "the key 'delta' stands twice in [channels] (line 2 is the other)",
+                "write that [name] above it",
+            ],
+        ),
+        ("seed = 1\n[a]\nseed = 1\nb = 2\nseed = { c = 1 }", ["line 5", "twice in [a] (line 3 is the other)"]),
+        (
+            "[noise]\nu = 1\n[study]\n[noise]\nr = 1",
+            ["line 4", "a table stands twice (line 1 begins it)", "one [name]"],
+        ),
+        ("a = 1\na.b = 2", ["line 2", "the key 'a.b' stands twice"]),
         ("[study]\nnam = 'x'", ["line 2", "[study]", "'nam'", "Did you mean 'name'"]),
         ("\n\n[modle]\nuse = 'mmg'", ["line 3", "'modle'", "Did you mean 'model'"]),
         ("[study]\nseed = '1'", ["line 2", 'the text "1"', "a whole number"]),

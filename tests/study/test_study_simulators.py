@@ -111,6 +111,14 @@ def test_actuators_of_an_fmu_have_effects(folder: Path) -> None:
         load_study(written(folder, f'{PORTS}\neffects = ["thruster_dead_band"]', name="unnamed.toml"))
 
 
+def test_positions_that_are_states_of_an_fmu_are_not_shown_elsewhere(folder: Path) -> None:
+    fixes = 'latitude = { column = "x", at = [1, 0, 0] }\nlongitude = "y"\npsi = "psi"\n'
+    path = written(folder, name="antenna.toml")
+    path.write_text(path.read_text().replace('psi = "psi"\n', fixes))
+    with pytest.raises(BadInput, match=r"latitude.at: the positions of a black box that .* with the step 'lever_arm'"):
+        load_study(path)
+
+
 def test_orders_get_a_servo_before_a_simulator(folder: Path) -> None:
     servo = '[actuators]\ndelta = { record = "order", rate_limit = "2.3 deg/s", lag = "1 s", delay = "0.5 s" }'
     plain = load_study(written(folder))

@@ -122,7 +122,7 @@ def test_a_ship_needs_its_yaw_rate_only() -> None:
 
 def test_what_is_missing_is_refused_unless_told() -> None:
     run = Trial("run", T, {}, {"x": T, "y": 0 * T, "psi": 0.1 * T, "depth": T})
-    with pytest.raises(BadInput, match="needs 'theta'"):
+    with pytest.raises(BadInput, match=r"needs 'theta'.*State the place as `at`"):
         prepare.lever_arm(run, position=[2.0, 1.0, 0.0], channels=["x"])
     found = prepare.lever_arm(run, position=[2.0, 1.0, 0.0], channels=["x", "y"], missing="zero")
     np.testing.assert_allclose(found.outputs["x"], T - 2 * np.cos(0.1 * T) + np.sin(0.1 * T))

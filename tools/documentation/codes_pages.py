@@ -9,7 +9,7 @@ from seatruth.codes import Code, codes
 _HEAD = """# Codes
 
 Each error and each finding ends with a code in brackets. `seatruth explain CODE` shows the same page in the terminal.
-The code of an error names the part of seatruth that raises it. Parts of a message that are filled in stand in braces.
+The code of an error names the part of seatruth that raises it. Three dots stand for what a message fills in.
 
 """
 

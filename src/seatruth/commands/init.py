@@ -19,6 +19,8 @@ from seatruth.readers.listing import FieldInfo, listing
 from seatruth.storage.atomic import write_file
 from seatruth.study.template import template
 
+_USUAL = "mmg"
+"""The model of a study where none is named."""
 _MOST_ROWS = 60
 """Fields that are listed one by one without being asked for: about a screen or two (chosen here [S])."""
 
@@ -32,11 +34,17 @@ def init(
         ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="STUDY.toml", help="Study file to write [LOG's name.toml].")
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="STUDY.toml", help="Study file to write [beside the first LOG, as its name.toml]."
+        ),
     ] = None,
     model: Annotated[
-        str, typer.Option("--model", help='Model: a name of the list, "file.py:ClassName" or "file.fmu".')
-    ] = "mmg",
+        str | None,
+        typer.Option(
+            "--model", help='Model: a name of `seatruth list models`, "file.py:ClassName" or "file.fmu" [mmg].'
+        ),
+    ] = None,
     reader: Annotated[str | None, typer.Option("--reader", help="Reader of the log; default: recognised.")] = None,
     fields: Annotated[bool, typer.Option("--fields", help="List every field, however many there are.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing study file.")] = False,
@@ -61,12 +69,20 @@ def init(
     paths = [relative(one, folder) for one in logs]
     pattern = _pattern(logs, folder)
     name = None if len(logs) == 1 else log.resolve().parent.name or None
-    use = _model_use(model, folder)
-    text, notes = template(paths[0], content, load_model(model, Path.cwd()), use, paths[1:], name=name, pattern=pattern)
+    use = model or _USUAL
+    loaded = load_model(use, Path.cwd())
+    written = _model_use(use, folder)
+    text, notes = template(paths[0], content, loaded, written, paths[1:], name=name, pattern=pattern)
     found = listing(content)
     _show(content, found, every=fields)
     write_file(target, text)
-    say(f"Wrote {target}. Check its guesses, then run: seatruth check {target}", whole=True)
+    if model is None:
+        say(
+            f"No --model is named: the study takes {use}, {loaded.title}. `seatruth list models` lists others.",
+            whole=True,
+        )
+    beside = ", beside the log" if output is None and folder.resolve() != Path.cwd() else ""
+    say(f"Wrote {target}{beside}. Check its guesses, then run: seatruth check {target}", whole=True)
     for note in notes:
         say(f"To do: {note}", style="yellow")
     return Result(

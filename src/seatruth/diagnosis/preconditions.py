@@ -135,9 +135,11 @@ def weaknesses(study: Study, problem: Problem) -> list[Finding]:
     if without:
         percent = 100.0 * problem.settings.coefficient_sd
         text = f"{len(without)} free coefficients state no prior; {percent:.0f} % of the value was taken."
-        found.append(
-            Finding("note", "prior-assumed", text, where, "State what is known of them: prior_mean, prior_sd.")
+        do = (
+            f"State what is known of them in [parameters]: {without[0]}.prior = {{ mean = ..., sd = ... }}. What is "
+            "known better takes less of the gap, what is known worse more."
         )
+        found.append(Finding("note", "prior-assumed", text, where, do))
     trials = list(problem.trials)
     for k, one in enumerate(trials):
         for other in trials[k + 1 :]:

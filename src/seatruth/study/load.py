@@ -140,10 +140,37 @@ def _toml_problem(problem: tomllib.TOMLDecodeError, text: str, source: str) -> B
         what, place = str(problem), ""
     if place == "end of document":
         place = f"line {len(text.rstrip().splitlines())}, at its end"
+    number = re.match(r"line (\d+)", place)
+    if number and what.startswith(_TWICE):
+        return _twice(text.splitlines()[: int(number[1])], f"{source}, {place}")
     return BadInput(
         f"it is not valid TOML: {what[:1].lower()}{what[1:]}",
         where=f"{source}, {place}" if place else source,
         do="Texts need quotes; a table is [name].",
+    )
+
+
+_TWICE = ("Cannot overwrite a value", "Cannot declare", "Cannot redefine namespace")
+"""How the TOML reader begins what it says of a key or a table that stands twice."""
+_KEY = re.compile(r"""\s*([\w.-]+|"[^"]*"|'[^']*')\s*=""")
+
+
+def _twice(lines: list[str], where: str) -> BadInput:
+    """A key or a table that stands twice; the last one of the lines holds the second."""
+    last, others = lines[-1].strip(), list(enumerate(lines[:-1], 1))
+    key = _KEY.match(last)
+    if key is None:
+        same = [number for number, line in others if last.startswith("[") and line.partition("#")[0].strip() == last]
+        first = f" (line {same[-1]} begins it)" if same else ""
+        return BadInput(f"a table stands twice{first}", where=where, do="Put what it holds under one [name].")
+    begun = max((number for number, line in others if line.lstrip().startswith("[")), default=0)
+    same = [n for n, line in others if n > begun and (found := _KEY.match(line)) and found[1] == key[1]]
+    table = lines[begun - 1].partition("#")[0].strip() if begun else ""
+    first = f" (line {same[-1]} is the other)" if same else ""
+    return BadInput(
+        f"the key {key[1].strip(chr(34))!r} stands twice{f' in {table}' if table else ''}{first}",
+        where=where,
+        do="Remove one; or, if it belongs to another table, write that [name] above it, without a # before it.",
     )
 
 

@@ -11,12 +11,13 @@ import numpy as np
 from seatruth.costs.options import OPTIONS, TrajectoryOptions
 from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
-from seatruth.models import MEASURES, Model, Observation, ServoBlackBox, WithServos, observed
+from seatruth.models import MEASURES, BlackBox, Model, Observation, ServoBlackBox, WithServos, observed
 from seatruth.models.observed import ObservedBlackBox, ObservedModel
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
+from seatruth.trials.frames import POSITIONS
 from seatruth.trials.prepare import apply_steps
 from seatruth.trials.trial import Step
 
@@ -38,7 +39,10 @@ def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Mod
                 )
     observations: list[Observation] = []
     named = _named(file)
+    antenna = _antenna(model, file, problems)
     for name, table in named.items():
+        if name in _FIXES or (table.at is not None and not _has_place(name, table, problems)):
+            continue
         if _is_observation(name, table, inputs, outputs):
             with problems.at("channels", name):
                 observations.append(Observation(name, table.measures, _place(table)))
@@ -46,8 +50,52 @@ def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Mod
     if problems:
         return None
     with problems.at("channels"):
-        return observed(model, _with_velocity(observations, named, model, file), keep=tuple(named))
+        return observed(model, [*antenna, *_with_velocity(observations, named, model, file)], keep=tuple(named))
     return None
+
+
+_FIXES = tuple(name for pair in POSITIONS for name in pair)
+"""Channels from which reading makes x and y: they are compared as these."""
+
+
+def _antenna(model: Model, file: StudyFile, problems: Problems) -> list[Observation]:
+    """x and y as an antenna shows them whose latitude and longitude, or northing and easting, state its place.
+
+    A place that one of the two states holds for both, as one receiver gives both.
+    """
+    named = _named(file)
+    for pair in POSITIONS:
+        tables = {name: named[name] for name in pair if name in named}
+        for name in (name for name, table in tables.items() if table.measures is not None):
+            problems.add(("channels", name, "measures"), f"{name!r} is read as x and y", "Remove `measures`.")
+        for name in (name for name in ("x", "y") if tables and name in file.channels):
+            if file.channels[name].at is not None and file.channels[name].column is None:
+                do = f"Remove {name!r}, and give {pair[0]!r} its `at`."
+                problems.add(("channels", name), f"{name!r} is made of {' and '.join(tables)}", do)
+        placed = {name: _place(table) for name, table in tables.items() if table.at is not None}
+        if not placed:
+            continue
+        path, places = ("channels", next(iter(placed)), "at"), {*placed.values()}
+        if len(places) > 1:
+            problems.add(path, f"{' and '.join(pair)} have different places", "State one place for both.")
+        elif isinstance(model, BlackBox) and {"x", "y"} & {channel.name for channel in model.states}:
+            do = "Move the positions of the log, with the step 'lever_arm' on the channels x and y."
+            problems.add(path, "the positions of a black box that are its states cannot be shown elsewhere", do)
+        else:
+            with problems.at(*path):
+                antenna = [Observation(name, name, *places) for name in ("x", "y")]
+                observed(model, antenna)
+                return antenna
+    return []
+
+
+def _has_place(name: str, table: ChannelTable, problems: Problems) -> bool:
+    """Whether what a channel measures depends on the sensor's place; if not, that is a problem."""
+    if table.measures is not None or name in MEASURES:
+        return True
+    do = "Remove `at`: angles and rates are the same everywhere aboard. A sensor of something else needs `measures`."
+    problems.add(("channels", name, "at"), f"what {name!r} measures does not depend on the place of the sensor", do)
+    return False
 
 
 def _named(file: StudyFile) -> dict[str, ChannelTable]:

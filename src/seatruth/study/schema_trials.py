@@ -67,7 +67,8 @@ class ChannelTable(Table):
     )
     at: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = Field(
         default=None,
-        description="Place [x, y, z] of the sensor, m forward, starboard and down of the model's origin (default).",
+        description="Place [x, y, z] of the sensor, m forward, starboard and down of the model's origin (default). "
+        "That of latitude or longitude is the antenna's, and holds for both.",
     )
     extra: bool = Field(
         default=False,

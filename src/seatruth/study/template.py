@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,13 +10,16 @@ from pathlib import Path
 from seatruth.errors import BadInput
 from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
+from seatruth.study.described_inputs import described_inputs
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.numbered_columns import numbered_columns
 from seatruth.study.observations import as_logged, observable
-from seatruth.study.proposals import UTM, accelerometers, is_measured, named_drives, utm_positions, utm_zone
+from seatruth.study.proposals import UTM, accelerometers, named_drives, utm_positions, utm_zone
 from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
-from seatruth.study.template_simulator import free_parameters, recordable, simulator_lines, with_names
+from seatruth.study.template_parameters import one_line as _one_line
+from seatruth.study.template_parameters import parameter_lines
+from seatruth.study.template_simulator import recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 
@@ -25,8 +27,6 @@ _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth"
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
 _FIX = ("latitude", "longitude")
 """Channels from which reading makes x and y."""
-_USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
-"""Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
 _SHOWN = 40
 """Columns without a channel that are listed; a flight log has hundreds. Chosen here [S]."""
 
@@ -63,6 +63,9 @@ def template(
         orders=[channel.name for channel in model.inputs],
         thrusters=named_drives(model),
     )
+    used = {column for hit in guesses.values() for column in hit.columns}
+    described = described_inputs(fields, [c for c in recordable(model) if c.name not in guesses], model, used)
+    guesses |= described.found
     if "z" in required and "z" not in guesses and "depth" in guesses:
         guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
     measured = accelerometers(fields, model)
@@ -85,6 +88,7 @@ def template(
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:
         notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
+    notes += described.notes(missing_inputs)
     if len(missing_outputs) == len(model.outputs):
         notes.append("No column was recognised for any output of the model: name them in [channels].")
         missing_outputs = []
@@ -101,7 +105,7 @@ def template(
         [
             *_head(path if pattern is None else pattern, log.notes, model, use, name or Path(path).stem),
             *of_simulator,
-            *_parameters(model, own=":" in use),
+            *parameter_lines(model, own=":" in use),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
             *_channels(guesses, needed, extra, missing_inputs, fields),
             *_accelerometers(measured, fields),
@@ -164,31 +168,6 @@ def _head(log: str, notes: Sequence[str], model: Model, use: str, name: str) -> 
     ]
 
 
-def _parameters(model: Model, *, own: bool) -> list[str]:
-    declared = [parameter.name for parameter in model.parameters if parameter.vary]
-    bounded = [p.name for p in model.parameters if p.expr is None and math.isfinite(p.min) and math.isfinite(p.max)]
-    # Of a model of one's own, all that no scale or drawing says: an error in what is held looks like a cause.
-    unsure = [p.name for p in model.parameters if p.name in bounded and not is_measured(p)]
-    usual = declared or [name for name in bounded if name in _USUAL and not own]
-    first = free_parameters(model) if isinstance(model, FMU) else unsure or bounded[:4]
-    free = usual or first or [model.parameters[0].name]
-    listing = ", ".join(_text(name) for name in free)
-    others = [p for p in model.parameters if p.name not in free]
-    lines = [
-        "# Parameters to identify, by name or pattern. `seatruth check` says which of them this log can move.",
-        f"vary = [{listing}]",
-        "",
-        "[parameters]",
-        "# The others keep these values. Give yours: NAME = 1.0, or { value = 1.0, vary = true, min = 0.0, max = 2 },",
-        '# or with a prior: { vary = true, prior = { mean = 1.0, sd = 0.1 } }, or computed: { expr = "-0.5 * OTHER" }.',
-    ]
-    for parameter in others:
-        unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
-        about = _one_line(" ".join(part for part in (parameter.description, unit and f"[{unit.strip()}]") if part))
-        lines.append(f"# {parameter.name} = {_number(parameter.value)}{f'   # {about}' if about else ''}")
-    return [*lines, ""]
-
-
 def _time(guessed: InferredColumn | None, fields: Fields, notes: list[str]) -> list[str]:
     """The table of the time: what it is read as, or why it cannot be read yet, which goes to the notes."""
     if guessed is None:
@@ -232,6 +211,7 @@ def _channels(
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
             if channel.name in (*_FIX, *UTM):
                 used = "x and y, from the first fix on"
+                used += "; at = [forward, starboard, down] is the antenna's place" if channel.name == _FIX[0] else ""
             elif channel not in needed:
                 used = f"{hit.why}; for the checks only"
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
@@ -305,6 +285,7 @@ def _actuators(inputs: Sequence[str], guesses: Mapping[str, InferredColumn]) -> 
     lines = ["# Inputs that the log holds as ordered, not as they acted; state what is known of the servo between, as"]
     lines.append('# { record = "order", rate_limit = "2.3 deg/s", lag = "0.5 s" }.')
     if not ordered:
+        lines[1] += " Take the # of both lines away."
         return [*lines, "# [actuators]", f'# {next(iter(inputs), "delta")} = "order"', ""] if inputs else []
     return [*lines, "[actuators]", *(f'{name} = "order"   # as its column says' for name in ordered), ""]
 
@@ -372,12 +353,3 @@ def _text(value: str) -> str:
     if any(ord(character) == 127 for character in value):
         raise BadInput(f"the name {value!r} holds a control character", do="Rename the file or the column.")
     return json.dumps(value, ensure_ascii=False)
-
-
-def _number(value: float) -> str:
-    text = repr(float(value))
-    return text if "inf" not in text and "nan" not in text else "0.0"
-
-
-def _one_line(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in " ".join(text.split()))

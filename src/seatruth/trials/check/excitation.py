@@ -53,7 +53,8 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
                 "input-jumps",
                 f"It crosses more than {100 * limits.COARSE_INPUT_STEP:.0f} % of its range between two samples in "
                 f"{crossing.size} place(s): it is a command, or sampled more slowly than the actuator moves.",
-                'If it is a command, use hold = "zoh" and expect the actuator\'s lag in the residuals.',
+                f'If it is a command, say so: {name} = "order" in [actuators], with lag and rate_limit of its servo if '
+                'they are known, and hold = "zoh" in [cost] if it steps. A measured angle stays as it is.',
                 channel=name,
                 samples=crossing[:1] + 1,
             )

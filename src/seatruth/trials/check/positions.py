@@ -266,8 +266,8 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
                 f"x, y move like a point {arm.real:.2g} m forward and {arm.imag:.2g} m to starboard (standard error "
                 f"{arm_error:.1g}) of the point whose velocity is u, v; a clock of x, y {arm.real / speed:.2g} s "
                 "ahead of u, v and psi looks nearly the same.",
-                "If the sensors sit apart, use 'lever_arm' on one of them; if smoothing delayed some channels, use "
-                "'shift_time'.",
+                "If the sensors sit apart, state their places, as `at` in [channels]; if smoothing delayed some "
+                "channels, use 'shift_time'.",
                 channel="x",
             )
 

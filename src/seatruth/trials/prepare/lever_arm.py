@@ -54,7 +54,8 @@ def lever_arm(trial: Trial, options: LeverArm) -> tuple[Trial, str]:
         if options.missing == "refuse":
             raise BadInput(
                 f"the correction needs {name!r}, which the trial has not",
-                do=f"Map {name!r}, make it with 'differentiate', or set missing to 'zero' if it stays near zero.",
+                do="State the place as `at` in [channels], which needs no attitude and adds no noise; or "
+                f"map {name!r}, make it with 'differentiate', or set missing to 'zero' if it stays near zero.",
             )
         taken_zero.add(name)
         return np.zeros(len(trial))

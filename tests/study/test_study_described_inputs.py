@@ -1,0 +1,100 @@
+"""Columns of inputs that the model's words tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from seatruth.models import Channel, Model, load_model
+from seatruth.readers import Log, Table
+from seatruth.study.described_inputs import described_inputs
+from seatruth.study.template import template
+
+WAVE = np.sin(np.linspace(0.0, 20.0, 200))
+
+
+class Boat(Model):
+    """A boat whose inputs have names and words of its own."""
+
+    name = "boat"
+    states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"))
+    inputs = (
+        Channel("delta", "rad", "steering angle of the outboard, positive turns to starboard"),
+        Channel("c", "1", "throttle"),
+        Channel("tabs", "rad", "angle of the trim tabs (down)"),
+    )
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return i.c - s.u, i.delta - s.r
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("Steer_deg", "delta", "deg"),
+        ("Steer", "delta", "deg"),
+        ("Outboard angle [deg]", "delta", "deg"),
+        ("Tiller_fb_deg", "delta", "deg"),
+        ("drive.steer_actual_deg", "delta", "deg"),
+        ("Throttle_pct", "c", "percent"),
+        ("Throttle", "c", "percent"),
+        ("Engine load [%]", "c", "%"),
+        ("trim_tabs_deg", "tabs", "deg"),
+    ],
+)
+def test_a_column_is_taken_by_the_words_of_the_model(header: str, name: str, unit: str) -> None:
+    found = described_inputs({header: 20.0 * WAVE}, Boat.inputs, Boat()).found
+    assert {key: (hit.column, hit.unit) for key, hit in found.items()} == {name: (header, unit)}
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Engine_temp_C", "steering_motor_current_A", "Starboard_deg", "speed", "angle", "Throttle_port_pct", "steer_pct"],
+)
+def test_words_of_something_else_are_left_alone(header: str) -> None:
+    assert described_inputs({header: 20.0 * WAVE}, Boat.inputs, Boat()).found == {}
+
+
+def test_an_angle_is_no_command() -> None:
+    assert described_inputs({"Throttle_deg": 20.0 * WAVE}, Boat.inputs, Boat()).found == {}
+
+
+def test_what_acted_goes_before_an_order_and_two_columns_are_a_question() -> None:
+    log = {"steer_cmd_deg": WAVE, "steer_deg": WAVE}
+    hit = described_inputs(log, Boat.inputs, Boat()).found["delta"]
+    assert (hit.column, hit.order) == ("steer_deg", False)
+    assert described_inputs({"steer_cmd_deg": WAVE}, Boat.inputs, Boat()).found["delta"].order
+    both = described_inputs({"wheel_deg": WAVE, "tiller_deg": WAVE}, Boat.inputs, Boat())
+    assert both.found == {}
+    assert both.notes(Boat.inputs) == ["The columns 'wheel_deg' and 'tiller_deg' may all be meant for 'delta'."]
+
+
+def test_sides_tell_drives_and_a_share_is_no_speed_of_revolution() -> None:
+    ship = load_model("twin_thruster")
+    log = {"Engine_stbd_rpm": WAVE, "Engine_port_rpm": WAVE}
+    found = described_inputs(log, ship.inputs, ship).found
+    assert {name: hit.column for name, hit in found.items()} == {
+        "n_port": "Engine_port_rpm",
+        "n_starboard": "Engine_stbd_rpm",
+    }
+    shares = described_inputs({"Throttle_port": 50.0 * WAVE}, ship.inputs, ship)
+    assert shares.found == {}
+    assert "'Throttle_port' may be meant for 'n_port', which the model takes in rev/s" in shares.notes(ship.inputs)[0]
+
+
+def test_init_takes_it_and_asks_for_the_rest() -> None:
+    columns = {"t": np.arange(200.0), "Steer_deg": 20.0 * WAVE, "Throttle_pct": 50.0 + WAVE, "r": WAVE, "u": WAVE}
+    table = Table("log.csv", {name: pd.Series(values) for name, values in columns.items()}, {})
+    text, notes = template("log.csv", Log("log.csv", {"": table}), load_model("mmg"), "mmg")
+    assert 'delta = { column = "Steer_deg", unit = "deg" }   # unit from the header; taken by its words' in text
+    assert notes[:2] == [
+        "No column was recognised for the input 'n': name it in [channels].",
+        "The column 'Throttle_pct' may be meant for 'n', which the model takes in rev/s: that column is not. Let the "
+        "model take what was recorded, or name another column.",
+    ]
+    taken, _ = template("log.csv", Log("log.csv", {"": table}), Boat(), "boat.py:Boat")
+    assert 'c = { column = "Throttle_pct", unit = "percent" }' in taken

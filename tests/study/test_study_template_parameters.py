@@ -1,0 +1,53 @@
+"""The parameters of a first study file."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from seatruth.diagnosis.settings import Settings
+from seatruth.models import Channel, Model, Parameter, load_model
+from seatruth.models.parameter import Prior
+from seatruth.study.template_parameters import one_line, parameter_lines
+
+
+class Few(Model):
+    """A model whose parameters are known in different ways."""
+
+    name = "few"
+    states = outputs = (Channel("u", "m/s"),)
+    parameters = (
+        Parameter("m", 1900.0, "kg", min=1000.0, max=4000.0),
+        Parameter("X_u", -340.0, "kg/s", min=-1500.0, max=0.0, description="damping"),
+        Parameter("Y_v", 0.0, "kg/s", min=-10.0, max=10.0),
+        Parameter("N_r", -2.0, "kg m2/s", min=-10.0, max=10.0, prior=Prior(-2.0, 0.1)),
+    )
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return ((p.X_u + p.Y_v + p.N_r) * s.u / p.m,)
+
+
+def test_free_parameters_have_a_prior_to_be_corrected() -> None:
+    """As a diagnosis takes it; not where nothing gives its size, nor where the model says it."""
+    lines = parameter_lines(Few(), own=True)
+    assert 'vary = ["X_u", "Y_v", "N_r"]' in lines
+    assert [line for line in lines if "prior = " in line and line.startswith("# X_u")] == [
+        "# X_u = { prior = { mean = -340.0, sd = 68 } }   # damping [kg/s]"
+    ]
+    assert not any(line.startswith(("# Y_v", "# N_r")) for line in lines)
+    assert "# m = 1900.0   # [kg]" in lines
+    assert any(f"{100 * Settings().coefficient_sd:.0f} % of the value" in line for line in lines)
+
+
+def test_the_lines_hold_without_their_mark() -> None:
+    lines = parameter_lines(load_model("mmg"), own=False)
+    free = next(line for line in lines if line.startswith("# Y_v = "))
+    stated = tomllib.loads(free.removeprefix("# "))["Y_v"]["prior"]
+    assert stated["sd"] == pytest.approx(0.2 * abs(stated["mean"]), rel=1e-5)
+
+
+def test_a_comment_stays_on_its_line() -> None:
+    assert one_line("a\n b\x07c") == "a b c"
