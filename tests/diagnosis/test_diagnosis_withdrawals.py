@@ -14,6 +14,7 @@ from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
+    without_negligible,
     without_opposed,
     without_outdone,
     without_small,
@@ -251,6 +252,31 @@ def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -
         assert without_small(said, found, EFFECTS, {"current": share}.__getitem__, SETTINGS) == said
     alone = decided((("current",), 0.95), ((), 0.05))
     assert without_small(alone, found, EFFECTS, {"current": 0.01}.__getitem__, SETTINGS) == alone
+
+
+def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that_stray() -> None:
+    """A lag of 0.06 s that acts is no cause of a gap of which it closes -5 to 4 %."""
+    entries = (("rudder_lag",), 0.9, True), (("rudder_lag",), 0.05), ((), 0.05)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def left(decision: Decision, upper: float, found: list[Hypothesis] = found) -> Decision:
+        fold = Fold("turn", decision.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
+        validation = Validation((fold,), 0.0, -0.05, upper, 0.8)
+        return without_negligible(decision, found, EFFECTS, lambda key: validation, SETTINGS)
+
+    unknown = left(said, 0.04)
+    assert (unknown.kind, unknown.clusters, unknown.small) == ("unknown", (), ("rudder_lag",))
+    assert unknown.probability == pytest.approx(0.95)
+    for kept in (0.06, math.inf, math.nan):  # it may close a part, or the trials do not bound it
+        assert left(said, kept) == said
+    # An error of a sensor is small beside what that sensor shows; beside it the lag is said to be small.
+    both = (("heading_bias", "rudder_lag"), 0.9, True), ((), 0.1)
+    named = left(decided(*both), 0.04, hypotheses(*both))
+    assert [one.effects for one in named.clusters] == [("heading_bias",)]
+    assert (named.shown, named.small) == (("heading_bias",), ("rudder_lag",))
+    # Where nothing is missing beside it, a small gap is a small gap.
+    alone = (("rudder_lag",), 0.95), ((), 0.05)
+    assert left(decided(*alone), 0.04, hypotheses(*alone)) == decided(*alone)
 
 
 def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:

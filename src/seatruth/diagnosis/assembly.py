@@ -35,6 +35,7 @@ from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
     without_leaning,
+    without_negligible,
     without_opposed,
     without_outdone,
     without_small,
@@ -147,11 +148,10 @@ class Assembly:
 
     def _judged(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without."""
-        moves, effects = self._gap_of(said.shown).moved_by, self.problem.effects
-        left = without_outdone(said, self._weighed, effects, self._validated, moves)
-        return without_untried(
-            left, self._weighed, effects, self._validated, forces=self.problem.discrepancy is not None
-        )
+        gap, found, effects = self._gap_of(said.shown), self._weighed, self.problem.effects
+        left = without_outdone(said, found, effects, self._validated, gap.moved_by)
+        left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
+        return without_negligible(left, found, effects, self._validated, self.settings) if gap.strays else left
 
     @cached_property
     def _leaves_a_gap(self) -> bool:

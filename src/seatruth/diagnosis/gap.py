@@ -120,6 +120,11 @@ class Gap:
         """What an effect of the answer moves the trials by: root mean square in deviations of the noise."""
         return math.sqrt(float(np.mean(moved(self.problem, self._named, name, self.deviation) ** 2)))
 
+    @property
+    def strays(self) -> bool:
+        """Whether runs stray from their records, with the answer's effects or without: their misfit says little."""
+        return max(self.misfits["refit"], self.misfits["effects"]) > self.problem.settings.stray * self.problem.count
+
     def share(self, name: str) -> float:
         """Part of the gap that an effect of the answer closes: of the misfit of whole runs, or of the evidence.
 
@@ -130,7 +135,7 @@ class Gap:
         """
         rest = tuple(n for n in self.key if n != name)
         plain, named = self.misfits["refit"], self.misfits["effects"]
-        if max(plain, named) > self.problem.settings.stray * self.problem.count:
+        if self.strays:
             return self._share_of_evidence(name, rest)
         without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
         if without is None or gap <= 0.0:

@@ -85,14 +85,14 @@ def verdict_sentence(
     if kind == "underpowered":
         looks = _part_of_it(part), _unpredictive(refused)
         return _joined(first, _undecided(causes, probability), _lacks(discrepancy), *looks)
+    beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
     if kind == "unknown":
-        beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
         said = _unknown(causes, probability, shares)
         form_or_course = _of_another_form(form), _part_of_it(part), _on_one_course(along)
         withdrawn = _unpredictive(refused), _outdone(outdone, beside=False), _untried(untried, beside=False)
         return _joined(first, said, *form_or_course, *withdrawn, beside)
     rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
-    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest)
+    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest, beside)
 
 
 def chance(probability: float) -> str:
