@@ -133,10 +133,7 @@ class Assembly:
         return said
 
     def _predicting(self, said: Decision) -> Decision:
-        """The decision less what trials left out are predicted better without.
-
-        Where another effect of a cause predicts them in the place of the leading one, the cause stands by it.
-        """
+        """The same as `_judged`, where a cause may stand by another of its effects than the leading one."""
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []
@@ -151,7 +148,9 @@ class Assembly:
         gap, found, effects = self._gap_of(said.shown), self._weighed, self.problem.effects
         left = without_outdone(said, found, effects, self._validated, gap.moved_by)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
-        return without_negligible(left, found, effects, self._validated, self.settings) if gap.strays else left
+        if gap.strays and left.shown == said.shown:
+            left = without_negligible(left, found, effects, self._validated, gap.part_moved, self.settings)
+        return left
 
     @cached_property
     def _leaves_a_gap(self) -> bool:

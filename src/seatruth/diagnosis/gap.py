@@ -120,6 +120,10 @@ class Gap:
         """What an effect of the answer moves the trials by: root mean square in deviations of the noise."""
         return math.sqrt(float(np.mean(moved(self.problem, self._named, name, self.deviation) ** 2)))
 
+    def part_moved(self, name: str) -> float:
+        """What an effect of the answer moves the trials by over what runs with the answer miss, both in squares."""
+        return self.moved_by(name) ** 2 * self.problem.count / self.misfits["effects"]
+
     @property
     def strays(self) -> bool:
         """Whether runs stray from their records, with the answer's effects or without: their misfit says little."""

@@ -216,13 +216,16 @@ def without_negligible(
     found: Sequence[Hypothesis],
     effects: Mapping[str, Effect],
     validated: Callable[[Key], Validation | None],
+    moved: Callable[[str], float],
     settings: Settings,
 ) -> Decision:
     """The decision less what surely closes next to nothing of the gap on trials left out, beside something unknown.
 
     For runs that stray from their records, whose misfit tells no share: of a planing boat that its model misses by 90
-    times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. An error of a
-    sensor is small beside what that sensor shows, and what has its own size or phase in each trial is not predicted.
+    times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also have
+    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. An
+    error of a sensor is small beside what that sensor shows, and what has its own size or phase in each trial is not
+    predicted.
     """
     validation = validated(decision.shown) if decision.clusters and decision.discrepancy else None
     if validation is None or not validation.upper < settings.small_share:
@@ -231,7 +234,10 @@ def without_negligible(
     kept = tuple(
         one
         for one, effect in members.items()
-        if is_within(one.cause, SENSOR) or follows_each_trial(effect) or isinstance(effect, EachTrial)
+        if is_within(one.cause, SENSOR)
+        or follows_each_trial(effect)
+        or isinstance(effect, EachTrial)
+        or not moved(effect.name) < settings.small_share
     )
     if len(kept) == len(decision.clusters):
         return decision
