@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 NOISE: Mapping[str, float] = {
     **dict.fromkeys("xyz", 0.1),
-    **dict.fromkeys("uvw", 0.01),
+    **dict.fromkeys(("u", "v", "w", "v_n", "v_e"), 0.01),
     **dict.fromkeys(("phi", "theta", "psi"), math.radians(0.1)),
     **dict.fromkeys("pqr", math.radians(0.05)),
 }

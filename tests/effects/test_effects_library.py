@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from twin import Twin, Unnamed, twin_trials
 from seatruth.effects import EQUATIONS, Effect, available, broken, load_effects, with_effects
 from seatruth.effects.causes import ROOT, children
 from seatruth.effects.reference import markdown
+from seatruth.models import Observation, load_model, observed
 from seatruth.models import available as models
-from seatruth.models import load_model
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
 from seatruth.testing.effects import STEP, TRIAL, EffectConformance
@@ -27,8 +28,13 @@ from seatruth.trials.trial import Trial
 Array = NDArray[np.float64]
 
 
-OWN: dict[str, type[Model]] = {"twin": Twin, "diver": Diver, "unnamed": Unnamed}
-"""A user's models with thrusters, on the surface, under water, and without names."""
+def followed() -> Model:
+    """A ship as a receiver of satellites shows it, by its velocity north and east."""
+    return observed(load_model("mmg"), [Observation("v_n"), Observation("v_e")])
+
+
+OWN: dict[str, Callable[[], Model]] = {"twin": Twin, "diver": Diver, "unnamed": Unnamed, "followed": followed}
+"""A user's models with thrusters, on the surface, under water, and without names; one that is followed from above."""
 
 
 def the_model(name: str) -> Model:
@@ -62,7 +68,7 @@ def joint(name: str) -> Joint:
     return Joint(name)
 
 
-OTHER_VALUES = ("torpedo_324", "bluerov2_heavy", "twin", "unnamed")
+OTHER_VALUES = ("torpedo_324", "bluerov2_heavy", "twin", "unnamed", "followed")
 """Models with the equations of another one of the list, which the fast tests take."""
 
 
@@ -163,6 +169,7 @@ MADE = {
     "twin_thruster": boat_trials,
     "bluerov2_heavy": rov_trials,
     "unnamed": twin_trials,
+    "followed": ship_trials,
 }
 """Trials of the models that recover effects; an effect takes the first model that it can act on."""
 

@@ -36,7 +36,7 @@ class PositionDelay(Filtered):
     equation = "x_m(t) = x(t - tau), y_m alike"
     source = _SOURCE
     acts_on = ("sensor:x", "sensor:y")
-    confused_with = ("position_lever_arm", "rudder_delay")
+    confused_with = ("position_lever_arm", "rudder_delay", "receiver_delay")
     distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs = ("x", "y")
     parameters = (_TAU.replace(min=-_TAU.max),)
@@ -66,6 +66,45 @@ class PositionDelay(Filtered):
         # on the delay, since the initial state is computed once.
         T, (x_dot, y_dot) = self.filter_time, _over_ground(y)
         return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
+
+
+class ReceiverDelay(PositionDelay):
+    """All that the position's receiver gives is recorded late: position and velocity north and east, from its speed and
+    course; or early where tau is negative."""
+
+    name = "receiver_delay"
+    title = "delay of position and velocity over ground"
+    equation = "x_m(t) = x(t - tau), y_m, v_n_m, v_e_m alike"
+    acts_on = ("sensor:x", "sensor:y", "sensor:v_n", "sensor:v_e")
+    confused_with = ("position_lever_arm", "rudder_delay", "thruster_delay", "position_delay")
+    distinguished_by = "turns and changes of speed are late together; heading, rates and a log are in time"
+    needs_outputs = ("x", "y", "v_n", "v_e")
+    states = (
+        *PositionDelay.states,
+        *(Channel(f"v_n_{k}", "m/s", f"velocity north after lag {k}") for k in (1, 2)),
+        *(Channel(f"v_e_{k}", "m/s", f"velocity east after lag {k}") for k in (1, 2)),
+    )
+
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        late = super().measured_outputs(y, s, i, q, e)
+        return late._replace(
+            v_n=delayed_slowly(y.v_n, s.v_n_1, s.v_n_2, q.tau, self.filter_time),
+            v_e=delayed_slowly(y.v_e, s.v_e_1, s.v_e_2, q.tau, self.filter_time),
+        )
+
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return (
+            *super().rates_from_outputs(y, s, i, q, e),
+            *filter_rates(y.v_n, s.v_n_1, s.v_n_2, 0.0, self.filter_time),
+            *filter_rates(y.v_e, s.v_e_1, s.v_e_2, 0.0, self.filter_time),
+        )
+
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        # In a turn at the start the velocity turns with the vehicle; how its size changes no output tells.
+        T, r = self.filter_time, getattr(y, "r", 0.0)
+        north, east = -r * y.v_e, r * y.v_n
+        velocity = y.v_n - T * north, y.v_n - 2.0 * T * north, y.v_e - T * east, y.v_e - 2.0 * T * east
+        return (*super().initial_state(y, i, p, q), *velocity)
 
 
 class HeadingDelay(Filtered):

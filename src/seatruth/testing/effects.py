@@ -20,7 +20,7 @@ import pytest
 from seatruth.arrays import Array
 from seatruth.effects import EQUATIONS, Effect, with_effects
 from seatruth.effects.causes import ROOT, children, is_cause
-from seatruth.models import Thruster, available
+from seatruth.models import Observation, Thruster, available, observed
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
 from seatruth.testing.models import RANGES
@@ -31,6 +31,9 @@ TRIAL = "conformance"
 """Name of the trial that the suite simulates."""
 STEP = 0.05
 """s: short enough for quick models too, such as a small vehicle at high revolutions."""
+
+_SEEN = {"x", "y", "psi", "u", "v"}
+"""States of a model whose velocity north and east a receiver may show."""
 
 
 class EffectConformance:
@@ -50,10 +53,18 @@ class EffectConformance:
 
     @pytest.fixture
     def models(self, bound: Effect) -> list[Model]:
-        """Models that it can act on."""
+        """Models that it can act on; as a receiver of satellites shows them where it acts on no plain one."""
         if not bound.dynamic:
             pytest.skip("it is noise, no term of the equations")
-        result = [model for model in (kind() for kind in available().values()) if not bound.missing(model)]
+        plain = [kind() for kind in available().values()]
+        result = [model for model in plain if not bound.missing(model)]
+        if not result:
+            seen = [
+                observed(model, [Observation("v_n"), Observation("v_e")])
+                for model in plain
+                if {c.name for c in model.states} >= _SEEN
+            ]
+            result = [model for model in seen if not bound.missing(model)]
         assert result, "no installed model lets it act"
         return result
 
