@@ -210,7 +210,7 @@ def _answer(
             for name in likely
             if not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
-            and not _says_nothing(candidates[name], near, settings)
+            and not _says_nothing(candidates[name], near, settings, beside=beside)
         ]
         part += [name for name in likely if beside and _is_structure(name, effects)]
         # So they predict beside what stands for the other form, which forces beside them need not take up.
@@ -237,11 +237,17 @@ def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key
     return any(helps(member, tuple(sorted((*rest, member)))) for member in cluster.effects if member not in rest)
 
 
-def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings: Settings) -> bool:
-    """Whether a cluster is only a list of effects of all kinds."""
+def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings: Settings, *, beside: bool) -> bool:
+    """Whether a cluster is only a list of effects of all kinds.
+
+    Where forces are missing beside it, so are two that these trials tell apart: if one of them acted, it would fit
+    better than the other. Of a ferry with a bow thruster that worked by itself, a play of the rudder, waves and a
+    compass that is off were named as one cause.
+    """
     first, *others = cluster.effects
     alike = all(near(first, other) < settings.apart for other in others)
-    return cluster.cause == ROOT and len(cluster.effects) > (_MOST_ALIKE if alike else _MOST_APART)
+    most = _MOST_ALIKE if alike else 1 if beside else _MOST_APART
+    return cluster.cause == ROOT and len(cluster.effects) > most
 
 
 def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:

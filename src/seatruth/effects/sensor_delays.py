@@ -35,10 +35,10 @@ class PositionDelay(Filtered):
     number = 10
     equation = "x_m(t) = x(t - tau), y_m alike"
     source = _SOURCE
-    acts_on = ("sensor:x", "sensor:y")
-    confused_with = ("position_lever_arm", "rudder_delay", "receiver_delay")
+    acts_on: tuple[str, ...] = ("sensor:x", "sensor:y")
+    confused_with: tuple[str, ...] = ("position_lever_arm", "rudder_delay", "receiver_delay")
     distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
-    needs_outputs = ("x", "y")
+    needs_outputs: tuple[str, ...] = ("x", "y")
     parameters = (_TAU.replace(min=-_TAU.max),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = (
