@@ -142,9 +142,13 @@ def test_trials_are_cut_where_runs_without_forces_lose_the_heading(monkeypatch: 
     monkeypatch.setattr(hypothesis_fits, "fit_once", lambda *_, **__: plain)
     monkeypatch.setattr(hypothesis_fits, "follows", lambda *_: True)
     monkeypatch.setattr(hypothesis_fits, "fit_again", lambda *_, **__: None)
-    for may_cut, lost, cut in ((False, True, False), (True, False, False), (True, True, True)):
+    sections = problem.in_sections(2)
+    for at, may_cut, lost, cut in (
+        (problem, False, True, False), (problem, True, False, False), (problem, True, True, True),
+        (sections, True, True, False),  # that forces hold: whole runs would go further astray
+    ):  # fmt: skip
         monkeypatch.setattr(hypothesis_fits, "loses_heading", lambda *_: lost)  # noqa: B023
-        again = Search(problem, found.known, fits={((), True): plain, ((), False): plain}, may_cut=may_cut)
+        again = Search(at, found.known, fits={((), True): plain, ((), False): plain}, may_cut=may_cut)
         if cut:
             with pytest.raises(RunsBend):
                 hypothesis_fits.fit_null(again)

@@ -61,11 +61,13 @@ on a pond on two days it was 0 and 0.016, and the wind was found in whole trials
 def fit_null(found: Search) -> None:
     """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done.
 
-    Of a bare search, without discrepancy, if that can be done. Raises RunsBend where the fit with discrepancy ends far
-    short, or falsely, or the one without loses the heading, and the trials can be cut.
+    Of a bare search, without discrepancy, if that can be done. Raises RunsBend where the trials can be cut and the fit
+    with discrepancy ends falsely, or, of whole trials, far short, or the one without loses the heading: in sections
+    that forces hold near their records these are the lesser evil. The whole runs of a small vehicle with a weak
+    thruster went astray by several turns.
     """
     problem = found.problem
-    start, sizes = problem.start, first_sizes(problem, found.known)
+    start, sizes, whole = problem.start, first_sizes(problem, found.known), problem.settings.sections == 1
     plain, loose = found.fits.get(((), False)), None
     if problem.few_runs is not None and plain is None:
         # What it reaches without the many columns of forces is a begin nearer to the record for those with them.
@@ -78,9 +80,8 @@ def fit_null(found: Search) -> None:
         loose = fit_once(found, (), True, *near)
         if loose is None or not loose.settled:
             loose = fit_from_equation_error(found, near[1]) or loose
-        if found.may_cut and (
-            loose is None or loose.ahead > _SHORT * problem.count or not follows(problem, loose.sizes, sizes)
-        ):
+        short = loose is None or (whole and loose.ahead > _SHORT * problem.count)
+        if found.may_cut and (loose is None or short or not follows(problem, loose.sizes, sizes)):
             raise RunsBend
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
     if problem.few_runs is None:
@@ -88,7 +89,7 @@ def fit_null(found: Search) -> None:
     if loose is not None and (plain is None or not plain.settled):
         fit_once(found, (), False, loose.point, loose.sizes, attempt="from its fit with discrepancy")
     plain = found.fits.get(((), False))
-    if found.may_cut and (plain is None or loses_heading(problem, plain)):
+    if found.may_cut and (plain is None or (whole and loses_heading(problem, plain))):
         raise RunsBend
     if not any(not key for key, _ in found.fits):
         raise np.linalg.LinAlgError("the model alone could not be fitted")
