@@ -60,6 +60,8 @@ def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> N
     assert "0.2" not in cause_in_words(without)
     both = replace(FORCE, effects=("trial_wind", "wave_drift", "wind"))
     assert cause_in_words(both).endswith(": wind or wave drift, which these trials cannot tell apart")
+    # What stands beside them is not one of them.
+    assert "which these trials cannot tell apart, and a uniform current of" in said("inseparable", FORCE, CURRENT)
     alone = cause_in_words(replace(FORCE, effects=("trial_wind", "wind")))
     assert alone == "a steady force fixed to the earth, towards 323 +- 8 deg, which may differ from trial to trial"
 

@@ -386,7 +386,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
 def _listed(causes: Sequence[NamedCause]) -> str:
     texts = [cause_in_words(cause) for cause in causes]
     between = "; " if any("," in text or ":" in text for text in texts) else ", "
-    return texts[0] if len(texts) == 1 else f"{between.join(texts[:-1])} and {texts[-1]}"
+    last = ", and " if len(texts) > 1 and "," in texts[-2] else " and "
+    return texts[0] if len(texts) == 1 else f"{between.join(texts[:-1])}{last}{texts[-1]}"
 
 
 def _joined(*sentences: str) -> str:

@@ -33,8 +33,8 @@ _ALONE = 0.1
 named in opened cases of `experiments/withheld` and recorded trials, 19 had 0.28 or more, all that acted among them; of
 a rudder that stalls, its offset and a bank had 0.0 each."""
 _LITTLE = 0.1
-"""Part of the gap on trials left out below which what moves the trials by little surely stays. [S] Lags of 0.05 s, which
-acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
+"""Part of the gap on trials left out below which what moves the trials by little surely stays. [S] Lags of 0.05 s,
+which acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
 _MOST = 0.5
 """Part of the gap from which most of it is closed, where too few trials bound it. [S] Of a launch, true
 causes closed 0.99 and 1.00 of it, others 0.11 and 0.20."""
@@ -226,22 +226,27 @@ def without_negligible(
 
     For runs that stray from their records, whose misfit tells no share: of a planing boat that its model misses by 90
     times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also have
-    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. An
-    error of a sensor is small beside what that sensor shows, and what has its own size or phase in each trial is not
-    predicted.
+    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. Of
+    several causes one is small without which the others close as much. An error of a sensor is small beside what that
+    sensor shows, and what has its own size or phase in each trial is not predicted.
     """
     validation = validated(decision.shown) if decision.clusters and decision.discrepancy else None
-    if validation is None or not validation.upper < _LITTLE or not validation.gap_explained < settings.small_share:
+    if validation is None:
         return decision
+    none_closes = validation.upper < _LITTLE and validation.gap_explained < settings.small_share
+
+    def negligible(one: Cluster, effect: Effect) -> bool:
+        if is_within(one.cause, SENSOR) or follows_each_trial(effect) or isinstance(effect, EachTrial):
+            return False
+        if not moved(effect.name) < settings.small_share:
+            return False
+        rest = _others(decision, one)
+        return none_closes or (
+            len(rest) > 0 and _closed(validated(rest)) > _closed(validation) - settings.small_share > -math.inf
+        )
+
     members = {one: effects[one.member_in(decision.shown)] for one in decision.clusters}
-    kept = tuple(
-        one
-        for one, effect in members.items()
-        if is_within(one.cause, SENSOR)
-        or follows_each_trial(effect)
-        or isinstance(effect, EachTrial)
-        or not moved(effect.name) < settings.small_share
-    )
+    kept = tuple(one for one, effect in members.items() if not negligible(one, effect))
     if len(kept) == len(decision.clusters):
         return decision
     small = tuple(effect.name for one, effect in members.items() if one not in kept)

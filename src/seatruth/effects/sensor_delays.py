@@ -80,8 +80,8 @@ class ReceiverDelay(PositionDelay):
     distinguished_by = "turns and changes of speed are late together; heading, rates and a log are in time"
     needs_outputs = ("x", "y", "v_n", "v_e")
     starts = ({"tau": 0.4},)
-    """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a boat
-    whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
+    """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a
+    boat whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
     states = (
         *PositionDelay.states,
         *(Channel(f"v_n_{k}", "m/s", f"velocity north after lag {k}") for k in (1, 2)),
