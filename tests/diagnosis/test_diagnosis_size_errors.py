@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import small_case as small
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.search import search
-from seatruth.diagnosis.size_errors import disagreement, size_errors
+from seatruth.diagnosis.size_errors import disagreement, significance, size_errors
 from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.trials.trial import Trial
@@ -58,6 +59,10 @@ def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(
     problem, fit = mixed.problem, mixed.fits[KEY, False]
     (column,) = problem.columns["rudder_offset"]
     error = size_errors(problem, fit)[column]
+    # Beside missing forces an effect is as sure as these errors are.
+    assert significance(problem, fit, "rudder_offset") == fit.significance(problem, "rudder_offset")
+    beside = replace(fit, discrepancy=True)
+    assert significance(problem, beside, "rudder_offset") == pytest.approx((fit.point.shared[column] / error) ** 2)
     temperature = problem.settings.size_temperature
     assert error > 2.0 * tempered_deviation(fit.stderr(problem), problem.sd, temperature)[column]
     assert abs(fit.point.shared[column] - 0.02) < 2.0 * error < 0.02

@@ -29,7 +29,7 @@ from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
-from seatruth.diagnosis.size_errors import size_errors
+from seatruth.diagnosis.size_errors import significance, size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
@@ -170,7 +170,7 @@ class Assembly:
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None:
             return False
-        if fit.significance(self.problem, name) < self.settings.least_noncentrality:
+        if significance(self.problem, fit, name) < self.settings.least_noncentrality:
             return False
         return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 

@@ -107,8 +107,11 @@ class Fit:
         """Whether its effects that act wholly or not at all are nearer to the whole than to nothing."""
         return all(problem.nearly_whole(name, self.point.shared[problem.columns[name]], 0.5) for name in self.effects)
 
-    def significance(self, problem: Problem, name: str) -> float:
-        """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic)."""
+    def significance(self, problem: Problem, name: str, wider: Array | None = None) -> float:
+        """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic).
+
+        `wider` (S,) multiplies the deviation of each shared unknown.
+        """
         effect, free = problem.effects[name], self.solution.free.tolist()
         columns = [
             k for k, q in zip(problem.columns[name], effect.parameters, strict=True) if q.name in effect.magnitudes
@@ -116,6 +119,8 @@ class Fit:
         place = [free.index(k) for k in columns]
         covariance = self.solution.covariance[np.ix_(place, place)]
         distance = (self.point.shared - problem.mean)[columns]
+        if wider is not None:
+            distance = distance / wider[columns]
         return float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
 
 

@@ -31,7 +31,9 @@ def trial_tables(stretches: Sequence[Stretch], file: str) -> str:
         if stretch.where:
             lines.append(f"where = {_text(stretch.where)}")
         else:
-            lines.append(f'prepare = [{{ step = "cut", start = {stretch.start!r}, end = {stretch.end!r} }}]')
+            lines.append(
+                f'prepare = [{{ step = "cut", start = {round(stretch.start, 6)!r}, end = {round(stretch.end, 6)!r} }}]'
+            )
         blocks.append("\n".join(lines) + "\n")
     return "\n".join(blocks)
 
