@@ -31,9 +31,11 @@ def trial_tables(stretches: Sequence[Stretch], file: str) -> str:
         if stretch.where:
             lines.append(f"where = {_text(stretch.where)}")
         else:
-            lines.append(
-                f'prepare = [{{ step = "cut", start = {round(stretch.start, 6)!r}, end = {round(stretch.end, 6)!r} }}]'
-            )
+            start, end = (
+                round(stretch.start, 6),
+                round(stretch.end, 6),
+            )  # rounding noise of clocks is none of the user's
+            lines.append(f'prepare = [{{ step = "cut", start = {start!r}, end = {end!r} }}]')
         blocks.append("\n".join(lines) + "\n")
     return "\n".join(blocks)
 
