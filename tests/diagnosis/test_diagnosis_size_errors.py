@@ -12,7 +12,7 @@ import small_case as small
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.search import search
-from seatruth.diagnosis.size_errors import disagreement, significance, size_errors
+from seatruth.diagnosis.size_errors import disagreement, is_sure, size_errors
 from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.trials.trial import Trial
@@ -59,10 +59,18 @@ def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(
     problem, fit = mixed.problem, mixed.fits[KEY, False]
     (column,) = problem.columns["rudder_offset"]
     error = size_errors(problem, fit)[column]
-    # Beside missing forces an effect is as sure as these errors are.
-    assert significance(problem, fit, "rudder_offset") == fit.significance(problem, "rudder_offset")
+    # Beside missing forces an effect is as sure as these errors, of four trials, are: from 5.84 of them (Student's t
+    # with three degrees of freedom at the level 0.01), not from 2.58.
     beside = replace(fit, discrepancy=True)
-    assert significance(problem, beside, "rudder_offset") == pytest.approx((fit.point.shared[column] / error) ** 2)
+    assert 2.58 < fit.point.shared[column] / error < 5.84
+    assert is_sure(problem, fit, "rudder_offset")
+    assert not is_sure(problem, beside, "rudder_offset")
+    offset = problem.columns["rudder_offset"]
+    for errors, sure in ((5.7, False), (6.0, True)):
+        shared = fit.point.shared.copy()
+        shared[offset] = errors * error
+        moved = replace(beside, point=replace(fit.point, shared=shared))
+        assert is_sure(problem, moved, "rudder_offset") == sure
     temperature = problem.settings.size_temperature
     assert error > 2.0 * tempered_deviation(fit.stderr(problem), problem.sd, temperature)[column]
     assert abs(fit.point.shared[column] - 0.02) < 2.0 * error < 0.02

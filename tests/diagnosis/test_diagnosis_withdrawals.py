@@ -13,6 +13,7 @@ from seatruth.diagnosis.decision import Cluster, Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
+    without_disputed,
     without_leaning,
     without_negligible,
     without_opposed,
@@ -295,6 +296,20 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
     # Where nothing is missing beside it, a small gap is a small gap.
     alone = (("rudder_lag",), 0.95), ((), 0.05)
     assert left(decided(*alone), 0.04, hypotheses(*alone)) == decided(*alone)
+
+
+def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> None:
+    entries = (("position_lever_arm", "rudder_lag"), 0.9, True), ((), 0.1)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def left(sure: tuple[str, ...], lower: float) -> Decision:
+        folds = (Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
+        return without_disputed(said, found, sure, lambda key: Validation(folds, 0.2, lower, 1.0, 0.8))
+
+    one = left(("rudder_lag",), -0.1)
+    assert ([cause.effects for cause in one.clusters], one.refused) == ([("rudder_lag",)], ("position_lever_arm",))
+    assert left((), -0.1).kind == "unknown"
+    assert left((), 0.1) == left(said.shown, -0.1) == said
 
 
 def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:

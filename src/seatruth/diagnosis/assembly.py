@@ -29,11 +29,12 @@ from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
-from seatruth.diagnosis.size_errors import significance, size_errors
+from seatruth.diagnosis.size_errors import is_sure, size_errors
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
+    without_disputed,
     without_leaning,
     without_negligible,
     without_opposed,
@@ -150,7 +151,9 @@ class Assembly:
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap.part_moved, self.settings)
-        return left
+        fit = self.search.best(left.shown)
+        sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
+        return without_disputed(left, found, sure, self._validated)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -168,9 +171,7 @@ class Assembly:
             sets = posterior.answers(self._weighed)
             whole = self.search.best(posterior.leading(sets, self.problem.effects))
             fit = None if whole is None else ensure(self.search, key, whole)
-        if fit is None:
-            return False
-        if significance(self.problem, fit, name) < self.settings.least_noncentrality:
+        if fit is None or fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
         return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
 
@@ -385,12 +386,12 @@ class Assembly:
     def _coefficients(self) -> tuple[Coefficient, ...]:
         shown = self.gap.shown
         error = size_errors(self.problem, shown)
+        pairs = [(k, self.problem.unknowns[k]) for k in self.problem.coefficients]
         return tuple(
             Coefficient(
-                q.name, q.unit, q.value, float(self.problem.sd[k]), float(shown.point.shared[k]), float(error[k])
+                q.name, q.unit, q.value, *(float(one[k]) for one in (self.problem.sd, shown.point.shared, error))
             )
-            for k in self.problem.coefficients
-            for q in (self.problem.unknowns[k],)
+            for k, q in pairs
         )
 
     def _augmented(self) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy import stats
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
@@ -32,17 +33,20 @@ def size_errors(problem: Problem, fit: Fit) -> Array:
     return tempered_deviation(fit.stderr(problem), problem.sd, temperature)
 
 
-def significance(problem: Problem, fit: Fit, name: str) -> float:
-    """Squared distance of an effect's magnitudes from their null in their standard errors (Wald's statistic).
+def is_sure(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether the size of an effect can be told from none, by its squared distance from it in standard errors (Wald).
 
-    Beside missing forces these are the errors of `size_errors`: each trial may ask for a size of its own there. An
-    antenna was placed 1.92 +- 0.69 m ahead of where it stands on a boat heavier than its model, at 99.9 %.
+    Beside missing forces each trial may ask for a size of its own: the errors are those of `size_errors` there. What a
+    few trials say of their own disagreement is itself uncertain, so that the limit is that of Student's t for as many.
+    An antenna was placed 2 m ahead of where it stands, at 2.9 errors from there, on a boat heavier than its model.
     """
-    wider = np.ones(len(problem.unknowns))
+    least, wider = problem.settings.least_noncentrality, np.ones(len(problem.unknowns))
     if fit.discrepancy:
         own, errors = fit.stderr(problem), size_errors(problem, fit)
-        wider = np.divide(errors, own, out=wider, where=own > 0.0)
-    return fit.significance(problem, name, np.fmax(wider, 1.0))
+        wider = np.fmax(np.divide(errors, own, out=wider, where=own > 0.0), 1.0)
+        freedom = len(left_out_together(problem.trials)) - 1
+        least = float(stats.f.isf(stats.chi2.sf(least, 1), 1, freedom)) if freedom > 0 else least
+    return fit.significance(problem, name, wider) >= least
 
 
 def disagreement(problem: Problem, fit: Fit) -> Array:

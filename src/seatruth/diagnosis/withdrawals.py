@@ -1,10 +1,10 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of eight things nothing is named: what explains the trials only together with its opposite, what is significant beside
+Of nine things nothing is named: what explains the trials only together with its opposite, what is significant beside
 an unknown cause, but closes next to nothing of the gap, or of that of trials left out, what trials left out are
-predicted better without, what may as well be something that cannot be tried, what is no longer significant without
-these, what stands only beside an effect of a size that nobody believes, and what no trial left out could show where the
-model leaves no more than noise.
+predicted better without, what may as well be something that cannot be tried, what trials disagree about so far that it
+may be nothing, what is no longer significant without these, what stands only beside an effect of a size that nobody
+believes, and what no trial left out could show where the model leaves no more than noise.
 """
 
 from __future__ import annotations
@@ -253,6 +253,27 @@ def without_negligible(
     if kept:
         return replace(_keeping(decision, kept), small=small)
     return replace(_unknown(decision, _lacking(found, small), decision.outdone), small=small)
+
+
+def without_disputed(
+    decision: Decision,
+    found: Sequence[Hypothesis],
+    sure: Collection[str],
+    validated: Callable[[Key], Validation | None],
+) -> Decision:
+    """The decision less what trials disagree about so far that its size cannot be told from none.
+
+    What is not `sure` stays where the set surely closes a part of the gap on trials left out.
+    """
+    kept = tuple(one for one in decision.clusters if one.member_in(decision.shown) in sure)
+    validation = validated(decision.shown) if len(kept) < len(decision.clusters) else None
+    if len(kept) == len(decision.clusters) or (validation is not None and validation.lower > 0.0):
+        return decision
+    disputed = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
+    refused = (*decision.refused, *disputed)
+    if kept:
+        return replace(_keeping(decision, kept), refused=refused)
+    return replace(_unknown(decision, _lacking(found, disputed), decision.outdone), refused=refused)
 
 
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
