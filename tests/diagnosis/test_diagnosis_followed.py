@@ -36,6 +36,13 @@ def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:
     for noise, said in ((0.2, True), (0.27, False)):
         white = np.where(np.arange(len(large)) == heading, np.log(noise), first.white)
         assert follows(problem, replace(first, white=white, shape=(0,) * len(large)), first) == said
+    # In sections it is the heading that counts.
+    cut = SimpleNamespace(
+        settings=Settings(sections=2), outputs=problem.outputs, trials=problem.trials, model=problem.model
+    )
+    for channels, said in ((order, True), ([*order, heading], False)):
+        white = np.where(np.isin(np.arange(len(large)), channels), large, first.white)
+        assert follows(cast(Any, cut), replace(first, white=white), first) == said
     # What the record itself shows as white noise is noise, however large beside the motion.
     assert follows(problem, replace(first, white=large), replace(first, white=large))
 
