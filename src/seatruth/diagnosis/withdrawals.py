@@ -273,7 +273,8 @@ def without_disputed(
     refused = (*decision.refused, *disputed)
     if kept:
         return replace(_keeping(decision, kept), refused=refused)
-    return replace(_unknown(decision, _lacking(found, disputed), decision.outdone), refused=refused)
+    unknown = _unknown(decision, _lacking(found, disputed), decision.outdone)
+    return replace(unknown, refused=refused, small=decision.small)
 
 
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
