@@ -53,10 +53,12 @@ class InAir(Ship):
         return rates[0] - 2e-4 * s.u * abs(s.u), rates[1] - 2e-4 * s.v * abs(s.v), rates[2]
 
 
-class Unaware(Ship):
+class Unaware(Model):
     """Without e, seatruth computes what the water does."""
 
     name = "unaware"
+    states = outputs = STATES
+    inputs, parameters = Ship.inputs, Ship.parameters
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
