@@ -304,12 +304,19 @@ def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> N
 
     def left(sure: tuple[str, ...], lower: float) -> Decision:
         folds = (Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
-        return without_disputed(said, found, sure, lambda key: Validation(folds, 0.2, lower, 1.0, 0.8))
+        validation = Validation(folds, 0.2, lower, 1.0, 0.8)
+        return without_disputed(said, found, EFFECTS, sure, lambda key: validation)
 
     one = left(("rudder_lag",), -0.1)
     assert ([cause.effects for cause in one.clusters], one.refused) == ([("rudder_lag",)], ("position_lever_arm",))
     assert left((), -0.1).kind == "unknown"
     assert left((), 0.1) == left(said.shown, -0.1) == said
+    # Trials may well disagree about the weather.
+    wind = (("wind",), 0.9, True), ((), 0.1)
+    folds = (Fold("turn", ("wind",), 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
+    named = decided(*wind)
+    validation = Validation(folds, 0.2, -0.1, 1.0, 0.8)
+    assert without_disputed(named, hypotheses(*wind), EFFECTS, (), lambda key: validation) == named
 
 
 def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:

@@ -153,7 +153,7 @@ class Assembly:
             left = without_negligible(left, found, effects, self._validated, gap.part_moved, self.settings)
         fit = self.search.best(left.shown)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
-        return without_disputed(left, found, sure, self._validated)
+        return without_disputed(left, found, effects, sure, self._validated)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:

@@ -19,6 +19,8 @@ from seatruth.effects.causes import ancestors, is_within, parent
 _NEGLIGIBLE = 1e-3
 """Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
 
+ENVIRONMENT = "environment"
+"""Family of causes that are weather, and may differ from trial to trial."""
 SENSOR = "sensor"
 """Family of causes that change what a sensor says of the motion, and not the motion."""
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 from seatruth.diagnosis.decision import Cluster, Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
-from seatruth.diagnosis.posterior import SENSOR
+from seatruth.diagnosis.posterior import ENVIRONMENT, SENSOR
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
@@ -258,14 +258,17 @@ def without_negligible(
 def without_disputed(
     decision: Decision,
     found: Sequence[Hypothesis],
+    effects: Mapping[str, Effect],
     sure: Collection[str],
     validated: Callable[[Key], Validation | None],
 ) -> Decision:
     """The decision less what trials disagree about so far that its size cannot be told from none.
 
-    What is not `sure` stays where the set surely closes a part of the gap on trials left out.
+    What is not `sure` stays where the set surely closes a part of the gap on trials left out, and so does the weather,
+    about which trials may well disagree: of a ship on a pond, four turns are 3 errors from no wind, that of the day.
     """
-    kept = tuple(one for one in decision.clusters if one.member_in(decision.shown) in sure)
+    members = {one: one.member_in(decision.shown) for one in decision.clusters}
+    kept = tuple(one for one, name in members.items() if name in sure or is_within(effects[name].cause, ENVIRONMENT))
     validation = validated(decision.shown) if len(kept) < len(decision.clusters) else None
     if len(kept) == len(decision.clusters) or (validation is not None and validation.lower > 0.0):
         return decision
