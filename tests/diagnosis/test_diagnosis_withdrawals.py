@@ -278,19 +278,19 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
     assert [one.effects for one in named.clusters] == [("heading_bias",)]
     assert (named.shown, named.small) == (("heading_bias",), ("rudder_lag",))
     # Of several, one is small without which the others close as much.
-    pair = (("current", "rudder_lag"), 0.9, True), ((), 0.1)
+    pair = (("rudder_lag", "rudder_offset"), 0.9, True), ((), 0.1)
     two, checked = decided(*pair), hypotheses(*pair)
 
     def closing(whole: float, rest: float) -> Decision:
         folds = (Fold("turn", two.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
         known = {
             two.shown: Validation(folds, whole, -0.4, 1.0, 0.8),
-            ("current",): Validation(folds, rest, -0.4, 1.0, 0.8),
+            ("rudder_offset",): Validation(folds, rest, -0.4, 1.0, 0.8),
         }
-        moved = {"current": 0.9, "rudder_lag": 0.001}
+        moved = {"rudder_offset": 0.9, "rudder_lag": 0.001}
         return without_negligible(two, checked, EFFECTS, known.__getitem__, moved.__getitem__, SETTINGS)
 
-    assert (closing(0.31, 0.3).shown, closing(0.31, 0.3).small) == (("current",), ("rudder_lag",))
+    assert (closing(0.31, 0.3).shown, closing(0.31, 0.3).small) == (("rudder_offset",), ("rudder_lag",))
     for whole, rest in ((0.31, 0.2), (0.31, math.nan), (math.nan, 0.3)):
         assert closing(whole, rest) == two
     # Where nothing is missing beside it, a small gap is a small gap.

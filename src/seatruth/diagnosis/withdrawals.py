@@ -240,7 +240,7 @@ def without_negligible(
             return False
         if not moved(effect.name) < settings.small_share:
             return False
-        rest = _others(decision, one)
+        rest = () if is_within(effect.cause, ENVIRONMENT) else _others(decision, one)
         return none_closes or (
             len(rest) > 0 and _closed(validated(rest)) > _closed(validation) - settings.small_share > -math.inf
         )
