@@ -91,8 +91,9 @@ def test_an_interrupt_within_a_fit_after_the_search(
     def residuals(self: Any, x: Any) -> Any:
         if not any(self is cost for cost in costs):
             costs.append(self)
-        # The search's, the first fit's (with trials left out also that of the prediction's start), then the second's.
-        if len(costs) == (3 if stage == "profile" else 4):
+        # The search's, those of its input held and joined by lines, the first fit's (with trials left out also that of
+        # the prediction's start), then the second's.
+        if len(costs) == (5 if stage == "profile" else 6):
             raise KeyboardInterrupt
         return plain(self, x)
 

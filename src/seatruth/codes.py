@@ -122,7 +122,13 @@ def _dots(text: str) -> str:
 
 
 _OWN_WORDS = "what the message says"
-"""The cause where the sources have no text but what is filled in."""
+"""The cause, or the remedy, where the sources have no text but what is filled in."""
+
+
+def _said(node: ast.expr | None) -> str:
+    """A text as it is shown; "" where there is none."""
+    text = _text(node)
+    return _dots(text) or (text and _OWN_WORDS)
 
 
 def _calls(tree: ast.AST) -> Iterator[ast.Call]:
@@ -142,8 +148,11 @@ def _assigned(tree: ast.AST, line: int) -> dict[str, ast.expr]:
         if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0)
     ]
     found: dict[str, ast.expr] = {}
-    for node in ast.walk(around[-1]) if around else ():
-        if not (isinstance(node, ast.Assign) and node.lineno < line and isinstance(node.targets[0], ast.Name)):
+    made = [node for node in ast.walk(around[-1]) if isinstance(node, ast.Assign)] if around else []
+    for node in sorted(
+        made, key=lambda node: node.lineno
+    ):  # the last one above the line counts, however deep it stands
+        if not (node.lineno < line and isinstance(node.targets[0], ast.Name)):
             continue
         if isinstance(node.value, (ast.Constant, ast.JoinedStr, ast.BinOp, ast.IfExp)):
             found[node.targets[0].id] = node.value
@@ -152,14 +161,12 @@ def _assigned(tree: ast.AST, line: int) -> dict[str, ast.expr]:
 
 def _error(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
     keywords = {keyword.arg: keyword.value for keyword in call.keywords}
-    return Cause(
-        _dots(_text(_value(call.args[0], known))) or _OWN_WORDS, _dots(_text(_value(keywords.get("do"), known)))
-    )
+    return Cause(_said(_value(call.args[0], known)) or _OWN_WORDS, _said(_value(keywords.get("do"), known)))
 
 
 def _problem(call: ast.Call, known: Mapping[str, ast.expr]) -> Cause:
     do = call.args[2] if len(call.args) > 2 else None
-    return Cause(_dots(_text(_value(call.args[1], known))) or _OWN_WORDS, _dots(_text(_value(do, known))))
+    return Cause(_said(_value(call.args[1], known)) or _OWN_WORDS, _said(_value(do, known)))
 
 
 def _value(node: ast.expr | None, known: Mapping[str, ast.expr]) -> ast.expr | None:
@@ -175,7 +182,7 @@ def _finding(
     message, do, severity = (_text(_value(given.get(part), known)) for part in ("message", "do", "severity"))
     code = given.get("code")
     if isinstance(code, ast.Constant):
-        yield str(code.value), Cause(_dots(message) or _OWN_WORDS, _dots(do), _dots(severity))
+        yield str(code.value), Cause(_dots(message) or _OWN_WORDS, _dots(do) or (do and _OWN_WORDS), _dots(severity))
     elif isinstance(code, ast.JoinedStr):
         for pair in pairs:
             filled = [_dots(_filled(text, pair)) for text in (message, do, severity)]

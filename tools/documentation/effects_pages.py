@@ -18,6 +18,7 @@ from seatruth import Model, Trial, load_model, simulator
 from seatruth.arrays import Array
 from seatruth.effects import Effect, available, with_effects
 from seatruth.effects.reference import ordered
+from seatruth.models import Observation, observed
 from seatruth.report.figures.style import BLUE, GREY, INK, MEASURED, VERMILLION, placed, styled
 
 _HEAD = """# Effects and their signatures
@@ -143,6 +144,10 @@ def _settings() -> list[Setting]:
         ("torpedo_forward", revolutions, {"u": 1.5}, "revolutions in steps"),
     ):
         made.append((load_model(name), Trial("run", t, inputs, {}, synthetic=True), first, about))
+    # Last, so that it shows only what acts on a receiver's velocity.
+    followed = observed(load_model("mmg"), [Observation("v_n"), Observation("v_e")])
+    run = Trial("run", t, ship, {}, synthetic=True)
+    made.append((followed, run, {"u": 1.1, "psi": 0.5}, "zigzag 15/15, with velocity north and east"))
     return made
 
 
