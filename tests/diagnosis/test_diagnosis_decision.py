@@ -117,17 +117,10 @@ def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() 
     assert said.probability == pytest.approx(0.98)
     assert decided(*sets, ((), 0.02)).clusters == ()
     assert decided(*sets, ((), 0.02), near={**same, frozenset(("bank", "rudder_offset")): 30.0}).clusters == ()
-
-
-def test_beside_missing_forces_effects_of_two_families_that_the_trials_tell_apart_are_no_cause() -> None:
-    """If the play acted, it would fit better than the compass: neither of them is it, but what is missing."""
-    entries = (("rudder_backlash",), 0.4), (("heading_bias",), 0.35), ((), 0.25)
-    assert decided(*entries).clusters[0].effects == ("rudder_backlash", "heading_bias")
-    beside = [(*entry, True) for entry in entries]
-    assert (decided(*beside).kind, decided(*beside).clusters) == ("unknown", ())
-    # What shows the same in these trials is one cause all the same.
-    near = {frozenset(("rudder_backlash", "heading_bias")): 4.0}
-    assert decided(*beside, near=near).clusters[0].effects == ("rudder_backlash", "heading_bias")
+    # Beside missing forces two that the trials tell apart are none: the one that acted would fit better.
+    pair = (("rudder_backlash",), 0.4, True), (("bank",), 0.35, True), ((), 0.25, True)
+    assert decided(*pair).kind == "unknown"
+    assert decided(*pair, near={frozenset(("rudder_backlash", "bank")): 4.0}).kind == "inseparable"
 
 
 def test_nothing_is_named_that_does_not_predict() -> None:
