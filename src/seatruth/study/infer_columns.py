@@ -140,7 +140,7 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
         return None
     if channel.unit == "s" and unit == "m/s":
         unit = "ms"  # "time_ms"
-    if unit and not _fits(unit, channel.unit):
+    if unit and not unit_fits(unit, channel.unit):
         return None
     if unit:
         return rank, InferredColumn(channel.name, column, unit, FROM_HEADER)
@@ -195,7 +195,7 @@ def _of_thruster(
     words = _words(column).split(" ")
     plain = " ".join(word for word in words if word not in (*ORDERS, *ACTED))
     name, unit = split_header(plain)
-    if unit and not _fits(unit, channel.unit):
+    if unit and not unit_fits(unit, channel.unit):
         return None
     which = _which(name)
     if not which or which not in (_which(thruster), _which(channel.name)) or not _names_a_thruster(plain):
@@ -275,9 +275,15 @@ def _finite(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
     return numbers[np.isfinite(numbers)]
 
 
-def _fits(unit: str, channel_unit: str) -> bool:
+def unit_fits(unit: str, wanted: str) -> bool:
+    """Whether a unit can be turned into another one.
+
+    Example:
+        >>> unit_fits("kn", "m/s"), unit_fits("kn", "rad")
+        (True, False)
+    """
     try:
-        to_si(unit, channel_unit)
+        to_si(unit, wanted)
     except BadInput:
         return False
     return True

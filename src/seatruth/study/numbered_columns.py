@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seatruth.errors import BadInput
 from seatruth.study.column_names import ORDERS
-from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, split_header
+from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, split_header, unit_fits
 from seatruth.trials.channel import Channel
-from seatruth.units import PULSES, to_si
+from seatruth.units import PULSES
 
 Numbers = NDArray[np.float64]
 _OUTPUTS = ("servo", "servos", "pwm", "rcou", "rcout", "output", "outputs", "out", "channel", "channels", "ch", "c")
@@ -133,7 +132,7 @@ def _taken(member: _Member, numbers: Numbers, channel: Channel) -> InferredColum
         turned = f"scale = {1.0 / half:g}, offset = {-1500.0 / half:g}"
         return InferredColumn(channel.name, member.column, "1", why, member.order, turned)
     if member.unit:
-        return hit if _fits(member.unit, channel.unit) else None
+        return hit if unit_fits(member.unit, channel.unit) else None
     if channel.unit in PULSES:
         right = pulses
     elif command:
@@ -142,11 +141,3 @@ def _taken(member: _Member, numbers: Numbers, channel: Channel) -> InferredColum
         right = False  # without a unit, a force or a speed of revolution is known by the names of drives alone
     why = f"assumed; the header has no unit; {by_number}"
     return InferredColumn(channel.name, member.column, channel.unit, why, member.order) if right else None
-
-
-def _fits(unit: str, wanted: str) -> bool:
-    try:
-        to_si(unit, wanted)
-    except BadInput:
-        return False
-    return True
