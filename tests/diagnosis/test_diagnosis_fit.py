@@ -74,8 +74,9 @@ def test_the_optimum_is_one(problem: Problem) -> None:
     least = value(found.point)
     rng = np.random.default_rng(0)
     stderr = found.stderr(problem)
+    own = found.linearized(problem).local.shape[1]
     for _ in range(20):
-        local = np.zeros((len(problem.trials), found.solution.local.shape[1]))
+        local = np.zeros((len(problem.trials), own))
         local[:, : len(problem.initial_names)] = 0.002 * rng.normal(size=(len(problem.trials), 2))
         moved = problem.moved(found.point, stderr * rng.normal(size=stderr.shape), local)
         assert value(moved) > least - 2.0 * problem.settings.settled

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from dense_likelihood import Dense, boat_problem, linearized, sizes_of
@@ -53,19 +51,3 @@ def test_errors_that_do_not_count_have_no_part() -> None:
     same, same_base = GramMatrices(problem, at.errors, at.shared, at.local, keep).weighted(sizes)
     np.testing.assert_array_equal(total, same)
     np.testing.assert_array_equal(base, same_base)
-
-
-def test_closed_ones_know_the_shapes_that_they_were_closed_with() -> None:
-    """And what a likelihood no longer asks for takes no memory."""
-    problem, at = case()
-    sizes = sizes_of(problem)
-    grams = GramMatrices(problem, at.errors, at.shared, at.local, None)
-    total, base = grams.weighted(sizes)
-    grams.of(0, sizes.shape[0] + 1)
-    grams.close(sizes)
-    larger = dataclasses.replace(sizes, white=sizes.white + 1.0)
-    louder, _ = grams.weighted(larger)
-    np.testing.assert_allclose(louder, np.exp(-2.0) * total)
-    np.testing.assert_array_equal(grams.weighted(sizes)[1], base)
-    with pytest.raises(RuntimeError, match="no samples are left"):
-        grams.of(0, sizes.shape[0] + 1)

@@ -39,8 +39,9 @@ def measure(found: Search, left: int, named: Simulated) -> PredictionErrors:
 def at_the_others(found: Search, fit: Fit, left: int) -> Point:
     """Where the other trials alone put the fit."""
     others = [k for k in range(len(found.problem.trials)) if k != left]
-    step = fit.likelihood.solve(fit.sizes, fit.effects, others)
-    return found.problem.moved(fit.point, step.shared, np.zeros_like(step.local))
+    step = fit.likelihood.shared_step(fit.sizes, fit.effects, others)
+    own = np.zeros_like(found.problem.local_offset(fit.point))
+    return found.problem.moved(fit.point, step.shared, own)
 
 
 @pytest.mark.parametrize("left", range(4))
@@ -50,7 +51,7 @@ def test_the_error_is_that_of_dense_algebra_on_a_simulation(found: Search, named
     here = problem.trial_of == left
     weight = 1.0 / deviation[problem.channel_of[here]]
     others = [k for k in range(len(problem.trials)) if k != left]
-    known = fit.likelihood.solve(fit.sizes, fit.effects, others)
+    known = fit.likelihood.shared_step(fit.sizes, fit.effects, others)
     about = problem.linearize(fit.point, fit.effects, discrepancy=False)
     starts = about.local[here] * weight[:, None]
     spread = about.shared[here][:, known.free] * weight[:, None]
@@ -77,7 +78,7 @@ def test_what_the_others_leave_open_is_no_error(found: Search, named: Simulated)
     """Unknowns as far off as the others allow bring hardly anything; of what lies far beyond, nearly all shows."""
     problem, left = found.problem, 0
     errors = measure(found, left, named)
-    known = named.fit.likelihood.solve(named.fit.sizes, named.fit.effects, [1, 2, 3])
+    known = named.fit.likelihood.shared_step(named.fit.sizes, named.fit.effects, [1, 2, 3])
     values, vectors = np.linalg.eigh(known.covariance)
     one = np.zeros(len(named.fit.likelihood.columns))
     one[np.isin(named.fit.likelihood.columns, known.free)] = vectors[:, -1] * math.sqrt(float(values[-1]))

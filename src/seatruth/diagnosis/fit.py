@@ -18,6 +18,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.shared_likelihood import KeptLikelihood
 from seatruth.diagnosis.size_search import OfSizes, maximise
 from seatruth.diagnosis.sizes import (
     NoisePrior,
@@ -28,7 +29,7 @@ from seatruth.diagnosis.sizes import (
     proposed_shapes,
 )
 from seatruth.diagnosis.steps import Step, likelihood_at, objective, step
-from seatruth.diagnosis.unknowns import Solution
+from seatruth.diagnosis.unknowns import SharedStep
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.filters import MAD_TO_SD
 
@@ -70,9 +71,9 @@ class Fit:
     discrepancy: bool
     point: Point
     sizes: Sizes
-    likelihood: Likelihood
-    """At its optimum, for the noise of these sizes."""
-    solution: Solution
+    likelihood: KeptLikelihood
+    """At its optimum, for these sizes."""
+    solution: SharedStep
     """The most probable step from there, and its covariance, with nothing held at a bound."""
     evidence: float
     price: float
@@ -279,13 +280,13 @@ def fit_at(
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
     # What stands at its bound is known no better for that.
     free = Likelihood(problem, at) if likelihood.held else likelihood
-    solution = free.solve(sizes, effects)
+    solution = free.shared_step(sizes, effects)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     settled = settled and ahead < _AHEAD_OF_IT
-    likelihood.close(sizes)
+    kept = KeptLikelihood(likelihood, sizes)
     # What a fit did not reach is not credited to it: where long runs bend, a linear model promises anything.
     evidence -= price + max(ahead, 0.0)
-    return Fit(effects, discrepancy, point, sizes, likelihood, solution, evidence, price, settled, ahead)
+    return Fit(effects, discrepancy, point, sizes, kept, solution, evidence, price, settled, ahead)
 
 
 def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:

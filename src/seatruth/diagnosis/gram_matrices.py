@@ -40,15 +40,9 @@ class GramMatrices:
             self.counts[one.trial, one.channel] = len(rows)
 
     def of(self, channel: int, shape: int) -> tuple[Array, Array]:
-        """Those of one channel (T, m, m) under noise of one shape, and log-determinants of the noise (T,).
-
-        Raises:
-            RuntimeError: they were closed with another shape.
-        """
+        """Those of one channel (T, m, m) under noise of one shape, and log-determinants of the noise (T,)."""
         key = channel, shape
         if key not in self._found:
-            if not self._blocks:
-                raise RuntimeError(f"no samples are left to find the Gram matrices of channel {channel} in")
             trials = len(self.counts)
             grams, logs = np.zeros((trials, self.size, self.size)), np.zeros(trials)
             for (trial, which), (block, t) in self._blocks.items():
@@ -72,8 +66,3 @@ class GramMatrices:
             for grams, weight in weights:
                 daxpy(grams[trial].reshape(-1), sums, a=weight)
         return total, base
-
-    def close(self, sizes: Sizes) -> None:
-        """Frees the memory of everything but these sizes' shapes of noise: no others can be asked for then."""
-        self._blocks.clear()
-        self._found = {key: grams for key, grams in self._found.items() if key in set(enumerate(sizes.shape))}

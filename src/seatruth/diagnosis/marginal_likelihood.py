@@ -20,27 +20,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_solve
 from scipy.linalg.blas import dtrsm
 
-from seatruth.arrays import Array, Flags, Indices
-from seatruth.diagnosis.evidence import scale_gain
+from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.prior_roots import LocalRoot, PriorRoots
-from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.shared_likelihood import SharedLikelihood
 from seatruth.diagnosis.sizes import Sizes
 from seatruth.diagnosis.triangular import backward, forward, inverse
 from seatruth.diagnosis.unknowns import Posterior, Solution
 
-_LARGEST_SQUARE = 1e13
-"""Sum of squared whitened errors at the prior means from which rounding (1e-16 of it) could decide between answers."""
-_ROUNDED = 0.01
-"""nats by which a sum of squares may come out negative: what one is wrong by that decides nothing."""
-_ROUNDING = 1e-14
-"""Part by which rounding may change an entry of a Gram matrix: 50 units in the last place, of thousands of summands. It
-changed the evidence by 1e-5 nats at most in usual studies, and by millions where a tank's liquid made runs diverge."""
-_LEAST_INFORMATION = 0.5
-"""Least eigenvalue of information and prior together, over the prior's, below which rounding has made it negative."""
 _BOUNDS = 10
 """Times that unknowns are held at bounds in one step. [S] Two or three are usual."""
 _SLACK = 1e-9
@@ -57,7 +47,7 @@ class _Reduced:
     halves: Array
 
 
-class Likelihood:
+class Likelihood(SharedLikelihood):
     """Marginal likelihoods of hypotheses at one linearization; its columns are those of the effects in it.
 
     Terms and forces take part where it has their derivatives. `keep` (N,) says which errors count; all where None.
@@ -67,23 +57,16 @@ class Likelihood:
     def __init__(
         self, problem: Problem, at: Linearization, keep: Flags | None = None, held: Sequence[int] = ()
     ) -> None:
-        self.problem, self.point, self.errors, self.held = problem, at.point, at.errors, tuple(held)
-        self._at: Linearization | None = at
-        self.columns = problem.active(at.effects, discrepancy=at.discrepancy)
-        self.place = {int(column): k for k, column in enumerate(self.columns)}
-        self.priors = PriorRoots(problem)
-        own_columns = self.priors.over_knots(at.local, self.priors.time)
+        columns, priors = problem.active(at.effects, discrepancy=at.discrepancy), PriorRoots(problem)
+        # Gram matrices are taken with errors at the prior means of everything that is not held.
+        super().__init__(problem, columns, priors, (problem.mean - at.point.shared)[columns], held)
+        self.point, self._at = at.point, at
+        own_columns = priors.over_knots(at.local, priors.time)
         self._locals = at.local.shape[1]
-        self.grams = GramMatrices(problem, at.errors, at.shared[:, self.columns], own_columns, keep)
+        self.grams = GramMatrices(problem, at.errors, at.shared[:, columns], own_columns, keep)
         self._last_gram: tuple[tuple[bytes, tuple[int, ...]], Array, Array] | None = None
         self._last_reduced: tuple[bytes, _Reduced] | None = None
-        # Gram matrices are taken with errors at the prior means of everything that is not held.
-        self._offset = (problem.mean - at.point.shared)[self.columns]
-        own = [self.place[k] for k in self.held]
-        self._charge = 0.5 * float(((self._offset[own] / problem.sd[list(self.held)]) ** 2).sum())
-        self._offset[own] = 0.0
-        self._local_offset = self.priors.added(problem.local_offset(at.point)[:, : self._locals])
-        self._tightness = 1.0
+        self._local_offset = priors.added(problem.local_offset(at.point)[:, : self._locals])
 
     def held_at_bounds(self, sizes: Sizes, effects: Sequence[str]) -> tuple[int, ...]:
         """Shared unknowns that stand at a bound, where the trials ask for a value beyond it.
@@ -125,8 +108,6 @@ class Likelihood:
 
     def without_priors_pull(self, errors: Array) -> Likelihood:
         """The same with other errors (N,), which no prior draws anywhere. For `solve` alone."""
-        if self._at is None:
-            raise ValueError("a closed likelihood has no derivatives left")
         found = Likelihood(self.problem, replace(self._at, errors=errors), held=self.held)
         found._offset, found._local_offset = np.zeros_like(self._offset), np.zeros_like(self._local_offset)
         return found
@@ -144,138 +125,14 @@ class Likelihood:
         drawn._last_gram = drawn._last_reduced = None
         return drawn
 
-    def close(self, sizes: Sizes) -> None:
-        """Frees the memory of everything but these sizes' noise: nothing else can be asked for then."""
-        self._at = None
-        self.grams.close(sizes)
-        self._last_gram = self._last_reduced = None
-
-    # Evidence
-
-    def log_likelihood(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
-        """Log marginal likelihood (nats) of all trials, or of some; -inf where the algebra fails."""
-        try:
-            least, base, factor = self._least(sizes, effects, trials)
-        except np.linalg.LinAlgError:
-            return -math.inf
-        return base - float(np.log(np.diag(factor)).sum()) - least
-
-    def least(self, sizes: Sizes, effects: Sequence[str]) -> float:
-        """The least value (nats) that the objective of a fit would take, were the model linear about the point.
-
-        Raises LinAlgError where the algebra fails.
-        """
-        return self._least(sizes, effects, None)[0]
-
-    def _least(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None) -> tuple[float, float, Array]:
-        """That value, the log-likelihood of noise and own unknowns, and the Cholesky factor of the shared ones."""
-        gram, base, at, root = self._summed(sizes, effects, trials)
-        if not 0.0 <= gram[0, 0] < _LARGEST_SQUARE:
-            raise np.linalg.LinAlgError("rounding decides the sum of squares")
-        factor: Array = np.asarray(
-            np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root), dtype=np.float64
-        )
-        half = forward(factor, root.T @ gram[1 + at, 0])
-        least = 0.5 * float(gram[0, 0] - half @ half)
-        if least < -_ROUNDED:
-            raise np.linalg.LinAlgError("rounding decides the sum of squares")
-        return least + self._charge, base, factor
-
-    def evidence(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> float:
-        """The same, averaged over the unknown order of each effect's magnitude, within its bounds (`evidence.py`)."""
-        value = self.log_likelihood(sizes, effects, trials)
-        if not effects or not math.isfinite(value):
-            return value
-        try:
-            information, pull, sd = self._known_information(sizes, effects, trials)
-        except np.linalg.LinAlgError:
-            return -math.inf
-        groups, k = [], 0
-        for name in effects:
-            count = len(self.problem.columns[name])
-            shapes = self.problem.effects[name].shape_priors
-            magnitude = [j for j, q in enumerate(self.problem.effects[name].parameters) if q.name not in shapes]
-            groups.append(np.array([k + j for j in magnitude], dtype=np.intp))
-            k += count
-        own = np.concatenate([self.problem.columns[name] for name in effects])
-        low, high = (end[own] - self.problem.mean[own] for end in (self.problem.low, self.problem.high))
-        held = np.isin(own, self.held)
-        root = self._between_trials(effects, held)
-        if root is not None:
-            # Independent under the prior again; where an environment ends, no bound cuts it.
-            information, pull = root.T @ information @ root, root.T @ pull
-            mixed = (root != 0.0).sum(axis=1) > 1
-            low, high = np.where(mixed, -math.inf, low), np.where(mixed, math.inf, high)
-        powers = [self.problem.effects[name].power for name in effects]
-        return value + scale_gain(information, pull, sd, groups, self.problem.settings.scales, low, high, held, powers)
-
-    def _between_trials(self, effects: Sequence[str], held: Flags) -> Array | None:
-        """Root (n, n) of the prior correlation of these effects' parameters; None where they are independent."""
-        if not any(name in self.problem.prior_correlation for name in effects):
-            return None
-        found, first = np.eye(len(held)), 0
-        for name in effects:
-            count = len(self.problem.columns[name])
-            if name in self.problem.prior_correlation:
-                kept = np.flatnonzero(~held[first : first + count])
-                found[np.ix_(first + kept, first + kept)] = self.priors.between_trials(name, kept.tolist())
-            first += count
-        return found
-
-    def information(
-        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None
-    ) -> tuple[Array, Array, Array]:
-        """What the trials say of these effects, all else integrated out.
-
-        Returns the information (n, n) on their parameters, its product with their most probable distance from their
-        prior means (n,), and their prior deviations (n,).
-        """
-        return self._left_over(sizes, effects, trials)[1:]
-
-    def _known_information(
-        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None
-    ) -> tuple[Array, Array, Array]:
-        """As `information`. Raises LinAlgError where rounding decides what is left once all else is integrated out.
-
-        It does where long runs are about to diverge: their derivatives are many orders larger than what they tell.
-        """
-        whole, information, pull, sd = self._left_over(sizes, effects, trials)
-        widest = max(self.problem.settings.scales) * sd
-        values, vectors = np.linalg.eigh(np.eye(len(sd)) + information * np.outer(widest, widest))
-        # To first order, what rounding of each entry of the whole changes of the evidence.
-        distance = widest * (vectors @ (vectors.T @ (widest * pull) / np.maximum(values, 1.0)))
-        reach = float(np.abs(distance) @ np.sqrt(np.diag(whole)[1:]))
-        lost = not _ROUNDING * reach * (math.sqrt(whole[0, 0]) + 0.5 * reach) < _ROUNDED
-        if lost or values.min() < _LEAST_INFORMATION:
-            raise np.linalg.LinAlgError("rounding decides what the trials say of an effect")
-        return information, pull, sd
-
-    def _left_over(
-        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None
-    ) -> tuple[Array, Array, Array, Array]:
-        """The Gram matrix (1 + n, 1 + n) of errors and effects' parameters, and as `information`."""
-        gram, _, at, root = self._summed(sizes, (), trials)
-        own = np.array([self.place[int(c)] for name in effects for c in self.problem.columns[name]], dtype=np.intp)
-        factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
-        half = forward(factor, root.T @ gram[np.ix_(1 + at, np.concatenate([[0], 1 + own]))])
-        whole = gram[np.ix_(np.concatenate([[0], 1 + own]), np.concatenate([[0], 1 + own]))]
-        left = whole - half.T @ half
-        return whole, left[1:, 1:], -left[1:, 0], self.problem.sd[self.columns[own]]
+    # What the trials say
 
     def solve(self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None = None) -> Solution:
         """The most probable step from the point. Raises LinAlgError where the algebra fails."""
-        gram, _, at, root = self._summed(sizes, effects, trials)
-        reduced = self._reduce(sizes)
-        factor: Array = np.asarray(np.linalg.cholesky(np.eye(len(at)) + root.T @ gram[np.ix_(1 + at, 1 + at)] @ root))
-        own = np.zeros(len(self.columns))
-        own[at] = -root @ cho_solve((factor, True), root.T @ gram[1 + at, 0], check_finite=False)
-        if not np.isfinite(own).all():
-            raise np.linalg.LinAlgError("the most probable step is not finite")
-        shared = np.zeros(len(self.problem.unknowns))
-        shared[self.columns] = self._offset + own
-        local = self.priors.over_knots(self._local_place(sizes, self._scaled_local(reduced, own)), self.priors.time.T)
-        half = forward(factor, root.T)
-        return Solution(shared, local, self.columns[at], half.T @ half)
+        step, own = self._most_probable(sizes, effects, trials)
+        scaled = self._scaled_local(self._reduce(sizes), own)
+        local = self.priors.over_knots(self._local_place(sizes, scaled), self.priors.time.T)
+        return Solution(step.shared, step.free, step.covariance, local)
 
     def posterior(self, sizes: Sizes, effects: Sequence[str]) -> Posterior:
         """What is known of all unknowns. Raises LinAlgError where the algebra fails."""
@@ -334,19 +191,10 @@ class Likelihood:
 
     # Priors
 
-    def shared_root(self, sizes: Sizes, effects: Sequence[str]) -> tuple[Indices, Array]:
-        """Which columns (k,) a hypothesis frees, and a square root (k, k) of their prior covariance."""
-        free, root = self.priors.shared(sizes, effects, self.held)
-        return np.array([self.place[int(k)] for k in free], dtype=np.intp), self._tightness * root
-
     def local_root(self, sizes: Sizes) -> LocalRoot:
         """A square root of the prior covariance of a trial's own unknowns, or of its initial states alone."""
         root = self.priors.local(sizes, forces=self._locals > len(self.problem.initial_names))
         return LocalRoot(self._tightness * root.initial, self._tightness * root.equations, root.knots)
-
-    def energy(self, sizes: Sizes, effects: Sequence[str], point: Point) -> float:
-        """Squared distance of a point from the prior means, in deviations of the priors."""
-        return self.priors.energy(sizes, effects, point, self.held)
 
     # Elimination
 
@@ -365,8 +213,13 @@ class Likelihood:
         self._last_gram = key, total, base
         return total, base
 
+    def integrated(self, sizes: Sizes) -> tuple[Array, Array]:
+        """See the base. Raises LinAlgError where the algebra fails."""
+        reduced = self._reduce(sizes)
+        return reduced.grams, reduced.base
+
     def _reduce(self, sizes: Sizes) -> _Reduced:
-        key = b"".join((sizes.white.tobytes(), bytes(sizes.shape), sizes.forces.tobytes(), sizes.coupling.tobytes()))
+        key = sizes.without_terms
         if self._last_reduced is not None and self._last_reduced[0] == key:
             return self._last_reduced[1]
         total, base = self.whole(sizes)
@@ -387,11 +240,3 @@ class Likelihood:
         found = _Reduced(grams, base, factors, halves)
         self._last_reduced = key, found
         return found
-
-    def _summed(
-        self, sizes: Sizes, effects: Sequence[str], trials: Sequence[int] | None
-    ) -> tuple[Array, float, Indices, Array]:
-        reduced = self._reduce(sizes)
-        which = slice(None) if trials is None else list(trials)
-        at, root = self.shared_root(sizes, effects)
-        return reduced.grams[which].sum(axis=0), float(reduced.base[which].sum()), at, root

@@ -20,7 +20,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
-from seatruth.diagnosis.unknowns import Solution
+from seatruth.diagnosis.unknowns import SharedStep
 
 _AT_MOST = 3.0
 """Standard deviations up to which unknowns may lie elsewhere than the other trials say. [S] 1 of 370 lies beyond."""
@@ -111,7 +111,7 @@ class PredictionErrors:
         except np.linalg.LinAlgError:
             return math.inf
         point = model.fit.point
-        moved = self.problem.moved(point, step.shared, np.zeros_like(step.local)).shared - point.shared
+        moved = np.clip(point.shared + step.shared, self.problem.low, self.problem.high) - point.shared
         size = self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
         return min(size, self._worthless) if math.isfinite(size) else size
 
@@ -132,9 +132,9 @@ class PredictionErrors:
         spread = np.array([np.std(values) if values.size else 0.0 for values in own])
         return math.sqrt(float(np.mean((spread[problem.channel_of[self._here]] * self._weight) ** 2)))
 
-    def _step(self, model: Simulated) -> Solution:
+    def _step(self, model: Simulated) -> SharedStep:
         """From the fit to all trials to that to the others."""
-        return model.fit.likelihood.solve(model.fit.sizes, model.fit.effects, self._others)
+        return model.fit.likelihood.shared_step(model.fit.sizes, model.fit.effects, self._others)
 
     def _rows(self, values: Array) -> Array:
         """What belongs to the trial, over the noise."""

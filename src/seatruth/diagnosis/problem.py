@@ -219,9 +219,12 @@ class Problem:
             y, dy = found.y, found.dy[self.valid]
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - y)[self.valid]
-            slopes = -dy
         errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
-        slopes[~(np.abs(slopes) < _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0))))] = 0.0
+        # In place: the derivatives of long trials are the largest arrays that there are.
+        slopes = np.negative(dy, out=dy)
+        limit = _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0)))
+        if not -limit < slopes.min(initial=0.0) <= slopes.max(initial=0.0) < limit:
+            slopes[~(np.abs(slopes) < limit)] = 0.0
         shared = np.zeros((len(errors), len(self.unknowns)))
         shared[:, kept] = slopes[:, : len(free)]
         if tied:

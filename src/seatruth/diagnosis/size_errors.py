@@ -61,7 +61,7 @@ def disagreement(problem: Problem, fit: Fit) -> Array:
     for group in groups if len(groups) > 1 else []:
         others = [trial for trial in range(len(problem.trials)) if trial not in group]
         try:
-            step = fit.likelihood.solve(fit.sizes, fit.effects, others)
+            step = fit.likelihood.shared_step(fit.sizes, fit.effects, others)
         except np.linalg.LinAlgError:
             continue
         variance = np.zeros(count)

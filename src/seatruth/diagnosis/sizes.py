@@ -68,6 +68,12 @@ class Sizes:
         white, terms, forces, z = np.split(vector, ends)
         return replace(self, white=white, terms=terms, forces=forces, coupling=np.tanh(z))
 
+    @property
+    def without_terms(self) -> bytes:
+        """All of them but those of terms, as a key: what a likelihood depends on before the shared unknowns' priors."""
+        parts = self.white, np.array(self.shape, dtype=np.intp), self.forces, self.coupling
+        return b"".join(part.tobytes() for part in parts)
+
     def without_discrepancy(self) -> Sizes:
         """The same noise, nothing missing."""
         none = np.full_like(self.terms, -math.inf)

@@ -16,6 +16,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.compensation import along, can_compensate
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
+from seatruth.diagnosis.shared_likelihood import SharedLikelihood
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.diagnosis.unknowns import Solution
 from seatruth.statistics.state_space_noise import whiten
@@ -186,7 +187,7 @@ def objective(
     errors: Array,
     sizes: Sizes,
     effects: Sequence[str],
-    likelihood: Likelihood,
+    likelihood: SharedLikelihood,
 ) -> float:
     """Minus the log-posterior of a point (nats) up to a constant; inf where the model diverges there."""
     if not np.isfinite(errors).all() or np.abs(errors).max(initial=0.0) > _DIVERGED:

@@ -8,17 +8,23 @@ from seatruth.arrays import Array, Indices
 
 
 @dataclass(frozen=True)
-class Solution:
-    """The most probable step from a point, and what is known of the shared unknowns after the trials."""
+class SharedStep:
+    """The most probable step of the shared unknowns from a point, and what is known of them after the trials."""
 
     shared: Array
     """Step of the shared unknowns (S,)."""
-    local: Array
-    """Step of each trial's own unknowns (T, L)."""
     free: Indices
     """The shared unknowns (k,) that the hypothesis frees."""
     covariance: Array
     """Their posterior covariance (k, k)."""
+
+
+@dataclass(frozen=True)
+class Solution(SharedStep):
+    """The most probable step from a point of all unknowns."""
+
+    local: Array
+    """Step of each trial's own unknowns (T, L)."""
 
 
 @dataclass(frozen=True)

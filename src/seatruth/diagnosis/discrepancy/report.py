@@ -10,6 +10,7 @@ from seatruth.diagnosis.discrepancy.equations import acceleration_unit
 from seatruth.diagnosis.discrepancy.model import MissingForces
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.parts import Discrepancy, MissingForce, MissingTerm
 from seatruth.diagnosis.problem import Problem
 
@@ -29,9 +30,10 @@ def describe(search: Search, key: Key) -> Discrepancy | None:
     gain = math.inf if without is None else found.evidence - without.evidence
     model, count = problem.discrepancy, len(problem.initial_names)
     knots = problem.settings.knots
+    likelihood = Likelihood(problem, found.linearized(problem), held=found.likelihood.held)
     forces = []
     for number, trial in enumerate(problem.trials):
-        known = np.sqrt(np.maximum(np.diag(found.likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
+        known = np.sqrt(np.maximum(np.diag(likelihood.local_covariance(found.sizes, number)), 0.0))[count:]
         # Forces of no size are zero, with certainty, and have no covariance.
         deviation = known if known.size else np.zeros(len(model.equations) * knots)
         t = [k * model.spacing for k in range(knots) if k * model.spacing <= trial.duration + model.spacing]

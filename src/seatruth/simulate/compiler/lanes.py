@@ -42,12 +42,6 @@ def from_lanes(lanes: Array, size: int) -> Array:
     return lanes.transpose(0, last, *range(1, last)).reshape(-1, *lanes.shape[1:-1])[:size]
 
 
-def last_axis_from_lanes(lanes: Array, size: int) -> Array:
-    """(blocks, rows, columns, width) -> (rows, columns, P) for P = `size` directions."""
-    moved = np.moveaxis(lanes, 0, 2)
-    return np.asarray(moved.reshape(*moved.shape[:2], -1)[:, :, :size])
-
-
 def lane_blocks(size: int, trials: int, threads: int) -> list[tuple[slice, int]]:
     """Candidates and the width of the blocks in which they run, so that all threads end at about the same time.
 

@@ -28,13 +28,13 @@ from seatruth.simulate.compiler.llvm_ir import IRBuilder, double
 
 PROPAGATION_CONTEXT: Final = (
     *("counter", "tasks", "samples", "states", "outputs", "first", "length", "substeps"),
-    *("rate_values", "output_values", "record", "record_size", "x", "scratch"),
+    *("rate_values", "output_values", "record", "x", "scratch"),
     *("a_start", "a_from", "a_place", "b_start", "b_lane", "b_place"),
     *("c_start", "c_from", "c_place", "d_start", "d_lane", "d_place"),
 )
-"""`x` (blocks, S, width): derivatives at the stretch's begin, then at its end. `record` (blocks, record_size, D,
-width), from sample `first` on. `scratch` (blocks, 3, S, width). Of each entry: the state (`from`) or the lane that it
-multiplies, and its place among the values, where its own rows begin."""
+"""`x` (blocks, S, width): derivatives at the stretch's begin, then at its end. `record` (samples of all trials, D,
+blocks, width), where the stretch begins at sample `first`. `scratch` (blocks, 3, S, width). Of each entry: the state
+(`from`) or the lane that it multiplies, and its place among the values, where its own rows begin."""
 
 
 def propagation_kernel(width: int) -> str:
@@ -42,7 +42,7 @@ def propagation_kernel(width: int) -> str:
     w = IRBuilder(width)
     v = w.vector
     context, at = read_context(w, PROPAGATION_CONTEXT)
-    states, outputs = context["states"], context["outputs"]
+    states, outputs, first_sample = context["states"], context["outputs"], context["first"]
     size = w.put(f"mul i64 {states}, {width}")
     step, sum_slot = w.put("alloca i64"), w.put(f"alloca {v}, align 64")
     block = next_task(w, context, at)
@@ -51,8 +51,6 @@ def propagation_kernel(width: int) -> str:
     buffers = [address(w, total, size), address(w, total, w.put(f"mul i64 {size}, 2"))]
     own_rates = w.put(f"mul i64 {block}, {states}")
     own_outputs = w.put(f"mul i64 {block}, {outputs}")
-    own_record = w.put(f"mul i64 {block}, {context['record_size']}")
-    record = w.put(f"add i64 {own_record}, {context['first']}")
     w.do(f"store i64 0, ptr {step}")
 
     def vector_at(base: str, item: str) -> str:
@@ -80,11 +78,12 @@ def propagation_kernel(width: int) -> str:
 
     sample = _Loop(w, "0", context["samples"])
     k = sample.index
-    row = w.put(f"mul i64 {w.put(f'add i64 {record}, {k}')}, {outputs}")
+    row = w.put(f"mul i64 {w.put(f'add i64 {first_sample}, {k}')}, {outputs}")
     output = _Loop(w, "0", outputs)
     d = output.index
     slope = row_sum("c", d, "d", w.put(f"add i64 {own_outputs}, {d}"), at["output_values"], x, k)
-    w.do(f"store {v} {slope}, ptr {vector_at(at['record'], w.put(f'add i64 {row}, {d}'))}, align 8")
+    place = w.put(f"mul i64 {w.put(f'add i64 {row}, {d}')}, {context['tasks']}")
+    w.do(f"store {v} {slope}, ptr {vector_at(at['record'], w.put(f'add i64 {place}, {block}'))}, align 8")
     output.close()
     h = w.splat(load_double(w, at["length"], k))
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from seatruth.arrays import Array, Indices
 from seatruth.errors import PluginError
-from seatruth.simulate.compiler.lanes import NARROW, last_axis_from_lanes
+from seatruth.simulate.compiler.lanes import NARROW
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
 from seatruth.simulate.compiler.node import Node, NotTraceable
 from seatruth.simulate.compiler.partials import Entries, Partials, by_lane, matrix, partials
@@ -74,8 +74,8 @@ class Sensitivities:
         start[:, :size] = along.first_states(len(e.states)).T
         begin_x = start[pattern.live].reshape(live, blocks, NARROW).transpose(1, 0, 2)
         y = np.empty((len(grid.t), len(e.outputs)))
-        record = np.empty((blocks, len(grid.t), len(e.outputs), NARROW))
-        sizes = {"tasks": blocks, "states": live, "outputs": len(e.outputs), "record_size": len(grid.t)}
+        record = np.empty((len(grid.t), len(e.outputs), blocks, NARROW))
+        sizes = {"tasks": blocks, "states": live, "outputs": len(e.outputs)}
         fixed: dict[str, Buffer] = {
             "record": record,
             "scratch": np.empty((blocks, 3, live, NARROW)),
@@ -109,7 +109,7 @@ class Sensitivities:
                 stretch = {**sizes, "samples": end - begin, "first": part.start}
                 run_kernel(_kernel(), PROPAGATION_CONTEXT, buffers, stretch, threads, blocks)
                 step += count
-        dy = last_axis_from_lanes(record, size)
+        dy = record.reshape(*y.shape, -1)[:, :, :size]
         return Derivatives(y, dy, x_end, np.empty((len(grid.rows), 0, size)))
 
     def _rate_values(
