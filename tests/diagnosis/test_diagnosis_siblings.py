@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from searched_by_hand import searched
 
@@ -11,6 +12,7 @@ import seatruth.diagnosis.siblings as module
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.siblings import fit_siblings, siblings
+from seatruth.effects import available
 
 
 def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limit(
@@ -36,4 +38,38 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
     fitted.clear()
     found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0, ("rudder_lag", "trial_current"): 700.0})
     fit_siblings(found)
+    assert fitted == []
+
+
+def test_beside_forces_a_sibling_that_was_never_fitted_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From where it is best begun, else from its typical size, where it has one sign; and no other kind of cause."""
+    fitted: list[tuple[Key, list[float], str]] = []
+
+    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str) -> None:
+        fitted.append((key, point.shared.tolist(), attempt))
+
+    monkeypatch.setattr(module, "fit_once", kept)
+    found = searched({("rudder_rate_limit",): 736.0})
+    found.starts["rudder_lag"] = np.array([[0.7], [2.0]])
+    found.problem.low[:] = 0.0
+    fit_siblings(found)
+    typical = available()["rudder_delay"].parameters[0].value
+    assert fitted == [
+        (("rudder_lag",), [0.0, 0.7, 0.0, 0.0, 0.0, 0.0], "in the place of rudder_rate_limit"),
+        (("rudder_delay",), [0.0, 0.0, typical, 0.0, 0.0, 0.0], "in the place of rudder_rate_limit"),
+    ]
+    # What may have either sign begins where it is none.
+    fitted.clear()
+    found.problem.low[:] = -9.0
+    fit_siblings(found)
+    assert fitted[1][1] == [0.0] * 6
+    # Without forces what is linearized holds, and what was fitted in any set is known.
+    fitted.clear()
+    plain = searched({("rudder_rate_limit",): 736.0})
+    (leading,) = plain.fits.values()
+    vars(leading)["discrepancy"] = False
+    plain.fits = {(leading.effects, False): leading}
+    fit_siblings(plain)
+    tried = searched({("rudder_rate_limit",): 736.0, ("rudder_lag", "current"): 1.0, ("rudder_delay", "current"): 1.0})
+    fit_siblings(tried)
     assert fitted == []

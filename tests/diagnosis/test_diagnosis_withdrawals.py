@@ -260,10 +260,13 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
     entries = (("rudder_lag",), 0.9, True), (("rudder_lag",), 0.05), ((), 0.05)
     said, found = decided(*entries), hypotheses(*entries)
 
-    def left(decision: Decision, upper: float, found: list[Hypothesis] = found, moved: float = 0.01) -> Decision:
+    def left(
+        decision: Decision, upper: float, found: list[Hypothesis] = found, moved: float = 0.01, size: float = 0.2
+    ) -> Decision:
         fold = Fold("turn", decision.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
         validation = Validation((fold,), 0.0, -0.05, upper, 0.8)
-        return without_negligible(decision, found, EFFECTS, lambda key: validation, lambda name: moved, SETTINGS)
+        measures = lambda name: moved, lambda name: size
+        return without_negligible(decision, found, EFFECTS, lambda key: validation, *measures, SETTINGS)
 
     unknown = left(said, 0.04)
     assert (unknown.kind, unknown.clusters, unknown.small) == ("unknown", (), ("rudder_lag",))
@@ -272,6 +275,8 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
         assert left(said, kept) == said
     # What moves the trials by much of what runs miss is not small, though with it they come no nearer.
     assert left(said, 0.04, moved=0.3) == said
+    # Nor is what is as large as such errors are, whatever else the model lacks.
+    assert left(said, 0.04, size=1.2) == said
     # An error of a sensor is small beside what that sensor shows; beside it the lag is said to be small.
     both = (("heading_bias", "rudder_lag"), 0.9, True), ((), 0.1)
     named = left(decided(*both), 0.04, hypotheses(*both))
@@ -288,7 +293,8 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
             ("rudder_offset",): Validation(folds, rest, -0.4, 1.0, 0.8),
         }
         moved = {"rudder_offset": 0.9, "rudder_lag": 0.001}
-        return without_negligible(two, checked, EFFECTS, known.__getitem__, moved.__getitem__, SETTINGS)
+        measures = moved.__getitem__, lambda name: 0.2
+        return without_negligible(two, checked, EFFECTS, known.__getitem__, *measures, SETTINGS)
 
     assert (closing(0.31, 0.3).shown, closing(0.31, 0.3).small) == (("rudder_offset",), ("rudder_lag",))
     for whole, rest in ((0.31, 0.2), (0.31, math.nan), (math.nan, 0.3)):

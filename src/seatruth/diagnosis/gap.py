@@ -124,6 +124,13 @@ class Gap:
         """What an effect of the answer moves the trials by over what runs with the answer miss, both in squares."""
         return self.moved_by(name) ** 2 * self.problem.count / self.misfits["effects"]
 
+    def typical_sizes(self, name: str) -> float:
+        """How large an effect of the answer is: of its magnitudes the most over a typical one of such a vehicle."""
+        effect, at = self.problem.effects[name], self.shown.point.shared
+        typical = effect.priors(self.problem.study.model)
+        magnitudes = [(k, q.name) for k, q in zip(self.problem.columns[name], effect.parameters, strict=True)]
+        return max(abs(float(at[k]) - effect.null[q]) / typical[q].sd for k, q in magnitudes if q in effect.magnitudes)
+
     @property
     def strays(self) -> bool:
         """Whether runs stray from their records, with the answer's effects or without: their misfit says little."""

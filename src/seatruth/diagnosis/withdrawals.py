@@ -35,6 +35,8 @@ a rudder that stalls, its offset and a bank had 0.0 each."""
 _LITTLE = 0.1
 """Part of the gap on trials left out below which what moves the trials by little surely stays. [S] Lags of 0.05 s,
 which acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
+_TYPICAL = 0.5
+"""Size, over a typical one, from which what acts is never of no practical size. [S] Those lags had 0.17 and 0.2."""
 _MOST = 0.5
 """Part of the gap from which most of it is closed, where too few trials bound it. [S] Of a launch, true
 causes closed 0.99 and 1.00 of it, others 0.11 and 0.20."""
@@ -220,15 +222,17 @@ def without_negligible(
     effects: Mapping[str, Effect],
     validated: Callable[[Key], Validation | None],
     moved: Callable[[str], float],
+    size: Callable[[str], float],
     settings: Settings,
 ) -> Decision:
     """The decision less what surely closes next to nothing of the gap on trials left out, beside something unknown.
 
     For runs that stray from their records, whose misfit tells no share: of a planing boat that its model misses by 90
     times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also have
-    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. Of
-    several causes one is small without which the others close as much. An error of a sensor is small beside what that
-    sensor shows, and what has its own size or phase in each trial is not predicted.
+    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. And
+    its `size`, in typical ones, is small: a plane's lag of 0.37 s, of an AUV whose heading its model misses by a
+    radian, is not. Of several causes one is small without which the others close as much. An error of a sensor is small
+    beside what that sensor shows, and what has its own size or phase in each trial is not predicted.
     """
     validation = validated(decision.shown) if decision.clusters and decision.discrepancy else None
     if validation is None:
@@ -238,7 +242,7 @@ def without_negligible(
     def negligible(one: Cluster, effect: Effect) -> bool:
         if is_within(one.cause, SENSOR) or follows_each_trial(effect) or isinstance(effect, EachTrial):
             return False
-        if not moved(effect.name) < settings.small_share:
+        if not moved(effect.name) < settings.small_share or size(effect.name) > _TYPICAL:
             return False
         rest = () if is_within(effect.cause, ENVIRONMENT) else _others(decision, one)
         return none_closes or (
