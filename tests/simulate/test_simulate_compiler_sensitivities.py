@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,46 @@ def test_derivatives_of_every_operation() -> None:
     found = sim.jacobian(theta, x0, ["x", "y", "z"], last_states=False)
     assert found.dy == pytest.approx(sim.jacobian(theta, x0, ["x", "y", "z"]).dy, rel=1e-11, abs=1e-13)
     assert np.abs(found.dy[-1, :2, [0, 1, 3, 4]]).min() > 0.1
+
+
+def _cubed_beyond(x: Any, band: float) -> Any:
+    d = abs(x) - band
+    return 0.0 * d if d <= 0.0 else d * math.sqrt(d)
+
+
+def _soft(x: Any) -> Any:
+    return x if x > 0.5 else math.log1p(math.exp(900.0 * x)) / 900.0
+
+
+def _power(x: Any) -> Any:
+    return x**0.7 if x > 0.0 else 0.0 * x
+
+
+def _ratio(x: Any) -> Any:
+    return math.sin(x) / x if x != 0.0 else 1.0
+
+
+@pytest.mark.parametrize("function", [lambda x: _cubed_beyond(x, 0.3), _soft, _power, _ratio])
+def test_the_side_of_an_if_that_is_not_taken_counts_for_nothing(function: Callable[[Any], Any]) -> None:
+    """Though it has no finite value there: a thruster within its dead band, whose law is a root beyond it.
+
+    By the parameter that scales it and by the state, the order being at rest at first.
+    """
+
+    def rates(s: Any, i: Any, p: Any) -> Any:
+        return p.a * function(i.push) - p.b * s.x - p.b * function(s.x - 1.0), s.x - s.y
+
+    model = plain_model(rates, ("x", "y"), ("a", "b"), ("push",))
+    trial = record_of(np.arange(40) * 0.05, lambda t: np.where(t < 0.5, 0.0, 2.0 * np.sin(3.0 * t)))
+    sim = simulator(model, [trial], free=("a", "b"))
+    for x in (0.2, 3.0):
+        theta, x0 = np.array([1.3, 0.8]), np.array([[x, 0.1]])
+        found = sim.jacobian(theta, x0, ["x", "y"], last_states=False)
+        assert np.isfinite(found.dy).all()
+        assert found.dy == pytest.approx(sim.jacobian(theta, x0, ["x", "y"]).dy, rel=1e-11, abs=1e-12)
+        for k, step in enumerate(1e-6 * np.eye(2)):
+            ends = [sim.outputs((theta + sign * step)[None], x0).y[0] for sign in (1.0, -1.0)]
+            assert found.dy[..., k] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5, abs=1e-7)
 
 
 def test_derivatives_of_too_many_operations_are_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,12 @@ from collections.abc import Iterable, Mapping
 from seatruth.simulate.compiler.node import Node, NotTraceable, is_constant, ordered
 from seatruth.simulate.compiler.operations import COMPARISONS
 
+_FINITE = frozenset(
+    {"leaf", "constant", "add", "sub", "mul", "neg", "abs", "sin", "cos", "tanh", "atan", "asinh", "copysign"}
+    | {"select", "floor", "ceil", "trunc", *COMPARISONS}
+)
+"""Operations that are finite wherever their arguments are."""
+
 
 def directional_derivatives(roots: Iterable[Node], directions: Mapping[int, Node]) -> list[Node]:
     """Derivatives of the roots along a direction: `directions` maps id(leaf) to the leaf's own derivative.
@@ -34,7 +40,9 @@ def directional_derivatives(roots: Iterable[Node], directions: Mapping[int, Node
 def partial_derivatives(root: Node, leaves: Iterable[Node]) -> dict[int, Node]:
     """Derivatives of one root by each of these leaves, by id(leaf); those that are zero are left out.
 
-    Backwards through the graph (the adjoint method), with the same conventions as `directional_derivatives`.
+    Backwards through the graph (the adjoint method), with the same conventions as `directional_derivatives`. The side
+    of an `if` that is not taken counts for nothing, though zero times its values, such as the root of what is negative
+    there, may be no number: x sqrt(x) of a thruster within its dead band.
     """
     wanted = {id(leaf) for leaf in leaves}
     nodes = ordered([root])
@@ -45,6 +53,8 @@ def partial_derivatives(root: Node, leaves: Iterable[Node]) -> dict[int, Node]:
     zero, one = root.graph.node(0.0), root.graph.node(1.0)
     adjoints = {id(root): one} if id(root) in moving else {}
     found: dict[int, Node] = {}
+    beside: set[int] = set()  # what stands on a side of an `if`, which may not be taken
+    finite: dict[int, bool] = {}
     for node in reversed(nodes):
         adjoint = adjoints.pop(id(node), zero)
         if is_constant(adjoint, 0.0):
@@ -54,9 +64,27 @@ def partial_derivatives(root: Node, leaves: Iterable[Node]) -> dict[int, Node]:
             continue
         for place, a in enumerate(node.args):
             if id(a) in moving:
-                along = [one if k == place else zero for k in range(len(node.args))]
-                adjoints[id(a)] = adjoints.get(id(a), zero) + adjoint * _derivative(node, along)
+                local = _derivative(node, [one if k == place else zero for k in range(len(node.args))])
+                passed = adjoint * local
+                if id(node) in beside and not _is_finite(local, finite):
+                    passed = root.graph.select(adjoint == 0.0, zero, passed)
+                if id(node) in beside or node.op == "select":
+                    beside.add(id(a))
+                adjoints[id(a)] = adjoints.get(id(a), zero) + passed
     return found
+
+
+def _is_finite(node: Node, known: dict[int, bool]) -> bool:
+    """Whether a node is finite wherever the leaves are; `known` (by id) grows."""
+    open_nodes = [node]
+    while open_nodes:
+        part = open_nodes[-1]
+        unknown = [a for a in part.args if id(a) not in known]
+        if not unknown:
+            known[id(part)] = part.op in _FINITE and all(known[id(a)] for a in part.args)
+            open_nodes.pop()
+        open_nodes.extend(unknown)
+    return known[id(node)]
 
 
 def _derivative(node: Node, d: list[Node]) -> Node:
