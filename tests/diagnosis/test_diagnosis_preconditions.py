@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import boat_case as boat
 import numpy as np
@@ -96,6 +97,36 @@ def test_weaknesses(ship_folder: Path, plain_runs: list[Trial]) -> None:
     assert "no-coefficients" in codes(study.replace(parameters=fixed))
     bare = tuple(p.replace(prior=None) for p in study.parameters)
     assert "prior-assumed" in codes(study.replace(parameters=bare))
+
+
+class Singular(boat.Boat):
+    """A boat whose yaw moment is a power of its rate of turn times its rudder angle: 0 / 0 amidships."""
+
+    name = "singular"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> Any:
+        *rest, r_dot = boat.Boat.rhs(s, i, p, e)
+        return (*rest, r_dot - 0.001 * abs(s.r * i.delta) ** 0.6)
+
+
+class Guarded(Singular):
+    """The same, written with an `if`."""
+
+    name = "guarded"
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> Any:
+        *rest, r_dot = boat.Boat.rhs(s, i, p, e)
+        return (*rest, r_dot - (0.001 * abs(s.r * i.delta) ** 0.6 if abs(i.delta) > 1e-6 else 0.0))
+
+
+def test_a_run_without_derivatives_is_told() -> None:
+    """A run with its rudder amidships has none; nor has one that diverges, which is told elsewhere."""
+    amidships = {"delta": np.concatenate([np.zeros(10), boat.zigzag(30, 0.1, 8.0)])}
+    runs = boat.trials(boat.Boat(), [amidships] * 2, headings=(0.0, 2.0))
+    assert codes(boat.study(Singular(), runs)) == {"no-derivatives"}
+    assert codes(boat.study(Guarded(), runs)) == set()
 
 
 def course(*angles: float) -> list[Trial]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +24,8 @@ _FEWEST_SAMPLES = 10
 """Samples of a trial below which nothing can be said of its motion. [S]"""
 _LARGEST = 1e100
 """Size of a value, in SI units, from which its square and sums of such squares leave double precision."""
+_GROWN = 1e12
+"""Size of derivatives, in SI units, from which a run is about to diverge. [S] Those of usual runs are below 1e6."""
 _ONE_COURSE = 0.5
 """rad: courses that differ less count as one. [S]"""
 
@@ -155,10 +157,43 @@ def weaknesses(study: Study, problem: Problem) -> list[Finding]:
             " and what is fitted to it may be wrong by more than its interval says."
         )
         found.append(Finding("warning", "near-vertical", text, where, "Cut the trial before it.", steep[0]))
+    found.extend(_without_derivatives(problem))
     if on_one_course(trials):
         text = "All trials keep to one course: a current, a heading bias and a wind look alike there."
         found.append(Finding("warning", "one-course", text, where, "Add a reciprocal run or a full turn."))
     return found
+
+
+def _without_derivatives(problem: Problem) -> list[Finding]:
+    """A finding on where the model's runs have no derivatives, though they do not diverge; none of a black box."""
+    if problem.few_runs is not None:
+        return []
+    names = [problem.unknowns[k].name for k in problem.coefficients]
+    at, values = problem.start, problem.named(problem.start)
+    simulated = problem.bound(at, names).jacobian(
+        np.array([values[name] for name in names]), problem.start_states(at), problem.initial_names, last_states=False
+    )
+    runs = np.abs(simulated.y[:, :, None]), np.abs(simulated.dy)
+    for trial, series in zip(problem.trials, _rows(problem.trials)):
+        whole, slopes = (part[series].max(axis=(1, 2), initial=0.0) for part in runs)
+        lost = np.flatnonzero(~np.isfinite(slopes) & np.isfinite(whole))
+        # Runs about to diverge lose theirs to overflow: they grow before that.
+        if lost.size and (slopes[: lost[0]] < _GROWN).all():
+            text = (
+                f"At t = {trial.t[lost[0]]:g} s of {trial.name!r} the model's run has no derivatives: a power of zero,"
+                " or a division by it. What needs them from there on counts as without any influence."
+            )
+            do = "Keep such an expression from zero: (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or take it on one side of an `if`."
+            return [Finding("warning", "no-derivatives", text, f"trial {trial.name!r}", do, trial.name)]
+    return []
+
+
+def _rows(trials: Iterable[Trial]) -> Iterator[slice]:
+    """Where the samples of each trial are among those of all."""
+    first = 0
+    for trial in trials:
+        yield slice(first, first + len(trial))
+        first += len(trial)
 
 
 def _pitches_near_vertical(trial: Trial) -> bool:
