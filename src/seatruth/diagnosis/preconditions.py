@@ -183,7 +183,7 @@ def _without_derivatives(problem: Problem) -> list[Finding]:
                 f"At t = {trial.t[lost[0]]:g} s of {trial.name!r} the model's run has no derivatives: a power of zero,"
                 " or a division by it. What needs them from there on counts as without any influence."
             )
-            do = "Keep such an expression from zero: (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or take it on one side of an `if`."
+            do = "Keep it from zero, as (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or on one side of an `if`."
             return [Finding("warning", "no-derivatives", text, f"trial {trial.name!r}", do, trial.name)]
     return []
 
