@@ -269,7 +269,7 @@ class Assembly:
             places=posterior.by_place(self.hypotheses, places),
             noise=self._noise(),
             shares=split,
-            coefficients=self._coefficients(),
+            coefficients=self.coefficients(),
             gap=by_channel(problem, self._deviation, points),
             time=in_time(problem, errors),
             region=in_region(problem, errors, points["refit"], self.seed),
@@ -384,16 +384,13 @@ class Assembly:
                 )  # fmt: skip
         return tuple(rows)
 
-    def _coefficients(self) -> tuple[Coefficient, ...]:
+    def coefficients(self) -> tuple[Coefficient, ...]:
+        """The model's free coefficients, refitted beside the answer."""
         shown = self.gap.shown
         error = size_errors(self.problem, shown)
         pairs = [(k, self.problem.unknowns[k]) for k in self.problem.coefficients]
-        return tuple(
-            Coefficient(
-                q.name, q.unit, q.value, *(float(one[k]) for one in (self.problem.sd, shown.point.shared, error))
-            )
-            for k, q in pairs
-        )
+        found = self.problem.sd, shown.point.shared, error
+        return tuple(Coefficient(q.name, q.unit, q.value, *(float(one[k]) for one in found)) for k, q in pairs)
 
     def _augmented(self) -> dict[str, Any]:
         """The named effects at their reported values, and nothing else."""

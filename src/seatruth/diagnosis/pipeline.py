@@ -17,6 +17,7 @@ from seatruth.costs.stepped_orders import without_stale_notes
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.moved_coefficients import moved_coefficients
 from seatruth.diagnosis.preconditions import (
     require_trials,
     turned_round,
@@ -182,6 +183,7 @@ def diagnose(
             if effects is None:
                 named = [name for cluster in assembly.decision.clusters for name in cluster.effects]
                 findings += untried_forms(study, found.problem.effects, named)
+            findings += moved_coefficients(study, assembly.coefficients())
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:
             raise SeatruthError(
