@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from seatruth.models import available as models
 from seatruth.models.base import Model
 from seatruth.simulate import simulator
 from seatruth.testing.effects import STEP, TRIAL, EffectConformance
+from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 Array = NDArray[np.float64]
@@ -293,3 +295,12 @@ def test_is_recovered_on_the_vehicle_with_eight_thrusters(name: str) -> None:
 def test_is_recovered_on_single_thrusters_of_eight(name: str) -> None:
     (effect,) = load_effects([name], model=ROV)
     assert_recovered(effect, "bluerov2_heavy")
+
+
+def test_a_log_pitched_in_a_vehicle_without_pitch_is_not_asked_for() -> None:
+    """The pitch of the vehicle itself, bow down under thrust, would pass for it."""
+    pitched = available()["log_misalignment_vertical"]
+    assert not pitched.missing(load_model("diving_plane"))
+    unpitched = copy(load_model("diving_plane"))
+    unpitched.states = unpitched.outputs = (Channel("u", "m/s"), Channel("w", "m/s"), Channel("z", "m"))
+    assert "own pitch shows the same" in pitched.missing(unpitched)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.sensors import LOG
+from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter
 
 
@@ -89,7 +90,10 @@ class LogMisalignment(Effect):
 
 
 class LogMisalignmentVertical(LogMisalignment):
-    """The axes of the log are pitched from those of the vehicle."""
+    """The axes of the log are pitched from those of the vehicle.
+
+    Beside a model without a pitch angle the pitch of the vehicle itself, bow down under thrust, shows the same.
+    """
 
     name = "log_misalignment_vertical"
     title = "misalignment of the log in the diving plane"
@@ -99,6 +103,12 @@ class LogMisalignmentVertical(LogMisalignment):
     distinguished_by = "in proportion to the speed; depth and pitch angle do not show it"
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["w"]}
     parameters = (LogMisalignment.parameters[0].replace(description="log pitched bow down"),)
+
+    def missing(self, model: Model) -> str:
+        reason = super().missing(model)
+        if not reason and "theta" not in {channel.name for channel in (*model.states, *model.outputs)}:
+            reason = "the model has no pitch angle 'theta', without which the vehicle's own pitch shows the same"
+        return reason
 
 
 class PositionLeverArm(Effect):
