@@ -128,3 +128,13 @@ def test_an_error_of_a_sensor_is_measured_by_what_that_sensor_shows(
     monkeypatch.setattr(Gap, "_explained_without_forces", lambda self, rest: 0.0)
     assert gap.share(key[0]) == pytest.approx(expected)
     assert seen == [1000] * 3  # positions alone
+
+
+def test_the_size_of_an_effect_is_told_in_typical_ones(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """Of a rudder 0.02 rad is typical."""
+    found = search(small.problem(ship_folder, offset_runs), small.silent)
+    key = ("rudder_offset",)
+    gap = Gap(found, noise_deviation(found.problem, found.null.sizes), key)
+    value = float(gap.shown.point.shared[found.problem.columns[key[0]][0]])
+    assert gap.typical_sizes(key[0]) == pytest.approx(abs(value) / 0.02)
+    assert gap.closed_in_its_sensor(key[0]) == 0.0  # it is no error of a sensor

@@ -150,8 +150,7 @@ class Assembly:
         left = without_outdone(said, found, effects, self._validated, gap.moved_by)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
-            sizes = gap.part_moved, gap.typical_sizes
-            left = without_negligible(left, found, effects, self._validated, *sizes, self.settings)
+            left = without_negligible(left, found, effects, self._validated, gap, self.settings)
         fit = self.search.best(left.shown)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         return without_disputed(left, found, effects, sure, self._validated)

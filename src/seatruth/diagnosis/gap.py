@@ -155,20 +155,24 @@ class Gap:
         closed = float(np.clip((left - named) / gap, 0.0, 1.0))
         if closed < self.problem.settings.small_share:
             explained = self._explained_without_forces(rest)
-            return explained if explained > _MOST else max(closed, self._closed_in_its_sensor(name, without.point))
+            return explained if explained > _MOST else max(closed, self.closed_in_its_sensor(name))
         return closed
 
-    def _closed_in_its_sensor(self, name: str, without: Point) -> float:
-        """Part of the misfit of the channels of its sensors that an error of these closes; zero of another effect."""
+    def closed_in_its_sensor(self, name: str) -> float:
+        """Part of the misfit of the channels of its sensors that an error of these closes; zero of another effect.
+
+        NaN where runs diverge, or miss no more of these channels than their noise.
+        """
         problem = self.problem
         if not is_within(problem.effects[name].cause, SENSOR):
             return 0.0
         shown = {place.partition(":")[2] for place in problem.effects[name].places(problem.study.model)}
         rows = np.isin(problem.channel_of, [c for c, output in enumerate(problem.outputs) if output in shown])
-        points = without_discrepancy(problem, without), self.points["effects"], self.points["refit"]
+        rest = without_forces(self.search, tuple(n for n in self.key if n != name)).point
+        points = without_discrepancy(problem, rest), self.points["effects"], self.points["refit"]
         left, named, plain = (misfit(problem, self.deviation, point, rows) for point in points)
         gap = plain - float(rows.sum())
-        return float(np.clip((left - named) / gap, 0.0, 1.0)) if 0.0 < gap < math.inf else 0.0
+        return float(np.clip((left - named) / gap, 0.0, 1.0)) if 0.0 < gap < math.inf else math.nan
 
     def _explained_without_forces(self, rest: Key) -> float:
         """What the answer explains of the evidence beyond its other effects `rest`, over all that can be explained.

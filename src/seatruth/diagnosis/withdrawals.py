@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 from seatruth.diagnosis.decision import Cluster, Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
@@ -37,6 +38,8 @@ _LITTLE = 0.1
 which acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
 _TYPICAL = 0.5
 """Size, over a typical one, from which what acts is never of no practical size. [S] Those lags had 0.17 and 0.2."""
+_OF_SPEED = frozenset({"sensor.bias_or_scale.speed", "sensor.alignment.speed"})
+"""Errors of a speed sensor that a speed shows at once."""
 _MOST = 0.5
 """Part of the gap from which most of it is closed, where too few trials bound it. [S] Of a launch, true
 causes closed 0.99 and 1.00 of it, others 0.11 and 0.20."""
@@ -216,23 +219,36 @@ def _closes(validation: Validation) -> bool:
     return validation.lower > 0.0 or validation.gap_explained > _MOST
 
 
+class Measured(Protocol):
+    """How large the effects of an answer are, by their names; see `Gap`."""
+
+    def part_moved(self, name: str) -> float:
+        """What it moves the trials by over what runs miss, in squares."""
+
+    def typical_sizes(self, name: str) -> float:
+        """Its size over a typical one."""
+
+    def closed_in_its_sensor(self, name: str) -> float:
+        """Part of what runs miss of its sensor that an error of that closes."""
+
+
 def without_negligible(
     decision: Decision,
     found: Sequence[Hypothesis],
     effects: Mapping[str, Effect],
     validated: Callable[[Key], Validation | None],
-    moved: Callable[[str], float],
-    size: Callable[[str], float],
+    gap: Measured,
     settings: Settings,
 ) -> Decision:
     """The decision less what surely closes next to nothing of the gap on trials left out, beside something unknown.
 
     For runs that stray from their records, whose misfit tells no share: of a planing boat that its model misses by 90
-    times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also have
-    `moved` the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. And
-    its `size`, in typical ones, is small: a plane's lag of 0.37 s, of an AUV whose heading its model misses by a
-    radian, is not. Of several causes one is small without which the others close as much. An error of a sensor is small
-    beside what that sensor shows, and what has its own size or phase in each trial is not predicted.
+    times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also move
+    the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. And its size,
+    in typical ones, is small: a plane's lag of 0.37 s, of an AUV whose heading its model misses by a radian, is not. Of
+    several causes one is small without which the others close as much. An error of a sensor is small beside what that
+    sensor shows: that of a speed, which does not drift away as an angle does, where it closes next to nothing of what
+    runs miss there. What has its own size or phase in each trial is not predicted.
     """
     validation = validated(decision.shown) if decision.clusters and decision.discrepancy else None
     if validation is None:
@@ -240,9 +256,11 @@ def without_negligible(
     none_closes = validation.upper < _LITTLE and validation.gap_explained < settings.small_share
 
     def negligible(one: Cluster, effect: Effect) -> bool:
+        if effect.cause in _OF_SPEED:
+            return gap.closed_in_its_sensor(effect.name) < settings.small_share
         if is_within(one.cause, SENSOR) or follows_each_trial(effect) or isinstance(effect, EachTrial):
             return False
-        if not moved(effect.name) < settings.small_share or size(effect.name) > _TYPICAL:
+        if not gap.part_moved(effect.name) < settings.small_share or gap.typical_sizes(effect.name) > _TYPICAL:
             return False
         rest = () if is_within(effect.cause, ENVIRONMENT) else _others(decision, one)
         return none_closes or (
