@@ -138,6 +138,18 @@ def test_an_impossible_screen_is_left_out() -> None:
     assert len(posterior.hypotheses(searched(FITS, screened), SETTINGS)) == len(FITS)
 
 
+def test_what_acts_wholly_or_not_at_all_is_weighed_as_fitted_alone() -> None:
+    """A few per cent of an exchange of two thrusters, linearized, led beside a model of another form (54 %)."""
+    name = "thrusters_exchanged_port_starboard"
+    whole = SimpleNamespace(wholly=True, cause="actuator.propulsion.arrangement", acts_on=("actuator:port",))
+    found = searched(FITS, {((name,), True): -80.0})
+    found.problem.effects[name] = whole
+    assert all(name not in one.effects for one in posterior.hypotheses(found, SETTINGS))
+    fitted = searched({**FITS, ((name,), True): -80.0})
+    fitted.problem.effects[name] = whole
+    assert any(name in one.effects for one in posterior.hypotheses(fitted, SETTINGS))
+
+
 def test_answers_inclusion_none_and_unknown_add_up() -> None:
     found = posterior.hypotheses(searched(FITS), SETTINGS)
     by_key = {(one.effects, one.discrepancy): one.probability for one in found}

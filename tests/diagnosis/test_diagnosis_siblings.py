@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -41,15 +42,23 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
     assert fitted == []
 
 
+def straying(evidence: dict[Key, float]) -> Search:
+    """A search in which only forces hold runs of the model alone near their records."""
+    found = searched({(): 0.0, **evidence})
+    held = found.fits[(), True]
+    found.fits[(), False] = cast(Any, SimpleNamespace(**{**vars(held), "evidence": -5000.0, "discrepancy": False}))
+    return found
+
+
 def test_beside_forces_a_sibling_that_was_never_fitted_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From where it is best begun, else from its typical size, where it has one sign; and no other kind of cause."""
+    """From where it is best begun, else from its typical size, where it has one sign; no other kind, nor elsewhere."""
     fitted: list[tuple[Key, list[float], str]] = []
 
     def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str) -> None:
         fitted.append((key, point.shared.tolist(), attempt))
 
     monkeypatch.setattr(module, "fit_once", kept)
-    found = searched({("rudder_rate_limit",): 736.0})
+    found = straying({("rudder_rate_limit",): 736.0})
     found.starts["rudder_lag"] = np.array([[0.7], [2.0]])
     found.problem.low[:] = 0.0
     fit_siblings(found)
@@ -63,13 +72,9 @@ def test_beside_forces_a_sibling_that_was_never_fitted_is_tried(monkeypatch: pyt
     found.problem.low[:] = -9.0
     fit_siblings(found)
     assert fitted[1][1] == [0.0] * 6
-    # Without forces what is linearized holds, and what was fitted in any set is known.
+    # Of runs that are near their records what is linearized holds, and what was fitted in any set is known.
     fitted.clear()
-    plain = searched({("rudder_rate_limit",): 736.0})
-    (leading,) = plain.fits.values()
-    vars(leading)["discrepancy"] = False
-    plain.fits = {(leading.effects, False): leading}
-    fit_siblings(plain)
-    tried = searched({("rudder_rate_limit",): 736.0, ("rudder_lag", "current"): 1.0, ("rudder_delay", "current"): 1.0})
-    fit_siblings(tried)
+    fit_siblings(searched({(): 0.0, ("rudder_rate_limit",): 736.0}))
+    tried = {("rudder_lag", "current"): 1.0, ("rudder_delay", "current"): 1.0}
+    fit_siblings(straying({("rudder_rate_limit",): 736.0, **tried}))
     assert fitted == []

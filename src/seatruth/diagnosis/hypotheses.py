@@ -119,6 +119,12 @@ class Search:
         return self.evidence(key) > self.rival - margin
 
 
+def strays(found: Search) -> bool:
+    """Whether runs of the model alone are so far from their records that forces must hold them."""
+    plain = found.fits.get(((), False))
+    return plain is not None and bool(plain.evidence < found.null.evidence - HOPE)
+
+
 def _rank(fit: Fit) -> tuple[float, Key, bool]:
     """Order of fits: the highest evidence first, then by name, without discrepancy first."""
     return -fit.evidence, fit.effects, fit.discrepancy

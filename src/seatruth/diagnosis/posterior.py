@@ -42,6 +42,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
         if (key, on) not in search.fits
         and (not key or (len(key) == 1 and (on or key not in fitted)))
         and math.isfinite(value)
+        # Linearized, a few per cent of what acts wholly or not at all take the shape of anything.
+        and not any(search.problem.effects[name].wholly for name in key)
     ]
     many = len(search.problem.effects)
     priors = [log_prior(key, on, many, settings) for key, on, *_ in rows]

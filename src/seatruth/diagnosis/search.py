@@ -18,7 +18,7 @@ from seatruth.diagnosis.choice import WITHOUT, additions, singles
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
-from seatruth.diagnosis.hypotheses import HOPE, Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
@@ -306,7 +306,7 @@ def _refit_parts(found: Search) -> None:
             point = forces_instead(found.problem, at.point, [name for name in leader if name not in key])
             for on in _with_forces(found, at, key):
                 known, alone = found.fits.get((key, on)), found.fits.get((nothing, on))
-                anyway = not key and on and round_ == 0 and _strays(found)
+                anyway = not key and on and round_ == 0 and strays(found)
                 short = known is not None and alone is not None and known.evidence < alone.evidence - _SHORT
                 if known is None or anyway or short or known.promised > at.evidence - _FAR:
                     sizes = at.sizes if at.discrepancy or not on else at.sizes.with_discrepancy()
@@ -347,14 +347,8 @@ def _with_forces(found: Search, at: Fit, key: Key) -> list[bool]:
 
     Forces alone always, where the model alone strays: the rival of all effects is not to stand at a worse optimum.
     """
-    unknown = not key and not found.bare and found.problem.discrepancy is not None and _strays(found)
+    unknown = not key and not found.bare and found.problem.discrepancy is not None and strays(found)
     return sorted({False, at.discrepancy or unknown})
-
-
-def _strays(found: Search) -> bool:
-    """Whether runs of the model alone are so far from their records that forces must hold them."""
-    plain = found.fits.get(((), False))
-    return plain is not None and bool(plain.evidence < found.null.evidence - HOPE)
 
 
 def _elsewhere(problem: Problem, part: Fit, whole: Fit) -> bool:

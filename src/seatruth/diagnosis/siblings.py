@@ -13,7 +13,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypotheses import Search, strays
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.initial_guess import moved_to, without_effects
 from seatruth.effects import Effect
@@ -23,9 +23,10 @@ from seatruth.effects.causes import parent
 def fit_siblings(found: Search) -> None:
     """Fits the leading sets with each of their effects replaced by a sibling.
 
-    By one that explains as much alone, where there are several effects. Beside forces also by one that was never
-    fitted, for want of a linearized gain: what that says of runs that forces hold is little, and of an ROV whose six
-    thrusters lagged by 0.25 s a dead time and a rate limit together were the answer, the lag hopeless.
+    By one that explains as much alone, where there are several effects. Where only forces hold the runs near their
+    records, also by one at the same place that was never fitted, for want of a linearized gain: what that says of such
+    runs is little, and of an ROV whose six thrusters lagged by 0.25 s a dead time and a rate limit together were the
+    answer, the lag hopeless.
     """
     settings = found.problem.settings
     near = found.leader.evidence - settings.hopeless
@@ -33,7 +34,7 @@ def fit_siblings(found: Search) -> None:
     for at in sets[: settings.leaders]:
         for name in at.effects:
             others = siblings(found, name) if len(at.effects) > 1 else []
-            for other in (*others, *(_never_fitted(found, name) if at.discrepancy else ())):
+            for other in (*others, *(_never_fitted(found, name) if at.discrepancy and strays(found) else ())):
                 _in_its_place(found, at, name, other)
 
 
@@ -49,9 +50,10 @@ def siblings(found: Search, name: str) -> list[str]:
 
 
 def _never_fitted(found: Search, name: str) -> list[str]:
-    """Effects of the same kind of cause that no fitted set has."""
-    tried = {one for key, _ in found.fits for one in key}
-    return [one for one in _of_one_kind(found.problem.effects, name) if one not in tried]
+    """Effects of the same kind of cause, at the same place, that no fitted set has."""
+    effects, tried = found.problem.effects, {one for key, _ in found.fits for one in key}
+    untried = [one for one in _of_one_kind(effects, name) if one not in tried]
+    return [one for one in untried if {*effects[one].acts_on} & {*effects[name].acts_on}]
 
 
 def _of_one_kind(effects: Mapping[str, Effect], name: str) -> list[str]:
