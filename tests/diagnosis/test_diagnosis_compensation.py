@@ -50,7 +50,7 @@ def test_what_bends_is_taken_from_the_forces_and_the_slope_is_not(problem: Probl
     def beyond(name: str, part: float) -> float:
         shared, local = np.zeros(len(names)), np.zeros((len(problem.trials), len(problem.local_offset(start)[0])))
         shared[names.index(name)] = 0.5 * start.shared[names.index(name)]
-        whole = Solution(shared, local, np.zeros(0, dtype=np.intp), np.zeros((0, 0)))
+        whole = Solution(shared, np.zeros(0, dtype=np.intp), np.zeros((0, 0)), local)
         to = along(problem, start, whole)(part)
         plain = problem.moved(start, shared, local, part)
         np.testing.assert_array_equal(to.shared, plain.shared)
@@ -68,7 +68,7 @@ def test_a_step_of_what_bends_goes_further_with_it(problem: Problem) -> None:
     bent = start.shared + shared
     slope = compensated(problem, start, start.shared + 1e-3 * shared).forces * 1e3
     local = np.concatenate([np.zeros_like(start.initial), slope.reshape(len(problem.trials), -1)], axis=1)
-    whole = Solution(shared, local, np.zeros(0, dtype=np.intp), np.zeros((0, 0)))
+    whole = Solution(shared, np.zeros(0, dtype=np.intp), np.zeros((0, 0)), local)
     before = problem.errors(start)
     plain = np.abs(problem.errors(Point(bent, start.initial, slope)) - before).max()
     assert np.abs(problem.errors(along(problem, start, whole)(1.0)) - before).max() < 0.1 * plain
