@@ -99,6 +99,13 @@ def test_a_finer_spacing_whose_fit_does_not_converge_is_not_taken(
     assert coarse.fits[(), True].settled
     assert refine(coarse, tried.append) is coarse
     assert tried == [11, 21, 41], "a finer one yet might converge"
+    tried.clear()
+    little = coarse.fits[(), True].evidence + 12.0
+    monkeypatch.setattr(
+        refinement, "_loose", lambda *a: dataclasses.replace(coarse.fits[(), True], settled=False, evidence=little)
+    )
+    assert refine(coarse, tried.append) is coarse
+    assert tried == [11], "it brings too little for a finer one"
 
 
 def test_the_search_goes_on_with_the_finer_forces(ship_folder: Path, plain_runs: list[Trial]) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
 
 from seatruth import Study, TrajectoryOptions, load_model, simulator
+from seatruth.diagnosis import screening
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
@@ -52,3 +56,6 @@ def test_a_small_share_of_an_exchange_is_no_exchange(share: float, fitted: bool)
     problem = Problem(study, [effect], Settings(most_effects=1), threads=1)
     found = search(problem, small.silent)
     assert (found.best((EXCHANGED,)) is not None) == fitted
+    # Beside other effects it is asked for only where it was fitted alone.
+    beside, nothing = cast(Any, SimpleNamespace(effects=("gyro_bias",))), cast(Any, None)
+    assert fitted or not screening._may_be_whole(found, beside, nothing, [], EXCHANGED)

@@ -80,11 +80,14 @@ def _may_be_whole(found: Search, at: Fit, likelihood: Likelihood, sizes: Sequenc
     """Whether an effect beside a fit, if it acts wholly or not at all, may do so: where one linearized step leads it.
 
     Beside the model alone also where the whole effect, with everything else one step further, is better than none: runs
-    of a vehicle whose orders are exchanged are far from the model's, where slopes at the null say nothing.
+    of a vehicle whose orders are exchanged are far from the model's, where slopes at the null say nothing. Beside other
+    effects it is asked for only if it was fitted alone: what acts wholly is seen first of all.
     """
     problem, key = found.problem, (*at.effects, name)
     if not problem.effects[name].wholly:
         return True
+    if at.effects and found.best((name,)) is None:
+        return False
     columns = problem.columns[name]
     steps = [likelihood.solve(one, key).shared[columns] for one in sizes]
     if any(problem.nearly_whole(name, likelihood.point.shared[columns] + step, _WHOLE) for step in steps):
