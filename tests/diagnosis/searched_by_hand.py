@@ -10,6 +10,7 @@ import numpy as np
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import available
+from seatruth.models import load_model
 
 NAMES = ("rudder_rate_limit", "rudder_lag", "rudder_delay", "rudder_offset", "current", "trial_current")
 
@@ -30,6 +31,6 @@ def searched(evidence: dict[Key, float]) -> Search:
     columns = {name: np.array([k]) for k, name in enumerate(NAMES)}
     problem = SimpleNamespace(
         effects={name: available()[name] for name in NAMES}, settings=Settings(), columns=columns, mean=0.0 * ends,
-        low=-ends, high=ends,
+        low=-ends, high=ends, study=SimpleNamespace(model=load_model("mmg")),
     )  # fmt: skip
     return Search(cast(Any, problem), cast(Any, None), fits=cast(Any, fits))

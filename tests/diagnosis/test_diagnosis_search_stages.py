@@ -56,7 +56,7 @@ def test_a_part_that_is_worse_than_the_model_alone_is_fitted_again_however_far_b
     monkeypatch.setattr(search_module, "fit_once", lambda found, key, *_, **__: fitted.append(key))
     monkeypatch.setattr(search_module, "forces_instead", lambda problem, point, *_: point)
     monkeypatch.setattr(search_module, "_with_forces", lambda *_: (True,))
-    monkeypatch.setattr(search_module, "_strays", lambda *_: False)
+    monkeypatch.setattr(search_module, "strays", lambda *_: False)
     monkeypatch.setattr(search_module, "_elsewhere", lambda *_: False)
     evidence: dict[Key, float] = {(): 0.0, ("current",): behind, ("current", "rudder_offset"): 500.0}
     found = searched(evidence)

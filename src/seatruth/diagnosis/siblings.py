@@ -24,17 +24,18 @@ def fit_siblings(found: Search) -> None:
     """Fits the leading sets with each of their effects replaced by a sibling.
 
     By one that explains as much alone, where there are several effects. Where only forces hold the runs near their
-    records, also by one at the same place that was never fitted, for want of a linearized gain: what that says of such
-    runs is little, and of an ROV whose six thrusters lagged by 0.25 s a dead time and a rate limit together were the
-    answer, the lag hopeless.
+    records, those of the leading set also by one at the same place that was never fitted: what its linearized gain says
+    of such runs is little. Of an ROV whose six thrusters lagged by 0.25 s a dead time and a rate limit together were
+    the answer, the lag hopeless.
     """
     settings = found.problem.settings
     near = found.leader.evidence - settings.hopeless
     sets = [fit for fit in found.sets() if fit.effects and fit.evidence > near]
-    for at in sets[: settings.leaders]:
+    for place, at in enumerate(sets[: settings.leaders]):
+        new = place == 0 and at.discrepancy and strays(found)
         for name in at.effects:
             others = siblings(found, name) if len(at.effects) > 1 else []
-            for other in (*others, *(_never_fitted(found, name) if at.discrepancy and strays(found) else ())):
+            for other in (*others, *(_never_fitted(found, name) if new else ())):
                 _in_its_place(found, at, name, other)
 
 
@@ -50,10 +51,14 @@ def siblings(found: Search, name: str) -> list[str]:
 
 
 def _never_fitted(found: Search, name: str) -> list[str]:
-    """Effects of the same kind of cause, at the same place, that no fitted set has."""
-    effects, tried = found.problem.effects, {one for key, _ in found.fits for one in key}
-    untried = [one for one in _of_one_kind(effects, name) if one not in tried]
-    return [one for one in untried if {*effects[one].acts_on} & {*effects[name].acts_on}]
+    """Effects of the same kind of cause, at the same places of the model, that no fitted set has.
+
+    Not what acts wholly or not at all: that is seen first of all.
+    """
+    effects, model = found.problem.effects, found.problem.study.model
+    tried = {one for key, _ in found.fits for one in key}
+    untried = [one for one in _of_one_kind(effects, name) if one not in tried and not effects[one].wholly]
+    return [one for one in untried if {*effects[one].places(model)} == {*effects[name].places(model)}]
 
 
 def _of_one_kind(effects: Mapping[str, Effect], name: str) -> list[str]:
