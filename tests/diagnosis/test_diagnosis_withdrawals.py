@@ -15,7 +15,6 @@ from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
-    without_negligible,
     without_opposed,
     without_outdone,
     without_small,
@@ -24,22 +23,6 @@ from seatruth.diagnosis.withdrawals import (
     without_untried,
 )
 from seatruth.effects import available
-
-
-class Measured:
-    """How large the effects of an answer are: all alike, or by their names."""
-
-    def __init__(self, moved: float | dict[str, float], size: float, closed: float = math.nan) -> None:
-        self.moved, self.size, self.closed = moved, size, closed
-
-    def part_moved(self, name: str) -> float:
-        return self.moved[name] if isinstance(self.moved, dict) else self.moved
-
-    def typical_sizes(self, name: str) -> float:
-        return self.size
-
-    def closed_in_its_sensor(self, name: str) -> float:
-        return self.closed
 
 
 def outdone(
@@ -269,70 +252,6 @@ def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -
         assert without_small(said, found, EFFECTS, {"current": share}.__getitem__, SETTINGS) == said
     alone = decided((("current",), 0.95), ((), 0.05))
     assert without_small(alone, found, EFFECTS, {"current": 0.01}.__getitem__, SETTINGS) == alone
-
-
-def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that_stray() -> None:
-    """A lag of 0.06 s that acts is no cause of a gap of which it closes -5 to 4 %."""
-    entries = (("rudder_lag",), 0.9, True), (("rudder_lag",), 0.05), ((), 0.05)
-    said, found = decided(*entries), hypotheses(*entries)
-
-    def left(
-        decision: Decision, upper: float, found: list[Hypothesis] = found, moved: float = 0.01, size: float = 0.2
-    ) -> Decision:
-        fold = Fold("turn", decision.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
-        validation = Validation((fold,), 0.0, -0.05, upper, 0.8)
-        gap = Measured(moved, size)
-        return without_negligible(decision, found, EFFECTS, lambda key: validation, gap, SETTINGS)
-
-    unknown = left(said, 0.04)
-    assert (unknown.kind, unknown.clusters, unknown.small) == ("unknown", (), ("rudder_lag",))
-    assert unknown.probability == pytest.approx(0.95)
-    for kept in (0.12, math.inf, math.nan):  # it may close a part, or the trials do not bound it
-        assert left(said, kept) == said
-    # What moves the trials by much of what runs miss is not small, though with it they come no nearer.
-    assert left(said, 0.04, moved=0.3) == said
-    # Nor is what is as large as such errors are, whatever else the model lacks.
-    assert left(said, 0.04, size=1.2) == said
-    # An error of a sensor is small beside what that sensor shows; beside it the lag is said to be small.
-    both = (("heading_bias", "rudder_lag"), 0.9, True), ((), 0.1)
-    named = left(decided(*both), 0.04, hypotheses(*both))
-    assert [one.effects for one in named.clusters] == [("heading_bias",)]
-    assert (named.shown, named.small) == (("heading_bias",), ("rudder_lag",))
-    # Of several, one is small without which the others close as much.
-    pair = (("rudder_lag", "rudder_offset"), 0.9, True), ((), 0.1)
-    two, checked = decided(*pair), hypotheses(*pair)
-
-    def closing(whole: float, rest: float) -> Decision:
-        folds = (Fold("turn", two.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
-        known = {
-            two.shown: Validation(folds, whole, -0.4, 1.0, 0.8),
-            ("rudder_offset",): Validation(folds, rest, -0.4, 1.0, 0.8),
-        }
-        gap = Measured({"rudder_offset": 0.9, "rudder_lag": 0.001}, 0.2)
-        return without_negligible(two, checked, EFFECTS, known.__getitem__, gap, SETTINGS)
-
-    assert (closing(0.31, 0.3).shown, closing(0.31, 0.3).small) == (("rudder_offset",), ("rudder_lag",))
-    for whole, rest in ((0.31, 0.2), (0.31, math.nan), (math.nan, 0.3)):
-        assert closing(whole, rest) == two
-    # Where nothing is missing beside it, a small gap is a small gap.
-    alone = (("rudder_lag",), 0.95), ((), 0.05)
-    assert left(decided(*alone), 0.04, hypotheses(*alone)) == decided(*alone)
-
-
-@pytest.mark.parametrize(("closed", "named"), [(0.004, False), (0.98, True), (math.nan, True)])
-def test_an_error_of_a_speed_closes_what_runs_miss_of_that_speed(closed: float, named: bool) -> None:
-    """Where runs stray: a log pitched by 2 deg that closed 0.5 % of what an ROV's model missed of the speed down.
-
-    A log turned by 3 deg closed 98 % of what an AUV's model missed of the speed across.
-    """
-    entries = (("log_misalignment",), 0.9, True), ((), 0.1)
-    said, found = decided(*entries), hypotheses(*entries)
-    fold = Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
-    validation = Validation((fold,), 0.0, -0.05, 0.04, 0.8)
-    gap = Measured(0.001, 0.9, closed)
-    left = without_negligible(said, found, EFFECTS, lambda key: validation, gap, SETTINGS)
-    assert (left == said) == named
-    assert named or (left.kind, left.small) == ("unknown", ("log_misalignment",))
 
 
 def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> None:
