@@ -42,6 +42,13 @@ def linearized(problem: Problem) -> Linearization:
     return problem.linearize(Point(shared, initial, forces), EFFECTS)
 
 
+@cache
+def case() -> tuple[Problem, Linearization]:
+    """The boat's problem, and a linearization away from the prior means in everything."""
+    problem = boat_problem()
+    return problem, linearized(problem)
+
+
 def sizes_of(problem: Problem, *, terms: bool = False, forces: bool = False) -> Sizes:
     """Some slow noise in two channels, sizes that differ, and a coupling of sway and yaw."""
     shapes = noise_shapes(problem.settings)

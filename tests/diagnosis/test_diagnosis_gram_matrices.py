@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dense_likelihood import Dense, boat_problem, linearized, sizes_of
+from dense_likelihood import Dense, case, sizes_of
 from scipy.stats import multivariate_normal
 
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.problem import Linearization, Problem
-
-
-def case() -> tuple[Problem, Linearization]:
-    problem = boat_problem()
-    return problem, linearized(problem)
 
 
 def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tuple[Array, float]:

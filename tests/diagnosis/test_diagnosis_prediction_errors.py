@@ -40,8 +40,7 @@ def at_the_others(found: Search, fit: Fit, left: int) -> Point:
     """Where the other trials alone put the fit."""
     others = [k for k in range(len(found.problem.trials)) if k != left]
     step = fit.likelihood.shared_step(fit.sizes, fit.effects, others)
-    own = np.zeros_like(found.problem.local_offset(fit.point))
-    return found.problem.moved(fit.point, step.shared, own)
+    return found.problem.moved(fit.point, step.shared, np.zeros_like(fit.point.initial))
 
 
 @pytest.mark.parametrize("left", range(4))

@@ -7,30 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dense_likelihood import EFFECTS, Dense, boat_problem, linearized, sizes_of
+from dense_likelihood import EFFECTS, Dense, case, sizes_of
 
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.shared_likelihood import KeptLikelihood
-
-
-@pytest.fixture(scope="module")
-def problem() -> Problem:
-    """A boat with sway and yaw; three short trials."""
-    return boat_problem()
-
-
-@pytest.fixture(scope="module")
-def at(problem: Problem) -> Linearization:
-    """Away from the prior means in everything."""
-    return linearized(problem)
 
 
 @pytest.mark.parametrize("trials", [None, [0, 2], [1]])
 @pytest.mark.parametrize("forces", [False, True])
-def test_it_answers_as_the_whole_one(
-    problem: Problem, at: Linearization, forces: bool, trials: list[int] | None
-) -> None:
+def test_it_answers_as_the_whole_one(forces: bool, trials: list[int] | None) -> None:
+    problem, at = case()
     sizes = sizes_of(problem, forces=forces)
     whole = Likelihood(problem, at)
     kept = KeptLikelihood(whole, sizes)
@@ -42,15 +28,17 @@ def test_it_answers_as_the_whole_one(
     assert kept.energy(sizes, EFFECTS, at.point) == whole.energy(sizes, EFFECTS, at.point)
 
 
-def test_it_is_the_density_of_what_was_recorded(problem: Problem, at: Linearization) -> None:
+def test_it_is_the_density_of_what_was_recorded() -> None:
     """Against a normal density that is built entry by entry."""
+    problem, at = case()
     sizes = sizes_of(problem, forces=True)
     kept = KeptLikelihood(Likelihood(problem, at), sizes)
     dense = Dense(problem, at, sizes, EFFECTS).log_density()
     assert kept.log_likelihood(sizes, EFFECTS) == pytest.approx(dense, rel=1e-6)
 
 
-def test_what_is_held_stays_held(problem: Problem, at: Linearization) -> None:
+def test_what_is_held_stays_held() -> None:
+    problem, at = case()
     sizes, held = sizes_of(problem), (int(problem.coefficients[0]),)
     whole = Likelihood(problem, at, held=held)
     kept = KeptLikelihood(whole, sizes)
@@ -60,8 +48,9 @@ def test_what_is_held_stays_held(problem: Problem, at: Linearization) -> None:
     assert kept.shared_step(sizes, ()).shared[held[0]] == 0.0
 
 
-def test_it_takes_other_sizes_of_terms_and_refuses_other_noise(problem: Problem, at: Linearization) -> None:
+def test_it_takes_other_sizes_of_terms_and_refuses_other_noise() -> None:
     """Terms are shared unknowns, whose priors are not yet in it."""
+    problem, at = case()
     sizes = sizes_of(problem, forces=True)
     whole = Likelihood(problem, at)
     kept = KeptLikelihood(whole, sizes)
@@ -73,7 +62,8 @@ def test_it_takes_other_sizes_of_terms_and_refuses_other_noise(problem: Problem,
             kept.log_likelihood(other, ())
 
 
-def test_it_holds_no_more_than_the_shared_columns(problem: Problem, at: Linearization) -> None:
+def test_it_holds_no_more_than_the_shared_columns() -> None:
+    problem, at = case()
     kept = KeptLikelihood(Likelihood(problem, at), sizes_of(problem, forces=True))
     arrays = [value for value in vars(kept).values() if isinstance(value, np.ndarray)]
     shared, trials = 1 + len(kept.columns), len(problem.trials)

@@ -268,7 +268,7 @@ class Assembly:
             places=posterior.by_place(self.hypotheses, places),
             noise=self._noise(),
             shares=split,
-            coefficients=self.coefficients(),
+            coefficients=self.coefficients,
             gap=by_channel(problem, self._deviation, points),
             time=in_time(problem, errors),
             region=in_region(problem, errors, points["refit"], self.seed),
@@ -383,6 +383,7 @@ class Assembly:
                 )  # fmt: skip
         return tuple(rows)
 
+    @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:
         """The model's free coefficients, refitted beside the answer."""
         shown = self.gap.shown

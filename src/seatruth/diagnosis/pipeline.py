@@ -183,7 +183,7 @@ def diagnose(
             if effects is None:
                 named = [name for cluster in assembly.decision.clusters for name in cluster.effects]
                 findings += untried_forms(study, found.problem.effects, named)
-            findings += moved_coefficients(study, assembly.coefficients())
+            findings += moved_coefficients(study, assembly.coefficients)
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:
             raise SeatruthError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -170,12 +170,11 @@ def _without_derivatives(problem: Problem) -> list[Finding]:
         return []
     names = [problem.unknowns[k].name for k in problem.coefficients]
     at, values = problem.start, problem.named(problem.start)
-    simulated = problem.bound(at, names).jacobian(
-        np.array([values[name] for name in names]), problem.start_states(at), problem.initial_names, last_states=False
-    )
+    simulator, theta = problem.bound(at, names), np.array([values[name] for name in names])
+    simulated = simulator.jacobian(theta, problem.start_states(at), problem.initial_names, last_states=False)
     runs = np.abs(simulated.y[:, :, None]), np.abs(simulated.dy)
-    for trial, series in zip(problem.trials, _rows(problem.trials)):
-        whole, slopes = (part[series].max(axis=(1, 2), initial=0.0) for part in runs)
+    for trial, rows in zip(problem.trials, simulator.rows, strict=True):
+        whole, slopes = (part[rows].max(axis=(1, 2), initial=0.0) for part in runs)
         lost = np.flatnonzero(~np.isfinite(slopes) & np.isfinite(whole))
         # Runs about to diverge lose theirs to overflow: they grow before that.
         if lost.size and (slopes[: lost[0]] < _GROWN).all():
@@ -186,14 +185,6 @@ def _without_derivatives(problem: Problem) -> list[Finding]:
             do = "Keep it from zero, as (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or on one side of an `if`."
             return [Finding("warning", "no-derivatives", text, f"trial {trial.name!r}", do, trial.name)]
     return []
-
-
-def _rows(trials: Iterable[Trial]) -> Iterator[slice]:
-    """Where the samples of each trial are among those of all."""
-    first = 0
-    for trial in trials:
-        yield slice(first, first + len(trial))
-        first += len(trial)
 
 
 def _pitches_near_vertical(trial: Trial) -> bool:

@@ -111,7 +111,7 @@ class PredictionErrors:
         except np.linalg.LinAlgError:
             return math.inf
         point = model.fit.point
-        moved = np.clip(point.shared + step.shared, self.problem.low, self.problem.high) - point.shared
+        moved = self.problem.moved(point, step.shared, np.zeros_like(point.initial)).shared - point.shared
         size = self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
         return min(size, self._worthless) if math.isfinite(size) else size
 
