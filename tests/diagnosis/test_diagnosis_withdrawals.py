@@ -17,7 +17,6 @@ from seatruth.diagnosis.withdrawals import (
     without_leaning,
     without_opposed,
     without_outdone,
-    without_small,
     without_unseen,
     without_unsure,
     without_untried,
@@ -239,21 +238,6 @@ def test_what_stands_only_beside_an_effect_of_a_size_that_nobody_believes_is_not
     assert without_leaning(alone, hypotheses((("depth_scale", "net_weight"), 1.0)), ["depth_scale"], SETTINGS) == alone
 
 
-def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
-    found = hypotheses((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
-    said = decided((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
-    assert said.discrepancy
-    unknown = without_small(said, found, EFFECTS, {"current": 0.01}.__getitem__, SETTINGS)
-    assert unknown.kind == "unknown"
-    assert unknown.clusters == ()
-    assert unknown.small == ("current",)
-    assert unknown.probability == pytest.approx(0.9)
-    for share in (0.3, math.nan):
-        assert without_small(said, found, EFFECTS, {"current": share}.__getitem__, SETTINGS) == said
-    alone = decided((("current",), 0.95), ((), 0.05))
-    assert without_small(alone, found, EFFECTS, {"current": 0.01}.__getitem__, SETTINGS) == alone
-
-
 def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> None:
     entries = (("position_lever_arm", "rudder_lag"), 0.9, True), ((), 0.1)
     said, found = decided(*entries), hypotheses(*entries)
@@ -273,18 +257,6 @@ def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> N
     named = decided(*wind)
     validation = Validation(folds, 0.2, -0.1, 1.0, 0.8)
     assert without_disputed(named, hypotheses(*wind), EFFECTS, (), lambda key: validation) == named
-
-
-def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:
-    """Of a ship in a calm basin whose heading came late: waves of 0.0001 m/s2, with a phase in each zigzag."""
-    entries = (("gyro_bias", "wave_forces"), 0.95, True), ((), 0.05, True)
-    said, found = decided(*entries), hypotheses(*entries)
-    assert [cluster.effects for cluster in said.clusters] == [("gyro_bias",), ("wave_forces",)]
-    shares = {"gyro_bias": 0.99, "wave_forces": 0.01}
-    left = without_small(said, found, EFFECTS, shares.__getitem__, SETTINGS)
-    assert ([cluster.effects for cluster in left.clusters], left.shown) == ([("gyro_bias",)], ("gyro_bias",))
-    large = {"gyro_bias": 0.6, "wave_forces": 0.4}
-    assert without_small(said, found, EFFECTS, large.__getitem__, SETTINGS) == said
 
 
 def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -> None:

@@ -25,6 +25,7 @@ from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
+from seatruth.diagnosis.practical_size import without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
@@ -36,10 +37,8 @@ from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
-    without_negligible,
     without_opposed,
     without_outdone,
-    without_small,
     without_unseen,
     without_unsure,
     without_untried,
@@ -110,8 +109,8 @@ class Assembly:
         said = without_opposed(said, self._weighed)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
-        share = self._gap_of(said.shown).share
-        said = self._fitted(without_small(said, self._weighed, self.problem.effects, share, self.settings), said)
+        gap = self._gap_of(said.shown)
+        said = self._fitted(without_small(said, self._weighed, self.problem.effects, gap, self.settings), said)
         while said.clusters:
             left = self._predicting(said)
             if left.clusters != said.clusters:

@@ -125,6 +125,12 @@ def strays(found: Search) -> bool:
     return plain is not None and bool(plain.evidence < found.null.evidence - HOPE)
 
 
+def comparable(found: Search) -> bool:
+    """Whether a fit near the leader came to its end: sets are told apart by fits that did."""
+    near = found.leader.evidence - found.problem.settings.hopeless
+    return any(fit.settled for fit in found.fits.values() if fit.evidence > near)
+
+
 def _rank(fit: Fit) -> tuple[float, Key, bool]:
     """Order of fits: the highest evidence first, then by name, without discrepancy first."""
     return -fit.evidence, fit.effects, fit.discrepancy

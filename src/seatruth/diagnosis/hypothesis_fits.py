@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.followed import follows, loses_heading
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import (
@@ -191,7 +191,8 @@ def fit_once(
     rival = found.rival if key and attempt == _FIRST else rival
     found.tell(key)
     try:
-        got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival)
+        rounds = FEW_ROUNDS if key and discrepancy and _is_rough(found) else ROUNDS
+        got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival, rounds=rounds)
     except np.linalg.LinAlgError as trouble:
         found.failed.setdefault(key, str(trouble))
         return None
@@ -335,6 +336,12 @@ def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
         same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
         repeated.append(values[same])
     return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
+
+
+def _is_rough(found: Search) -> bool:
+    """Whether the model alone was fitted with forces, and did not converge."""
+    loose = found.fits.get(((), True))
+    return loose is not None and not loose.settled
 
 
 def _kept(found: Search, got: Fit) -> Fit | None:

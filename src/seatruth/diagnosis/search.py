@@ -18,7 +18,7 @@ from seatruth.diagnosis.choice import WITHOUT, additions, singles
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
-from seatruth.diagnosis.hypotheses import HOPE, Key, Search, strays
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once, in_each_trial
 from seatruth.diagnosis.initial_guess import forces_instead
 from seatruth.diagnosis.nesting import nest
@@ -90,7 +90,7 @@ def search(
             found = _fit_library(found, say, expected, workers, widen=widen)
         found.tell = lambda key: say(f"the leading sets again, {_in_words(key)}", expected, expected)
         tried: set[tuple[Key, bool, str, str]] = set()
-        for what, stage in (
+        stages: tuple[tuple[str, Callable[[], None]], ...] = (
             ("what looks like the leading sets", lambda: _fit_alike(found, tried, 1)),
             ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
             ("leading sets with values for each trial", lambda: _fit_each_trial(found)),
@@ -100,7 +100,11 @@ def search(
             ("what looks like the leading parts", lambda: _fit_alike(found, tried, 2)),
             ("the noise of the leading sets", lambda: share_noise(found, 2)),
             ("sets within others", lambda: nest(found)),
-        ):
+        )
+        if not comparable(found):
+            found.failed[("sets of several effects",)] = "no fit of a leading one converged"
+            stages = ()
+        for what, stage in stages:
             found.or_set_aside(what, stage, None)
     except KeyboardInterrupt:
         found.interrupted = True
@@ -176,6 +180,8 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     for name in (*currents, *found.or_set_aside("waves", lambda: waves_beside(found, near), none)):
         say(f"effect {name}", count, expected)
         fit_both(found, (name,), near)
+    if not comparable(found):
+        return
     share_noise(found, 1)
     for size in range(2, settings.most_effects + 1):
         fewer = [fit for fit in found.sets() if len(fit.effects) < size]

@@ -1,10 +1,10 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-Of nine things nothing is named: what explains the trials only together with its opposite, what is significant beside
-an unknown cause, but closes next to nothing of the gap, or of that of trials left out, what trials left out are
-predicted better without, what may as well be something that cannot be tried, what trials disagree about so far that it
-may be nothing, what is no longer significant without these, what stands only beside an effect of a size that nobody
-believes, and what no trial left out could show where the model leaves no more than noise.
+What is too small to be the cause stands in `practical_size.py`. Of seven other things nothing is named: what explains
+the trials only together with its opposite, what trials left out are predicted better without, what may as well be
+something that cannot be tried, what trials disagree about so far that it may be nothing, what is no longer significant
+without these, what stands only beside an effect of a size that nobody believes, and what no trial left out could show
+where the model leaves no more than noise.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from seatruth.diagnosis.decision import Cluster, Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
@@ -33,44 +32,9 @@ _ALONE = 0.1
 """Part of the evidence of several effects that one of them, or some, must explain without the others. [S] Of 20 pairs
 named in opened cases of `experiments/withheld` and recorded trials, 19 had 0.28 or more, all that acted among them; of
 a rudder that stalls, its offset and a bank had 0.0 each."""
-_LITTLE = 0.1
-"""Part of the gap on trials left out below which what moves the trials by little surely stays. [S] Lags of 0.05 s,
-which acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
-_TYPICAL = 0.5
-"""Size, over a typical one, from which what acts is never of no practical size. [S] Those lags had 0.17 and 0.2."""
-_OF_SPEED = frozenset({"sensor.bias_or_scale.speed", "sensor.alignment.speed"})
-"""Errors of a speed sensor that a speed shows at once."""
 _MOST = 0.5
 """Part of the gap from which most of it is closed, where too few trials bound it. [S] Of a launch, true
 causes closed 0.99 and 1.00 of it, others 0.11 and 0.20."""
-
-
-def without_small(
-    decision: Decision,
-    found: Sequence[Hypothesis],
-    effects: Mapping[str, Effect],
-    share: Callable[[str], float],
-    settings: Settings,
-) -> Decision:
-    """The decision, where what it names is worth naming.
-
-    Where the model also lacks something that no effect describes, and nothing that is named closes a part of the gap
-    that matters, the gap is that something's: the cause is unknown. `share` gives the part that an effect closes; NaN
-    where nobody can say. Beside other causes, an effect whose phase belongs to one trial is none where it closes next
-    to nothing: with a phase of its own in each zigzag a wave follows what any model leaves of it.
-    """
-    kept = tuple(
-        one
-        for one in decision.clusters
-        if not follows_each_trial(effects[one.effects[0]]) or not _small(one, decision, share, settings)
-    )
-    if decision.discrepancy and 0 < len(kept) < len(decision.clusters):
-        decision = _keeping(decision, kept)
-    names = [cluster.member_in(decision.shown) for cluster in decision.clusters]
-    if not names or not decision.discrepancy or _explains(names, share, settings):
-        return decision
-    lacking = _lacking(found)
-    return Decision("unknown", (), lacking, True, (), decision.form, decision.along, tuple(names))
 
 
 def without_opposed(decision: Decision, found: Sequence[Hypothesis]) -> Decision:
@@ -93,7 +57,7 @@ def without_opposed(decision: Decision, found: Sequence[Hypothesis]) -> Decision
     if not parts or not max(parts) - none < _ALONE * (whole - none) < math.inf:
         return decision
     part = tuple(sorted(names))
-    return Decision("unknown", (), _lacking(found, part), True, (), decision.form, decision.along, part=part)
+    return Decision("unknown", (), probably_lacking(found, part), True, (), decision.form, decision.along, part=part)
 
 
 def _is_part(key: Collection[str], causes: Sequence[Collection[str]]) -> bool:
@@ -113,9 +77,9 @@ def without_unseen(decision: Decision, found: Sequence[Hypothesis], effects: Map
         return decision
     unseen = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
     if not kept:
-        lacking = _lacking(found, unseen)
+        lacking = probably_lacking(found, unseen)
         return Decision("unknown", (), lacking, True, (), decision.form, decision.along, unseen)
-    return _keeping(decision, kept)
+    return keeping(decision, kept)
 
 
 def without_outdone(
@@ -141,12 +105,12 @@ def without_outdone(
     """
     left = decision
     while fallen := _outdone_of(left, effects, validated, moves):
-        worst = max(fallen, key=lambda one: _closed(validated(_others(left, one)))) if len(fallen) > 1 else fallen[0]
+        worst = max(fallen, key=lambda one: closed(validated(others(left, one)))) if len(fallen) > 1 else fallen[0]
         kept = tuple(one for one in left.clusters if one is not worst)
         outdone = (*left.outdone, worst.member_in(left.shown))
         if not kept:
-            return _unknown(left, _lacking(found, outdone), outdone)
-        left = replace(_keeping(left, kept), discrepancy=True, outdone=outdone)
+            return as_unknown(left, probably_lacking(found, outdone), outdone)
+        left = replace(keeping(left, kept), discrepancy=True, outdone=outdone)
     return left
 
 
@@ -165,7 +129,7 @@ def _outdone_of(
     def stands(cluster: Cluster) -> bool:
         name = cluster.member_in(decision.shown)
         if is_within(cluster.cause, SENSOR):
-            rest = _others(decision, cluster)
+            rest = others(decision, cluster)
             return _hides(moves(name), validated(rest) if rest else None, validation)
         if surely or follows_each_trial(effects[cluster.effects[0]]):
             return True
@@ -174,12 +138,12 @@ def _outdone_of(
     return [one for one in decision.clusters if not stands(one)]
 
 
-def _others(decision: Decision, cluster: Cluster) -> Key:
+def others(decision: Decision, cluster: Cluster) -> Key:
     """The shown effects less the one of a cause."""
     return tuple(name for name in decision.shown if name != cluster.member_in(decision.shown))
 
 
-def _closed(validation: Validation | None) -> float:
+def closed(validation: Validation | None) -> float:
     """Part of the gap that effects close on trials left out; -inf where nobody can say."""
     explained = math.nan if validation is None else validation.gap_explained
     return explained if math.isfinite(explained) else -math.inf
@@ -210,71 +174,13 @@ def without_untried(
         return decision
     untried = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
     if kept:
-        return replace(_keeping(decision, kept), untried=untried)
-    return replace(_unknown(decision, _lacking(found, untried), decision.outdone), untried=untried)
+        return replace(keeping(decision, kept), untried=untried)
+    return replace(as_unknown(decision, probably_lacking(found, untried), decision.outdone), untried=untried)
 
 
 def _closes(validation: Validation) -> bool:
     """Whether effects close most of the gap on trials left out, or surely a part of it."""
     return validation.lower > 0.0 or validation.gap_explained > _MOST
-
-
-class Measured(Protocol):
-    """How large the effects of an answer are, by their names; see `Gap`."""
-
-    def part_moved(self, name: str) -> float:
-        """What it moves the trials by over what runs miss, in squares."""
-
-    def typical_sizes(self, name: str) -> float:
-        """Its size over a typical one."""
-
-    def closed_in_its_sensor(self, name: str) -> float:
-        """Part of what runs miss of its sensor that an error of that closes."""
-
-
-def without_negligible(
-    decision: Decision,
-    found: Sequence[Hypothesis],
-    effects: Mapping[str, Effect],
-    validated: Callable[[Key], Validation | None],
-    gap: Measured,
-    settings: Settings,
-) -> Decision:
-    """The decision less what surely closes next to nothing of the gap on trials left out, beside something unknown.
-
-    For runs that stray from their records, whose misfit tells no share: of a planing boat that its model misses by 90
-    times the noise a lag of 0.06 s, which acts, was named the cause, and closed -5 to 4 % of the gap. It must also move
-    the trials by little of what runs miss, in squares: such runs come no nearer with a current that acts. And its size,
-    in typical ones, is small: a plane's lag of 0.37 s, of an AUV whose heading its model misses by a radian, is not. Of
-    several causes one is small without which the others close as much. An error of a sensor is small beside what that
-    sensor shows: that of a speed, which does not drift away as an angle does, where it closes next to nothing of what
-    runs miss there. What has its own size or phase in each trial is not predicted.
-    """
-    validation = validated(decision.shown) if decision.clusters and decision.discrepancy else None
-    if validation is None:
-        return decision
-    none_closes = validation.upper < _LITTLE and validation.gap_explained < settings.small_share
-
-    def negligible(one: Cluster, effect: Effect) -> bool:
-        if effect.cause in _OF_SPEED:
-            return gap.closed_in_its_sensor(effect.name) < settings.small_share
-        if is_within(one.cause, SENSOR) or follows_each_trial(effect) or isinstance(effect, EachTrial):
-            return False
-        if not gap.part_moved(effect.name) < settings.small_share or gap.typical_sizes(effect.name) > _TYPICAL:
-            return False
-        rest = () if is_within(effect.cause, ENVIRONMENT) else _others(decision, one)
-        return none_closes or (
-            len(rest) > 0 and _closed(validated(rest)) > _closed(validation) - settings.small_share > -math.inf
-        )
-
-    members = {one: effects[one.member_in(decision.shown)] for one in decision.clusters}
-    kept = tuple(one for one, effect in members.items() if not negligible(one, effect))
-    if len(kept) == len(decision.clusters):
-        return decision
-    small = tuple(effect.name for one, effect in members.items() if one not in kept)
-    if kept:
-        return replace(_keeping(decision, kept), small=small)
-    return replace(_unknown(decision, _lacking(found, small), decision.outdone), small=small)
 
 
 def without_disputed(
@@ -297,9 +203,9 @@ def without_disputed(
     disputed = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
     refused = (*decision.refused, *disputed)
     if kept:
-        return replace(_keeping(decision, kept), refused=refused)
-    unknown = _unknown(decision, _lacking(found, disputed), decision.outdone)
-    return replace(unknown, refused=refused, small=decision.small)
+        return replace(keeping(decision, kept), refused=refused)
+    left = as_unknown(decision, probably_lacking(found, disputed), decision.outdone)
+    return replace(left, refused=refused, small=decision.small)
 
 
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
@@ -312,8 +218,8 @@ def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Calla
     if len(kept) == len(decision.clusters):
         return decision
     if kept:
-        return _keeping(decision, kept)
-    return _unknown(decision, _lacking(found, [*decision.outdone, *members.values()]), decision.outdone)
+        return keeping(decision, kept)
+    return as_unknown(decision, probably_lacking(found, [*decision.outdone, *members.values()]), decision.outdone)
 
 
 def without_leaning(
@@ -336,21 +242,21 @@ def without_leaning(
             cluster = replace(cluster, probability=min(cluster.probability, acting))
         if cluster.probability >= settings.name_threshold:
             kept.append(cluster)
-    return _keeping(replace(decision, clusters=tuple(kept)), tuple(kept)) if kept else decision
+    return keeping(replace(decision, clusters=tuple(kept)), tuple(kept)) if kept else decision
 
 
-def _unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
+def as_unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
     return Decision("unknown", (), lacking, True, (), decision.form, decision.along, outdone=outdone)
 
 
-def _keeping(decision: Decision, kept: tuple[Cluster, ...]) -> Decision:
+def keeping(decision: Decision, kept: tuple[Cluster, ...]) -> Decision:
     """The decision with these of its causes alone; one or more."""
     shown = tuple(sorted(one.member_in(decision.shown) for one in kept))
     sure = min(one.probability for one in kept)
     return replace(decision, kind=kind_of(kept), clusters=kept, probability=sure, shown=shown)
 
 
-def _lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
+def probably_lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
     """Probability that the model lacks something that no effect describes: what is outdone stands for that as well."""
     return min(1.0, sum(one.probability for one in found if one.discrepancy or {*outdone} & {*one.effects}))
 
@@ -382,12 +288,3 @@ def _adds(validation: Validation) -> bool:
     """
     pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
     return 2 * sum(both < alone for alone, both in pairs) > len(pairs)
-
-
-def _small(cluster: Cluster, decision: Decision, share: Callable[[str], float], settings: Settings) -> bool:
-    return share(cluster.member_in(decision.shown)) < settings.small_share
-
-
-def _explains(names: Sequence[str], share: Callable[[str], float], settings: Settings) -> bool:
-    """Whether one of these effects closes a part of the gap that matters, as far as anybody can say."""
-    return any(not share(name) < settings.small_share for name in names)

@@ -1,4 +1,4 @@
-"""What is of no practical size where runs stray from their records, on probabilities and errors made by hand."""
+"""What is of no practical size, on probabilities, shares and errors made by hand."""
 
 from __future__ import annotations
 
@@ -9,15 +9,24 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
+from seatruth.diagnosis.practical_size import without_negligible, without_small
 from seatruth.diagnosis.verdict import Hypothesis
-from seatruth.diagnosis.withdrawals import without_negligible
 
 
 class Measured:
     """How large the effects of an answer are: all alike, or by their names."""
 
-    def __init__(self, moved: float | dict[str, float], size: float, closed: float = math.nan) -> None:
-        self.moved, self.size, self.closed = moved, size, closed
+    def __init__(
+        self,
+        moved: float | dict[str, float] = math.nan,
+        size: float = math.nan,
+        closed: float = math.nan,
+        closes: dict[str, float] | None = None,
+    ) -> None:
+        self.moved, self.size, self.closed, self.closes = moved, size, closed, closes or {}
+
+    def share(self, name: str) -> float:
+        return self.closes[name]
 
     def part_moved(self, name: str) -> float:
         return self.moved[name] if isinstance(self.moved, dict) else self.moved
@@ -52,7 +61,7 @@ def test_what_surely_closes_nothing_on_trials_left_out_is_not_named_of_runs_that
     # Nor is what is as large as such errors are, whatever else the model lacks.
     assert left(said, 0.04, size=1.2) == said
     # An error of a sensor is small beside what that sensor shows; beside it the lag is said to be small.
-    both = (("heading_bias", "rudder_lag"), 0.9, True), ((), 0.1)
+    both = (("heading_bias", "rudder_lag"), 0.995, True), ((), 0.005)
     named = left(decided(*both), 0.04, hypotheses(*both))
     assert [one.effects for one in named.clusters] == [("heading_bias",)]
     assert (named.shown, named.small) == (("heading_bias",), ("rudder_lag",))
@@ -83,7 +92,7 @@ def test_an_error_of_a_speed_closes_what_runs_miss_of_that_speed(closed: float, 
 
     A log turned by 3 deg closed 98 % of what an AUV's model missed of the speed across.
     """
-    entries = (("log_misalignment",), 0.9, True), ((), 0.1)
+    entries = (("log_misalignment",), 0.995, True), ((), 0.005)
     said, found = decided(*entries), hypotheses(*entries)
     fold = Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
     validation = Validation((fold,), 0.0, -0.05, 0.04, 0.8)
@@ -91,3 +100,65 @@ def test_an_error_of_a_speed_closes_what_runs_miss_of_that_speed(closed: float, 
     left = without_negligible(said, found, EFFECTS, lambda key: validation, gap, SETTINGS)
     assert (left == said) == named
     assert named or (left.kind, left.small) == ("unknown", ("log_misalignment",))
+
+
+def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
+    found = hypotheses((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
+    said = decided((("current",), 0.9, True), (("current",), 0.05), ((), 0.05))
+    assert said.discrepancy
+    unknown = without_small(said, found, EFFECTS, Measured(closes={"current": 0.01}), SETTINGS)
+    assert unknown.kind == "unknown"
+    assert unknown.clusters == ()
+    assert unknown.small == ("current",)
+    assert unknown.probability == pytest.approx(0.9)
+    for share in (0.3, math.nan):
+        assert without_small(said, found, EFFECTS, Measured(closes={"current": share}), SETTINGS) == said
+    alone = decided((("current",), 0.95), ((), 0.05))
+    assert without_small(alone, found, EFFECTS, Measured(closes={"current": 0.01}), SETTINGS) == alone
+
+
+def test_waves_of_no_size_beside_another_cause_are_not_named() -> None:
+    """Of a ship in a calm basin whose heading came late: waves of 0.0001 m/s2, with a phase in each zigzag."""
+    entries = (("gyro_bias", "wave_forces"), 0.95, True), ((), 0.05, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [cluster.effects for cluster in said.clusters] == [("gyro_bias",), ("wave_forces",)]
+    shares = {"gyro_bias": 0.99, "wave_forces": 0.01}
+    left = without_small(said, found, EFFECTS, Measured(closes=shares), SETTINGS)
+    assert ([cluster.effects for cluster in left.clusters], left.shown) == ([("gyro_bias",)], ("gyro_bias",))
+    large = {"gyro_bias": 0.6, "wave_forces": 0.4}
+    assert without_small(said, found, EFFECTS, Measured(closes=large), SETTINGS) == said
+
+
+@pytest.mark.parametrize(
+    ("name", "probability", "size", "named"),
+    [
+        ("heading_bias", 0.995, 1.0, True),
+        ("heading_bias", 0.9, 1.0, False),
+        ("heading_bias", 0.995, 0.3, False),
+        ("rudder_lag", 0.995, 1.0, False),
+    ],
+)
+def test_a_certain_error_of_a_sensor_stays_beside_a_large_gap(
+    name: str, probability: float, size: float, named: bool
+) -> None:
+    """A receiver late by 0.5 s, over 0.999, closes nothing of what a model of another form misses of the heading."""
+    entries = ((name,), probability, True), ((), 1.0 - probability, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    left = without_small(said, found, EFFECTS, Measured(size=size, closes={name: 0.001}), SETTINGS)
+    assert (left == said) == named
+    assert named or left.small == (name,)
+
+
+@pytest.mark.parametrize(
+    ("probability", "upper", "named"), [(0.77, 0.04, False), (0.995, 0.04, True), (0.77, 0.5, True)]
+)
+def test_of_runs_that_stray_an_error_of_a_sensor_that_closes_nothing_is_named_only_if_certain(
+    probability: float, upper: float, named: bool
+) -> None:
+    """A log of an ROV seemed scaled by 5 %, at 0.77, and closed -5 to 4 % of the gap: it was right."""
+    entries = (("heading_bias",), probability, True), ((), 1.0 - probability, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    fold = Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0)
+    validation = Validation((fold,), 0.0, -0.05, upper, 0.8)
+    left = without_negligible(said, found, EFFECTS, lambda key: validation, Measured(0.001, 0.9), SETTINGS)
+    assert (left == said) == named
