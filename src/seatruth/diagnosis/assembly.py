@@ -25,7 +25,7 @@ from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
-from seatruth.diagnosis.practical_size import without_negligible, without_small
+from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
@@ -360,7 +360,7 @@ class Assembly:
             probability=cluster.probability,
             in_words=effect_in_words(effect, self.study.model, parameters),
             share=share,
-            small=math.isfinite(share) and share < self.settings.small_share,
+            small=share < self.settings.small_share and not is_certain_error(cluster, self.gap.typical_sizes(name)),
             implausible=self._prior_deviations(parameters) > self.settings.implausible,
             beyond=furthest(effect, parameters),
         )

@@ -78,7 +78,7 @@ def without_small(
     certain = tuple(
         one
         for one, name in zip(decision.clusters, names, strict=True)
-        if is_within(one.cause, SENSOR) and one.probability >= _CERTAIN and gap.typical_sizes(name) > _TYPICAL
+        if is_certain_error(one, gap.typical_sizes(name))
     )
     if certain:
         return decision if len(certain) == len(names) else keeping(decision, certain)
@@ -131,6 +131,11 @@ def without_negligible(
     if kept:
         return replace(keeping(decision, kept), small=small)
     return replace(as_unknown(decision, probably_lacking(found, small), decision.outdone), small=small)
+
+
+def is_certain_error(cluster: Cluster, size: float) -> bool:
+    """Whether a cause is an error of a sensor that is nearly certain, and of a usual `size` over a typical one."""
+    return is_within(cluster.cause, SENSOR) and cluster.probability >= _CERTAIN and size > _TYPICAL
 
 
 def _small(cluster: Cluster, decision: Decision, share: Callable[[str], float], settings: Settings) -> bool:

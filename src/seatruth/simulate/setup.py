@@ -13,6 +13,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.simulate.first_velocity import first_velocity
 from seatruth.trials.trial import Trial
 
 
@@ -75,23 +76,27 @@ class Setup:
 
     @cached_property
     def initial_states(self) -> Array:
-        """Initial states (T, S) from the trials' first valid samples; `Model.complete` adds outputs never recorded."""
+        """Initial states (T, S) from the trials' first valid samples.
+
+        A speed that was never recorded is that of the first positions; `Model.complete` adds other outputs.
+        """
         states = np.zeros((len(self.trials), len(self.model.states)))
         for row, trial in enumerate(self.trials):
             first = {channel.name: _first_valid(trial, channel.name) for channel in self.model.outputs}
             y = {name: value for name, value in first.items() if value is not None}
+            y = first_velocity(self.model, trial) | y
             i = {channel.name: float(trial.inputs[channel.name][0]) for channel in self.model.inputs}
             states[row] = self.model.first_state(y, i, self.nominal)
         return states
 
     @property
     def assumed_zero(self) -> tuple[tuple[str, str], ...]:
-        """(trial, channel) of the outputs that were never recorded."""
+        """(trial, channel) of the outputs that were never recorded, nor follow from positions."""
         return tuple(
             (trial.name, channel.name)
             for trial in self.trials
             for channel in self.model.outputs
-            if _first_valid(trial, channel.name) is None
+            if _first_valid(trial, channel.name) is None and channel.name not in first_velocity(self.model, trial)
         )
 
     def changed(
