@@ -190,6 +190,13 @@ def test_a_fast_engine_is_asked_for_its_unit_unless_the_study_states_one(stated:
     assert ("unit" in {f.code for f in found if f.channel == "n"}) is asked
 
 
+@pytest.mark.parametrize(("factor", "advised"), [(60.0, "'deg/min'"), (DEG, "'deg/s'")])
+def test_a_rate_per_minute_is_told_from_one_in_degrees(factor: float, advised: str) -> None:
+    """A ship's rate of turn, in deg/min, of a study that says deg/s."""
+    found = [f for f in check_trials([altered(GOOD, {"r": lambda a: a * factor})]) if f.code == "unit"]
+    assert [(f.channel, advised in f.do) for f in found] == [("r", True)]
+
+
 def test_swapped_axes_and_wrong_senses_are_named() -> None:
     swapped = replace(GOOD, outputs={**GOOD.outputs, "x": GOOD.outputs["y"], "y": GOOD.outputs["x"]})
     assert any(f.code == "position-axes" and "swapped" in f.message for f in check_trials([swapped]))

@@ -216,7 +216,9 @@ class CostTable(Table):
         default=None, description="Longest integration step, s; default: the sampling step."
     )
     initial: Literal["fixed", "free"] = Field(
-        default="fixed", description="Initial state of each trial: taken from its first samples, or estimated."
+        default="fixed",
+        description="Initial state of each trial: taken from its first samples, or estimated. A speed that no channel "
+        "has is that of the first positions.",
     )
     initial_sd: dict[str, float | str] = Field(
         default={},

@@ -23,6 +23,8 @@ from seatruth.trials.trial import Trial
 
 _PAIRS = (("psi", "r"), ("theta", "q"), ("phi", "p"))
 _DEGREES = 180.0 / np.pi
+_PER_MINUTE = 1.0 / 60.0
+_NEARLY = 4 * limits.KNOWN_SCALE
 
 
 def check_rates(trial: Trial) -> Iterator[Finding]:
@@ -93,8 +95,18 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
             channel=angle,
         )
     size = abs(scale)
+    if abs(size / _PER_MINUTE - 1.0) < abs(size * _DEGREES - 1.0) and abs(size / _PER_MINUTE - 1.0) < _NEARLY:
+        yield make_finding(
+            trial,
+            "error",
+            "unit",
+            f"Changes of {angle} are {size:.3g} times the integral of {rate}: {rate} is per minute.",
+            f"State unit = 'deg/min' for {rate}.",
+            channel=rate,
+        )
+        return
     for factor, text, other in ((_DEGREES, angle, rate), (1.0 / _DEGREES, rate, angle)):
-        if abs(size / factor - 1.0) < 4 * limits.KNOWN_SCALE:
+        if abs(size / factor - 1.0) < _NEARLY:
             unit, other_unit = ("deg", "rad/s") if text == angle else ("deg/s", "rad")
             yield make_finding(
                 trial,
