@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import small_case as small
 
+from seatruth.diagnosis import nesting
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.screening import beside
@@ -50,3 +51,17 @@ def test_what_was_only_screened_gets_the_better_of_its_values(found: Search) -> 
     nest(spoilt)
     assert (BIAS, False) not in spoilt.fits
     assert spoilt.screened[BIAS, False] == pytest.approx(found.fits[BIAS, False].evidence, abs=0.6)
+
+
+@pytest.mark.parametrize(("risen", "again"), [(0.0, False), (3.0, True)])
+def test_a_fit_begun_from_its_part_is_made_again_only_if_that_became_better(
+    found: Search, risen: float, again: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone = found.fits[(), True]
+    behind = replace(alone, effects=BIAS, evidence=alone.evidence - 12.0)
+    begun: dict[Key, tuple[Key, bool, float]] = {BIAS: ((), True, alone.evidence - risen)}
+    spoilt = Search(found.problem, found.known, fits={**found.fits, (BIAS, True): behind}, begun=begun)
+    made = list[tuple[Key, bool]]()
+    monkeypatch.setattr(nesting, "fit_once", lambda _, key, on, *__, **___: made.append((key, on)))
+    nest(spoilt)
+    assert ((BIAS, True) in made) == again

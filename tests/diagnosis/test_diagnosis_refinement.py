@@ -84,19 +84,6 @@ def test_a_finer_spacing_that_promises_nothing_is_not_fitted(
     assert tried == [11]
 
 
-def test_a_finer_spacing_that_brings_a_small_part_of_what_forces_explain_is_not_taken(
-    ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    coarse, tried = fitted(ship_folder, gusty(ship_folder, plain_runs, 21, 0.002)), list[int]()
-    explained = coarse.fits[(), True].evidence - coarse.fits[(), False].evidence
-    monkeypatch.setattr(refinement, "_MOST", 11)
-    brought = refine(coarse, tried.append).null.evidence - coarse.null.evidence
-    assert brought > 50.0
-    for part, taken in ((0.5, True), (2.0, False)):
-        monkeypatch.setattr(refinement, "_WORTH", part * brought / explained)
-        assert (refine(coarse, tried.append) is not coarse) == taken
-
-
 def test_a_finer_spacing_whose_fit_does_not_converge_is_not_taken(
     ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
 ) -> None:

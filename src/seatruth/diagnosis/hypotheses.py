@@ -36,6 +36,8 @@ class Search:
     """Linearized evidence of sets, whether fitted or not, without and with discrepancy."""
     starts: dict[str, Array] = field(default_factory=dict)
     """Finite values (k, n), the best first, from which an effect is fitted, where they are better than its null."""
+    begun: dict[Key, tuple[Key, bool, float]] = field(default_factory=dict)
+    """The fit beside which a set was begun: its effects, whether it has discrepancy, and its evidence then."""
     waves: dict[str, Array] = field(default_factory=dict)
     """Values (n,) from which effects of waves begin, where what the model alone leaves shows a narrow band."""
     failed: dict[Key, str] = field(default_factory=dict)

@@ -123,6 +123,7 @@ def fit_again(found: Search, *, discrepancy: bool) -> None:
 
 def fit_both(found: Search, key: Key, near: Fit) -> None:
     """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
+    found.begun[key] = near.effects, near.discrepancy, near.evidence
     try:
         _fit_forward(found, key, near)
     except np.linalg.LinAlgError as trouble:

