@@ -27,9 +27,9 @@ from seatruth.diagnosis.sizes import NoisePrior, Sizes
 from seatruth.diagnosis.steps import likelihood_at
 
 _FINER = 10.0
-"""nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S] Not a part of what
-forces explain: of six trials of an ROV 45 knots brought 62 nats, 0.7 % of that, and without them the thrust of two
-thrusters, which was right, led the model alone by 33 nats."""
+"""nats that half the spacing must bring: a search with twice the knots takes up to twice the time. [S] Not a part of
+what forces explain: of six trials of an ROV 45 knots brought 62 nats, 0.7 % of that, and without them the thrust of
+two thrusters, which was right, led the model alone by 33 nats."""
 _PART = 0.05
 """Part of what forces explain that a finer spacing whose fit did not converge must bring, beside one that did, for one
 finer yet to be tried. [S] Of six trials of an ROV 23 knots brought 0.024, and over 45 no fit came to its end, in a
