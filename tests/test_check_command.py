@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from nomoto_ship import call, write_ship
+from nomoto_ship import SHIP, call, write_ship
 
 
 @pytest.mark.parametrize(
@@ -33,3 +33,25 @@ def test_the_preview_says_at_which_noise_its_errors_hold(
     shown = " ".join(capsys.readouterr().out.split())
     assert said in shown
     assert "A best std. error is a bound" in shown
+
+
+def test_a_fault_in_ones_own_model_is_told_as_such_beside_what_the_data_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ship(tmp_path)
+    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
+    wrong = SHIP.replace("(p.K * i.delta - s.r)", "(p.K * math.sin(i.delta) - s.r)")
+    line = 1 + wrong.splitlines().index("        return (p.K * math.sin(i.delta) - s.r) / p.T, s.r")
+    (tmp_path / "ship.py").write_text(wrong)
+    capsys.readouterr()
+    for options in ((), ("--no-preview",)):
+        assert call("check", "zigzag.toml", *options) == 1
+        shown = capsys.readouterr()
+        said = " ".join(shown.out.split())
+        assert f"error: model 'nomoto', ship.py, line {line}: rhs raises NameError" in said
+        assert 'Write "import math" at the top of the file.' in said
+        assert "[input-jumps]" in said
+        assert "fault in seatruth" not in said + shown.err
+    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto", "-o", "other.toml") == 1
+    assert f"ship.py, line {line}" in " ".join(capsys.readouterr().err.split())

@@ -21,6 +21,7 @@ import seatruth
 from seatruth import cli
 from seatruth.commands import common, init
 from seatruth.errors import BadInput, SeatruthWarning
+from seatruth.models.user_file import load_object
 from seatruth.storage.atomic import DiskFull, write_file
 
 
@@ -117,6 +118,17 @@ def test_whatever_happens_ends_in_one_message(
     for word in words:
         assert word in message
     assert answered(folder / "out.json")["exit_code"] == code
+
+
+def test_what_the_code_of_a_user_raises_is_no_fault_in_seatruth(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text("def size(p):\n    return p.length * math.pi\n")
+    size = load_object("own.py:size", tmp_path)
+    with pytest.raises(AttributeError) as raised:
+        size(None)
+    code, error = common.explain(raised.value)
+    assert (code, error["where"]) == (1, "own.py, line 2")
+    assert "AttributeError" in error["what"]
+    assert error["do"] == "Correct the model file."
 
 
 def test_the_traceback_is_there_for_those_who_ask(

@@ -20,6 +20,7 @@ from seatruth.models.isolated import failures_of
 from seatruth.models.parameter import Parameter
 from seatruth.optimizers import Outcome
 from seatruth.provenance import provenance
+from seatruth.simulate.faults import fault_of
 from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding, gravest_first
@@ -307,8 +308,16 @@ def check_study(study: Study) -> list[Finding]:
     if study.cost.kind == "formula":
         return check_tables(trials, study.model)
     found = without_stale_notes(check_trials(trials, study.model), study, trials)
+    fault = fault_of(study.model)
+    if fault is not None:
+        return gravest_first([*found, model_fault(fault), *steps_in_gaps(study, trials)])
     found += [*stepped_orders(study, trials), *steps_in_gaps(study, trials), *current_rates(study)]
     return gravest_first(found)
+
+
+def model_fault(problem: SeatruthError) -> Finding:
+    """A finding that the equations of the model cannot be simulated as they stand."""
+    return Finding("error", "model-equations", f"{problem.what}.", problem.where, problem.do)
 
 
 def failed_runs(text: str) -> Finding:

@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from seatruth.errors import BadInput, SeatruthError
+from seatruth.errors import BadInput, PluginError, SeatruthError
 from seatruth.storage.atomic import FULL, CannotWrite, cannot_write, write_file
 from seatruth.storage.lock import locked_folder
 from seatruth.text import listed, visible
@@ -226,6 +226,14 @@ def explain(problem: BaseException) -> tuple[int, dict[str, str]]:
         return _os_problem(problem)
     if isinstance(problem, MemoryError):
         return 1, _message("MemoryError", "the machine has too little memory for this", "Use fewer or shorter trials.")
+    # Imported where it is needed: --help loads no numerical library, and models do.
+    from seatruth.models.user_file import name_missing, place_in_user_file
+
+    own = place_in_user_file(problem)
+    if own:
+        what = f"it raised {type(problem).__name__}: {' '.join(str(problem).split())[:300]}"
+        do = name_missing(problem) if isinstance(problem, NameError) else "Correct the model file."
+        return explain(PluginError(what, where=own, do=do, code="plug-in"))
     frames = traceback.extract_tb(problem.__traceback__)
     at = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     return 1, _message(

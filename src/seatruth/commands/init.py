@@ -16,6 +16,7 @@ from seatruth.errors import BadInput
 from seatruth.models import load_model
 from seatruth.readers import Log, read_log
 from seatruth.readers.listing import FieldInfo, listing
+from seatruth.simulate.faults import fault_of
 from seatruth.storage.atomic import write_file
 from seatruth.study.template import template
 
@@ -71,6 +72,9 @@ def init(
     name = None if len(logs) == 1 else log.resolve().parent.name or None
     use = model or _USUAL
     loaded = load_model(use, Path.cwd())
+    fault = fault_of(loaded)
+    if fault is not None:
+        raise fault
     written = _model_use(use, folder)
     text, notes = template(paths[0], content, loaded, written, paths[1:], name=name, pattern=pattern)
     found = listing(content)

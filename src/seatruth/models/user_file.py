@@ -7,8 +7,9 @@ import hashlib
 import linecache
 import sys
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
@@ -16,6 +17,12 @@ from seatruth.storage.regular import check_name, read_regular
 
 _LARGEST = 4_000_000
 """Bytes; a model is written by hand, so anything larger is another kind of file."""
+
+
+_OWN = "seatruth_user_"
+"""How the names of the modules begin that are made of a user's files."""
+_IMPORTS: Mapping[str, str] = MappingProxyType({"math": "import math", "np": "import numpy as np"})
+"""What brings a name into a file that equations are often written with."""
 
 
 def is_file(spec: str) -> bool:
@@ -79,7 +86,7 @@ def _run(source: str, path: Path, name: str, kind: str) -> ModuleType:
     """
     full = path.resolve()
     check_name(full.as_posix())
-    module = ModuleType(f"seatruth_user_{path.stem}_{hashlib.sha256(str(full).encode()).hexdigest()[:12]}")
+    module = ModuleType(f"{_OWN}{path.stem}_{hashlib.sha256(str(full).encode()).hexdigest()[:12]}")
     module.__file__ = str(full)
     linecache.checkcache(str(full))
     sys.modules[module.__name__] = module
@@ -98,3 +105,23 @@ def _run(source: str, path: Path, name: str, kind: str) -> ModuleType:
     except SystemExit:
         raise PluginError("running it ended the program", where=name, do=f"Its file only defines a {kind}.") from None
     return module
+
+
+def place_in_user_file(problem: BaseException) -> str:
+    """File and line of what a user's own code raised, "my_ship.py, line 12"; "" where other code raised it."""
+    frames = traceback.extract_tb(problem.__traceback__)
+    own = {getattr(module, "__file__", None) for name, module in [*sys.modules.items()] if name.startswith(_OWN)}
+    if not frames or frames[-1].filename not in own:
+        return ""
+    return f"{Path(frames[-1].filename).name}, line {frames[-1].lineno}"
+
+
+def name_missing(problem: NameError) -> str:
+    """What to do about a name that a file uses and does not have.
+
+    Example:
+        >>> name_missing(NameError("name 'math' is not defined", name="math"))
+        'Write "import math" at the top of the file.'
+    """
+    line = _IMPORTS.get(problem.name or "")
+    return f'Write "{line}" at the top of the file.' if line else "Define or import it in the model file."

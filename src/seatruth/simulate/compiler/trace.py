@@ -21,6 +21,7 @@ import numpy as np
 from seatruth.errors import PluginError, SeatruthError
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.servo import Servo, stages
+from seatruth.models.user_file import name_missing
 from seatruth.simulate.compiler.branches import every_way, merging
 from seatruth.simulate.compiler.graph import Graph
 from seatruth.simulate.compiler.node import BOTH, LANE, ROW, Node, NotTraceable
@@ -157,6 +158,12 @@ def _explore(
         raise PluginError(
             f"{role} ends the program", where=f"model {model.name!r}", do="Raise nothing in it."
         ) from None
+    except NameError as problem:
+        raise PluginError(
+            f"{role} raises {type(problem).__name__}: {problem}",
+            where=_place(model, problem),
+            do=name_missing(problem),
+        ) from problem
     except Exception as problem:
         raise PluginError(
             f"{role} cannot be compiled: {_reason(problem)}",
