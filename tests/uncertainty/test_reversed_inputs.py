@@ -19,7 +19,8 @@ from seatruth.simulate import simulator
 from seatruth.trials.channel import Channel
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial, Trials
-from seatruth.uncertainty.reversed_inputs import _pieces, reversed_inputs
+from seatruth.uncertainty.reversed_inputs import reversed_inputs
+from seatruth.uncertainty.short_runs import pieces_of
 
 STARTS = {"K": 0.3, "T": 5.0}
 
@@ -247,7 +248,7 @@ def test_a_gap_of_ages_makes_no_more_pieces() -> None:
     """A log with a gap of 1e12 s took gigabytes, one entry for every fifteen seconds of it."""
     t = np.concatenate([np.arange(0.0, 60.0, 0.5), 1.5e12 + np.arange(0.0, 60.0, 0.5)])
     trial = Trial(name="a", t=t, inputs={}, outputs={"r": np.zeros(t.size)})
-    assert [len(piece) for piece in _pieces(trial, 15.0)] == [30] * 8
+    assert [len(piece) for piece in pieces_of(trial, 15.0)] == [30] * 8
 
 
 class Pulses(Model):
