@@ -132,6 +132,65 @@ def test_rudders_and_shafts_of_both_sides_are_found(
     ]
 
 
+CAT = """
+from seatruth import Channel, Model, Parameter
+from seatruth.models import Thruster
+
+
+class Cat(Model):
+    name = "cat"
+    title = "A catamaran under two speed controllers"
+    states = outputs = (Channel("u", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad", angle=True))
+    inputs = (Channel("port", "UNIT"), Channel("starboard", "UNIT"))
+    parameters = (Parameter("k_T", 1.0, "m/s2", 0.0, 9.0, vary=True, source="test"),)
+    actuators = (
+        Thruster("port", "port", at=(-1.0, -0.5, 0.0), towards=(1.0, 0.0, 0.0), full=REST + FULL),
+        Thruster("starboard", "starboard", at=(-1.0, 0.5, 0.0), towards=(1.0, 0.0, 0.0), full=REST + FULL),
+    )
+
+    @staticmethod
+    def rhs(s, i, p):
+        port, starboard = (i.port - REST) / FULL, (i.starboard - REST) / FULL
+        port, starboard = p.k_T * port * abs(port), p.k_T * starboard * abs(starboard)
+        return port + starboard - 0.2 * s.u * abs(s.u), port - starboard - s.r, s.r
+"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "rest", "full", "stopped"),
+    [("us", 1500.0, 400.0, "pulse from 1740 to 1500 us"), ("1", 0.0, 1.0, "command from 0.6 to 0,")],
+)
+def test_manoeuvres_under_pulses_are_those_under_commands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], unit: str, rest: float, full: float, stopped: str
+) -> None:
+    text = CAT.replace("UNIT", unit).replace("REST", str(rest)).replace("FULL", str(full))
+    (tmp_path / "cat.py").write_text(text)
+    boat, ahead = load_model("cat.py:Cat", tmp_path), rest + 0.6 * full
+    plan = TurningCircle(-0.2, by="thrust")
+    run = run_manoeuvre(boat, plan, first_state={"u": 1.9}, inputs={"port": ahead, "starboard": ahead})
+    run = run.section(0, int(np.searchsorted(run.t, 60.0)), "circle")
+    # Then straight ahead again, and the thrust taken off.
+    t, dt = np.arange(0.0, 80.0, 0.5), 0.5
+    orders, u = np.where(t < 40.0, ahead, rest), [1.9]
+    for order in orders[:-1]:
+        u.append(u[-1] + dt * (2.0 * ((order - rest) / full) ** 2 - 0.2 * u[-1] ** 2))
+    circle = pd.DataFrame({"time": run.t, **run.inputs, "psi": run.outputs["psi"], "u": run.outputs["u"]})
+    stop = pd.DataFrame({"time": t, "port": orders, "starboard": orders, "psi": 0.0 * t, "u": u})
+    study = (
+        '[model]\nuse = "cat.py:Cat"\nvary = ["k_T"]\n\n[time]\ncolumn = "time"\n\n[channels]\n'
+        f'port = {{ column = "port", unit = "{unit}" }}\nstarboard = {{ column = "starboard", unit = "{unit}" }}\n\n'
+        '[[trials]]\nfile = "circle.csv"\n'
+    )
+    (tmp_path / "s.toml").write_text(study)
+    said = {}
+    for name, table in (("circle", circle), ("stop", stop)):
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+        assert cli.run(["trials", str(tmp_path / f"{name}.csv"), "--study", str(tmp_path / "s.toml")]) == 0
+        said[name] = " ".join(capsys.readouterr().out.split())
+    assert "turning circle 20 % port: thrust difference -20.0 %" in said["circle"]
+    assert stopped in said["stop"]
+
+
 def test_manoeuvres_of_a_boat_that_thrusters_steer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The study's model knows its thrusters and their full power."""
     boat, ahead = load_model("twin_thruster"), {"n_port": 10.3, "n_starboard": 10.3}

@@ -94,7 +94,7 @@ def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = N
         ['turning circle 35 starboard']
     """
     found: list[Stretch] = []
-    for part in recordings(log, _steering(model, log), _drives(model)):
+    for part in recordings(log, _steering(model, log), *_drives(model)):
         taken = np.zeros(part.t.size, dtype=np.bool_)
         for search in (_circles, _zigzags, _stops, slowings):
             for stretch, first, stop in search(part):
@@ -112,15 +112,17 @@ def _steering(model: Model | None, log: Trial) -> Steering | None:
     return None if model is None or "delta" in log.inputs else steering_of(model)
 
 
-def _drives(model: Model | None) -> dict[str, float]:
-    """The inputs of a model that push it ahead, with those at which they rest."""
+def _drives(model: Model | None) -> tuple[dict[str, float], str]:
+    """The inputs of a model that push it ahead, with those at which they rest, and their unit."""
     if model is None:
-        return {}
+        return {}, "rev/s"
     thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
     ahead = [one.input for one in thrusters if not isinstance(one.towards[0], str) and one.towards[0] > AHEAD]
     box = isinstance(model, BlackBox)
     resting = {} if box else resting_inputs(model) or {}
-    return {name: resting.get(name, 0.0) for name in (ahead if thrusters or box else drive_inputs(model))}
+    found = {name: resting.get(name, 0.0) for name in (ahead if thrusters or box else drive_inputs(model))}
+    units = [channel.unit for channel in model.inputs if channel.name in found]
+    return found, units[0] if units else "rev/s"
 
 
 def not_recorded(log: Trial, model: Model | None = None) -> list[str]:
@@ -132,7 +134,7 @@ def not_recorded(log: Trial, model: Model | None = None) -> list[str]:
         >>> not_recorded(Trial("log", t, {"delta": 0.0 * t, "n": 0.0 * t + 2.0}, {"psi": 0.0 * t}))
         ['There is no speed and no position: stops and straight runs cannot be found.']
     """
-    parts = recordings(log, _steering(model, log), _drives(model))
+    parts = recordings(log, _steering(model, log), *_drives(model))
     lacks = [
         (all(part.control is None for part in parts), "rudder and no thrusters", "turning circles and zigzags"),
         (all(part.angle is None for part in parts), "heading", "turning circles, zigzags and straight runs"),
@@ -301,9 +303,7 @@ def _stops(log: Recording) -> Found:
             continue
         astern = float(np.median(log.drive[first:end])) < -0.05 * usual
         label = "crash stop" if astern else "coast-down"
-        facts = (
-            f"revolutions from {log.drive[order - 1]:.3g} to {np.median(log.drive[first:end]):.3g} {log.drive_unit}, "
-        )
+        facts = f"{log.drive_name} {log.drive_words(log.drive[order - 1], float(np.median(log.drive[first:end])))}, "
         facts += f"speed from {begun:.3g} to {speed[end - 1]:.3g} m/s"
         found.append((Stretch("stop", label, 0, 0, facts), order - 1, end))
     return found

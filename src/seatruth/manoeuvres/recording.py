@@ -18,6 +18,7 @@ from seatruth.manoeuvres.steering import Steering, ThrustSteering, steering_in
 from seatruth.trials.check.limits import GAP_STEPS
 from seatruth.trials.prepare.base import bridged
 from seatruth.trials.trial import Trial
+from seatruth.units import PULSES
 
 PLAY = math.radians(2.5)
 """Within this (peak to peak) a rudder is held: play, noise and the last digit of its indicator."""
@@ -26,6 +27,8 @@ AS_ANGLE = math.radians(100.0)
 known of rudders (their play, what is amidships) holds for it. Chosen here [S]: a boat underway steers by 5 to 40 %."""
 SPEED_CHANGES = 0.2
 """Part of its mean by which a speed differs between the ends of a stretch that is told with both. Chosen here [S]."""
+_ROUNDING = 1e-6
+"""Part of the drive within which it rests: no log has as many digits."""
 FEWEST = 20
 """Samples of a part of a log; fewer hold no manoeuvre."""
 
@@ -35,6 +38,7 @@ class Recording:
     """One recording without a pause: control with its sense, heading or pitch, speed and drive where there are any.
 
     `control` is an angle in rad; of thrusters, which steer in shares of full thrust, `AS_ANGLE` times that share.
+    `drive` counts from the value at which it rests, `rest`, in `drive_unit`.
     """
 
     t: Array
@@ -44,6 +48,7 @@ class Recording:
     drive: Array | None
     by: Literal["rudder", "plane", "thrust"]
     drive_unit: str = "rev/s"
+    rest: float = 0.0
 
     @property
     def vertical(self) -> bool:
@@ -60,6 +65,19 @@ class Recording:
         what, unit = ("thrust difference", "%") if self.by == "thrust" else (self.by, "deg")
         return f"{what} {math.degrees(control):.1f} {unit}"
 
+    def drive_words(self, *drives: float) -> str:
+        """One value of the drive in words, or the first and the last: "9 rev/s", "from 1710 to 1500 us", "0.5"."""
+        size = max(1.0, abs(self.rest), *(abs(drive) for drive in drives))
+        known = [self.rest + (drive if abs(drive) > _ROUNDING * size else 0.0) for drive in drives]
+        said = " to ".join(f"{value:.4g}" if self.rest else f"{value:.3g}" for value in known)
+        unit = "" if self.drive_unit == "1" else f" {self.drive_unit}"
+        return f"{'from ' if len(drives) > 1 else ''}{said}{unit}"
+
+    @property
+    def drive_name(self) -> str:
+        """What the numbers of the drive are."""
+        return {"rev/s": "revolutions", **dict.fromkeys(PULSES, "pulse")}.get(self.drive_unit, "command")
+
     def rows(self, first: int, stop: int) -> tuple[float, float]:
         return float(self.t[first]), float(self.t[stop - 1])
 
@@ -72,11 +90,14 @@ class Hold:
 
 
 def recordings(
-    log: Trial, steering: Steering | None = None, drives: Mapping[str, float] = MappingProxyType({})
+    log: Trial,
+    steering: Steering | None = None,
+    drives: Mapping[str, float] = MappingProxyType({}),
+    unit: str = "rev/s",
 ) -> list[Recording]:
     """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers.
 
-    `drives` are the inputs that drive the vehicle where none is called n, with those at which they rest.
+    `drives` are the inputs that drive the vehicle where none is called n, with those at which they rest, in `unit`.
     """
     names = {*log.inputs, *log.outputs}
     if isinstance(steering, ThrustSteering) and not set(steering.layout.full) <= names:
@@ -98,11 +119,15 @@ def recordings(
         angle = None
     speed = _channel(log, "u")
     x, y = (_channel(log, name) if speed is None else None for name in ("x", "y"))
-    drive = _channel(log, "n")
+    drive, rest = _channel(log, "n"), 0.0
+    if drive is not None and isinstance(steering, ThrustSteering):
+        unit, rest = steering.unit, steering.rest
+        drive = drive - rest
     if drive is None and drives and all(name in names for name in drives):
         each = [_channel(log, name) for name in drives]
         known = [values - rest for values, rest in zip(each, drives.values()) if values is not None]
         drive = np.mean(known, axis=0) if len(known) == len(drives) else None
+        rest = float(np.mean([*drives.values()]))
     steps = np.diff(log.t)
     pauses = np.flatnonzero(steps > GAP_STEPS * float(np.median(steps))) + 1
     edges = [0, *pauses.tolist(), len(log)]
@@ -121,7 +146,8 @@ def recordings(
         Recording(
             *(log.t[a:b], cut(control, a, b), cut(angle, a, b), going(a, b), cut(drive, a, b)),
             by="plane" if vertical else steering.by,
-            drive_unit=steering.unit if isinstance(steering, ThrustSteering) else "rev/s",
+            drive_unit=unit,
+            rest=rest,
         )
         for a, b in itertools.pairwise(edges)
         if b - a >= FEWEST
@@ -178,7 +204,7 @@ def means(log: Recording, first: int, stop: int) -> str:
     """Mean speed, rudder, rate and revolutions of a stretch, in words."""
     said: list[tuple[Array | None, Callable[[float], str]]] = [
         (log.control, log.control_words),
-        (log.drive, lambda x: f"{x:.3g} {log.drive_unit}"),
+        (log.drive, lambda x: log.drive_words(x) if log.drive_unit != "1" else f"command {log.drive_words(x)}"),
     ]
     words = [] if log.speed is None else [_speed_words(log.speed[first:stop])]
     words += [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]

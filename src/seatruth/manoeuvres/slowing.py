@@ -57,7 +57,7 @@ def slowings(log: Recording) -> list[tuple[Stretch, int, int]]:
             if order is None:
                 continue
             first = order
-            facts = f"revolutions from {log.drive[first]:.3g} to {log.drive[stop - 1]:.3g} {log.drive_unit}, {facts}"
+            facts = f"{log.drive_name} {log.drive_words(log.drive[first], log.drive[stop - 1])}, {facts}"
         found.append((Stretch("stop", "slow-down" if log.drive is None else "coast-down", 0, 0, facts), first, stop))
     return found
 

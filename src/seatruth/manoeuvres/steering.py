@@ -106,6 +106,11 @@ class ThrustSteering:
         """The largest `n` of `driven`; zero where no thruster pushes ahead."""
         return min((self.layout.order(name, 1.0) for name in self._ahead()), default=0.0)
 
+    @property
+    def rest(self) -> float:
+        """The `n` of `recorded` under which the thrusters that push ahead rest."""
+        return next((self.layout.rests[name] for name in self._ahead()), 0.0)
+
     def _ahead(self) -> dict[str, float]:
         return dict(self.layout.axes.get("surge", {}))
 

@@ -45,11 +45,15 @@ def read_log(path: Path, study: Path | None = None, progress: Progress = silent)
     """
     if study is None:
         log = readers.read_log(path, progress=progress)
-        (time, specs), frames = _inferred(log), Frames()
+        (time, specs), frames, channels = _inferred(log), Frames(), {}
     else:
         file, _ = parse(read_text(study), str(study))
         log = readers.read_log(path, progress=progress, **file.files.reading)
         time, frames = clock(file.time), stated_frames(file)
+        model = vehicle_of(study)
+        # What only the model knows has its unit there: a pulse in us is no time in s.
+        known = () if model is None else (*model.inputs, *model.outputs)
+        channels = {channel.name: channel for channel in known if channel.name not in STANDARD_CHANNELS}
         specs = {name: column_spec(name, file.channels) for name in (*STANDARD_CHANNELS, *file.channels)}
         specs = {name: spec for name, spec in specs.items() if all(_has(log, column) for column in spec.columns)}
         specs = _with_one_position(specs, file.channels)
@@ -59,7 +63,8 @@ def read_log(path: Path, study: Path | None = None, progress: Progress = silent)
             where=str(path),
             do="Name the columns in the [channels] of a study (`seatruth init`), and give it with --study.",
         )
-    whole = _on_one_clock(trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames))
+    read = trial_from_log(log, time=time, inputs={}, outputs=specs, name=path.stem, frames=frames, channels=channels)
+    whole = _on_one_clock(read)
     inputs = {name: whole.outputs[name] for name in (*_INPUTS, *_THRUSTERS) if name in whole.outputs}
     outputs = {name: values for name, values in whole.outputs.items() if name not in inputs}
     return replace(whole, inputs=inputs, outputs=outputs, synthetic=_synthetic(path))
