@@ -9,7 +9,7 @@ import pytest
 
 from seatruth import load_study
 from seatruth.cli import run
-from seatruth.study.numbered_columns import numbered_columns
+from seatruth.study.numbered_columns import numbered_columns, pulse_columns
 from seatruth.trials import Channel
 
 PULSES = np.array([1500.0, 1500.0, 1680.0, 1448.0])
@@ -103,3 +103,46 @@ def test_init_reads_pulses_for_a_vehicle_of_commands(tmp_path: Path, header: str
     trial = load_study(tmp_path / "dive.toml").trials[0]
     for k in range(1, 7):
         np.testing.assert_allclose(trial.inputs[f"c_{k}"][[0, -1]], [0.0, 0.5])
+
+
+THRUSTERS = [Channel("pwm_starboard", "us"), Channel("pwm_port", "us")]
+
+
+@pytest.mark.parametrize("names", [("RCOU.C1", "RCOU.C3"), ("C1", "C3"), ("servo1_raw", "servo3_raw")])
+def test_outputs_of_an_autopilot_are_those_of_two_thrusters_in_order(names: tuple[str, str]) -> None:
+    moving = np.array([1500.0, 1600.0, 1450.0])
+    log = {names[0]: moving, names[1]: moving[::-1], "IMU.GyrZ": 0.01 * moving}
+    found = pulse_columns(log, THRUSTERS)
+    assert {name: hit.column for name, hit in found.items()} == {"pwm_port": names[0], "pwm_starboard": names[1]}
+    assert all("check which is port" in hit.why for hit in found.values())
+    idle = {names[0].replace("1", "2"): np.full(3, 1500.0)}
+    assert pulse_columns({**log, **idle}, THRUSTERS) == found
+
+
+def test_outputs_of_two_thrusters_are_not_guessed_among_more() -> None:
+    moving = np.array([1500.0, 1600.0, 1450.0])
+    three = {f"RCOU.C{k}": moving for k in (1, 2, 3)}
+    assert pulse_columns(three, THRUSTERS) == {}
+    other = {"RCOU.C1": moving, "RCOU.C3": moving, "servo1_raw": moving, "servo2_raw": moving}
+    assert pulse_columns(other, THRUSTERS) == {}
+    assert pulse_columns({"RCIN.C1": moving, "RCIN.C3": moving}, THRUSTERS) == {}
+    steered = [Channel("steering", "us"), Channel("throttle", "us")]
+    assert pulse_columns({"RCOU.C1": moving, "RCOU.C3": moving}, steered) == {}
+    shares = [Channel("port", "1"), Channel("starboard", "1")]
+    assert pulse_columns({"RCOU.C1": moving, "RCOU.C3": moving}, shares) == {}
+
+
+def test_init_writes_the_guess_of_two_thrusters(tmp_path: Path) -> None:
+    (tmp_path / "cat.py").write_text(
+        "from seatruth import Channel, Model\n\n\nclass Cat(Model):\n"
+        '    name = "cat"\n    states = outputs = (Channel("psi", "rad", angle=True),)\n'
+        '    inputs = (Channel("pwm_port", "us"), Channel("pwm_stbd", "us"))\n\n'
+        "    @staticmethod\n    def rhs(s, i, p):\n        return ((i.pwm_port - i.pwm_stbd) / 4000.0,)\n"
+    )
+    rows = [f"{0.1 * k:.1f},{0.02 * k:.2f},{1500 + k % 50},{1500 - k % 40}" for k in range(200)]
+    (tmp_path / "log.csv").write_text("\n".join(["time [s],heading [deg],RCOU.C1,RCOU.C3", *rows]) + "\n")
+    study = tmp_path / "s.toml"
+    assert run(["init", str(tmp_path / "log.csv"), "--model", f"{tmp_path}/cat.py:Cat", "-o", str(study)]) == 0
+    text = study.read_text()
+    assert 'pwm_port = { column = "RCOU.C1", unit = "us" }   # guessed by the order of their numbers' in text
+    assert 'pwm_stbd = { column = "RCOU.C3", unit = "us" }' in text

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.study.column_names import ORDERS
-from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, split_header, unit_fits
+from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, place_in, split_header, unit_fits
 from seatruth.trials.channel import Channel
 from seatruth.units import PULSES
 
@@ -34,6 +35,10 @@ _PULSE = (400.0, 2600.0)
 """us: pulses of servos lie between these; an output that is off is recorded as 0."""
 _NARROW = (1100.0, 1900.0)
 """us, of speed controllers of underwater thrusters; others take 1000 to 2000. [L] Blue Robotics, Basic ESC."""
+
+
+_SIDES = ("port", "starboard")
+"""In the order in which outputs are taken for them."""
 
 
 class _Member(NamedTuple):
@@ -64,6 +69,36 @@ def numbered_columns(columns: Mapping[str, Numbers], inputs: Sequence[Channel]) 
             channels = [channel for _, channel in sorted(numbered, key=lambda pair: pair[0])]
             found |= _best(columns, channels, stem)
     return found
+
+
+def pulse_columns(columns: Mapping[str, Numbers], inputs: Sequence[Channel]) -> dict[str, InferredColumn]:
+    """Columns (name to numbers) of inputs in pulses that are told by their sides, taken in order, port first.
+
+    Autopilots number their outputs. Where one family of columns, or what moves of it, is as many as there are inputs,
+    nothing but which of them is which is a guess.
+
+    Example:
+        >>> import numpy as np
+        >>> log = {name: np.array([1500.0, 1600.0]) for name in ("RCOU.C1", "RCOU.C3")}
+        >>> found = pulse_columns(log, [Channel("stbd", "us"), Channel("left", "us")])
+        >>> {name: hit.column for name, hit in found.items()}
+        {'stbd': 'RCOU.C3', 'left': 'RCOU.C1'}
+    """
+    sides = {channel.name: place_in(channel.name) or place_in(channel.description) for channel in inputs}
+    known_sides = {*sides.values()} == {*_SIDES} and len(inputs) == len(_SIDES)
+    if not known_sides or any(channel.unit not in PULSES for channel in inputs):
+        return {}
+    channels = sorted(inputs, key=lambda channel: _SIDES.index(sides[channel.name]))
+    fits = []
+    for members in _families(columns, "pwm").values():
+        moving = [member for member in members if _moves(columns[member.column])]
+        chosen = members if len(members) == len(channels) else moving
+        hits = [_taken(member, columns[member.column], one) for member, one in zip(chosen, channels)]
+        known = [hit for hit in hits if hit is not None]
+        if len(chosen) == len(channels) == len(known):
+            fits.append(known)
+    why = "guessed by the order of their numbers: check which is port, and which way each turns"
+    return {hit.channel: replace(hit, why=why) for hit in fits[0]} if len(fits) == 1 else {}
 
 
 def _best(columns: Mapping[str, Numbers], channels: Sequence[Channel], stem: str) -> dict[str, InferredColumn]:

@@ -13,7 +13,7 @@ from seatruth.readers import Log, Table
 from seatruth.study.described_inputs import described_inputs
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
-from seatruth.study.numbered_columns import numbered_columns
+from seatruth.study.numbered_columns import numbered_columns, pulse_columns
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.proposals import UTM, accelerometers, named_drives, utm_positions, utm_zone
 from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
@@ -22,6 +22,7 @@ from seatruth.study.template_parameters import parameter_lines
 from seatruth.study.template_simulator import recordable, simulator_lines, with_names
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
+from seatruth.units import PULSES
 
 _EXTRA = ("x", "y", "psi", "phi", "theta", "u", "v", "w", "p", "q", "r", "depth")
 """Standard channels that are worth reading for the checks even if the model does not compare them."""
@@ -66,6 +67,10 @@ def template(
     used = {column for hit in guesses.values() for column in hit.columns}
     described = described_inputs(fields, [c for c in recordable(model) if c.name not in guesses], model, used)
     guesses |= described.found
+    used |= {column for hit in described.found.values() for column in hit.columns}
+    pulses = [channel for channel in recordable(model) if channel.unit in PULSES]
+    if not {channel.name for channel in pulses} & guesses.keys():
+        guesses |= pulse_columns({title: fields[title] for title in fields if title not in used}, pulses)
     if "z" in required and "z" not in guesses and "depth" in guesses:
         guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
     measured = accelerometers(fields, model)
