@@ -20,9 +20,11 @@ from nomoto_ship import answered, call, write_ship
 import seatruth
 from seatruth import cli
 from seatruth.commands import common, init
+from seatruth.commands.identify import more_findings
 from seatruth.errors import BadInput, SeatruthWarning
 from seatruth.models.user_file import load_object
 from seatruth.storage.atomic import DiskFull, write_file
+from seatruth.trials.finding import Finding
 
 
 @pytest.fixture
@@ -129,6 +131,12 @@ def test_what_the_code_of_a_user_raises_is_no_fault_in_seatruth(tmp_path: Path) 
     assert (code, error["where"]) == (1, "own.py, line 2")
     assert "AttributeError" in error["what"]
     assert error["do"] == "Correct the model file."
+
+
+def test_check_is_named_for_findings_that_it_lists_alone() -> None:
+    search, data = Finding("warning", "runs-stray", "", "search"), Finding("warning", "held", "", "a.csv")
+    assert more_findings([search]) == "and 1 more finding: see the report."
+    assert "those of the data `seatruth check` lists" in more_findings([search, data])
 
 
 def test_the_traceback_is_there_for_those_who_ask(

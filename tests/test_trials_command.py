@@ -132,6 +132,13 @@ def test_rudders_and_shafts_of_both_sides_are_found(
     ]
 
 
+def test_a_log_without_a_study_has_the_time_that_init_gives_it(tmp_path: Path) -> None:
+    t = np.arange(0.0, 40.0, 0.2)
+    columns = {"TimeUS": 1e6 * (1212.0 + t), "ATT.Yaw": 10.0 + 0.0 * t, "GPS.Spd": 2.0 + 0.01 * np.sin(t)}
+    pd.DataFrame(columns).to_csv(tmp_path / "log.csv", index=False)
+    assert float(np.ptp(read_log(tmp_path / "log.csv").t)) == pytest.approx(39.8)
+
+
 CAT = """
 from seatruth import Channel, Model, Parameter
 from seatruth.models import Thruster

@@ -197,6 +197,22 @@ def test_a_rate_per_minute_is_told_from_one_in_degrees(factor: float, advised: s
     assert [(f.channel, advised in f.do) for f in found] == [("r", True)]
 
 
+@pytest.mark.parametrize(
+    ("stated", "channel", "do"),
+    [
+        ({}, "psi", "State unit = 'deg' for psi; or, if r is in rad/s, 'rad/s' for r."),
+        ({"psi": "deg", "r": "deg/s"}, "r", "State unit = 'rad/s' for r."),
+        ({"psi": "rad", "r": "rad/s"}, "psi", "State unit = 'deg' for psi."),
+    ],
+    ids=["bare", "right heading", "right rate"],
+)
+def test_a_unit_that_the_study_states_already_is_no_remedy(stated: dict[str, str], channel: str, do: str) -> None:
+    slow = altered(GOOD, {"r": lambda a: a / DEG})
+    found = check_trials([slow.with_step(Step("read", {"stated_units": stated}))])
+    (hit,) = [f for f in found if f.code == "unit"]
+    assert (hit.channel, hit.do) == (channel, do)
+
+
 def test_swapped_axes_and_wrong_senses_are_named() -> None:
     swapped = replace(GOOD, outputs={**GOOD.outputs, "x": GOOD.outputs["y"], "y": GOOD.outputs["x"]})
     assert any(f.code == "position-axes" and "swapped" in f.message for f in check_trials([swapped]))

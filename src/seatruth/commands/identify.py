@@ -22,6 +22,7 @@ from seatruth.study.load import profile_names
 if TYPE_CHECKING:
     from seatruth.estimate import Estimate
     from seatruth.optimizers import Budget
+    from seatruth.trials.finding import Finding
 
 CHECKPOINT = "checkpoint.journal"
 _MOST_NOTES = 6
@@ -224,8 +225,15 @@ def show(estimate: Estimate) -> None:
     for finding in grave[:_MOST_NOTES]:
         say(str(finding), style="yellow")
     if len(grave) > _MOST_NOTES:
-        say(f"and {len(grave) - _MOST_NOTES} more findings about the data: see the report, or `seatruth check`.")
+        say(more_findings(grave[_MOST_NOTES:]))
     say("")
+
+
+def more_findings(left: Sequence[Finding]) -> str:
+    """Where findings are that are not printed: `seatruth check` knows those of the data, not those of the search."""
+    of_data = any(finding.where != "search" for finding in left)
+    also = "; those of the data `seatruth check` lists as well" if of_data else ""
+    return f"and {len(left)} more finding{'s' * (len(left) > 1)}: see the report{also}."
 
 
 def _parameters(estimate: Estimate) -> Any:

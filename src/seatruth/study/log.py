@@ -15,7 +15,7 @@ from seatruth.errors import BadInput
 from seatruth.models import Model
 from seatruth.progress import Progress, silent
 from seatruth.study.fields import Fields
-from seatruth.study.infer_columns import infer_columns
+from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, infer_columns
 from seatruth.study.load import parse, read_text
 from seatruth.study.simulators import model_of
 from seatruth.study.trial_files import clock, column_spec, stated_frames
@@ -141,7 +141,7 @@ def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
             where=log.source,
             do="Name it in the [time] of a study (`seatruth init`), and give it with --study.",
         )
-    time = Clock() if clocks else Clock(fields.name(found.pop("t").column))
+    time = Clock() if clocks else _clock(fields, found.pop("t"))
     specs = {
         name: ColumnSpec(
             fields.name(hit.column), hit.unit, mean=tuple(map(fields.name, hit.columns)) if hit.others else ()
@@ -149,6 +149,13 @@ def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
         for name, hit in found.items()
     }
     return time, _with_one_position(specs)
+
+
+def _clock(fields: Fields, hit: InferredColumn) -> Clock:
+    """The clock of a column, whose unit may stand in its name: "TimeUS"."""
+    _, content, column = fields.places[hit.column]
+    named = column not in content.units and hit.why == FROM_HEADER
+    return Clock(fields.name(hit.column), unit=hit.unit if named else None)
 
 
 def _has(log: readers.Log, column: str) -> bool:

@@ -16,6 +16,7 @@ from seatruth.trials.check.helpers import (
     make_finding,
     rms,
     squared_correlation,
+    stated_unit,
     windows,
 )
 from seatruth.trials.finding import Finding
@@ -108,14 +109,18 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     for factor, text, other in ((_DEGREES, angle, rate), (1.0 / _DEGREES, rate, angle)):
         if abs(size / factor - 1.0) < _NEARLY:
             unit, other_unit = ("deg", "rad/s") if text == angle else ("deg/s", "rad")
+            # What the study states already is no remedy: then it is the other one.
+            ways = [(name, its) for name, its in ((text, unit), (other, other_unit)) if stated_unit(trial, name) != its]
+            (name, its), *rest = ways or [(text, unit)]
+            either = "".join(f", or {one} in {in_unit}" for one, in_unit in rest)
+            or_else = "".join(f"; or, if {one} is in {in_unit}, '{in_unit}' for {one}" for one, in_unit in rest)
             yield make_finding(
                 trial,
                 "error",
                 "unit",
-                f"Changes of {angle} are {size:.3g} times the integral of {rate}: {text} is in {unit}, or {other} in "
-                f"{other_unit}.",
-                f"State unit = '{unit}' for {text}; or, if {other} is in {other_unit}, '{other_unit}' for {other}.",
-                channel=text,
+                f"Changes of {angle} are {size:.3g} times the integral of {rate}: {name} is in {its}{either}.",
+                f"State unit = '{its}' for {name}{or_else}.",
+                channel=name,
             )
             return
     if agreement > limits.SCALE_AGREEMENT and abs(size - 1.0) > limits.SCALE_OFF:
