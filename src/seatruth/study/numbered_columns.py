@@ -82,7 +82,7 @@ def pulse_columns(columns: Mapping[str, Numbers], inputs: Sequence[Channel]) -> 
         >>> log = {name: np.array([1500.0, 1600.0]) for name in ("RCOU.C1", "RCOU.C3")}
         >>> found = pulse_columns(log, [Channel("stbd", "us"), Channel("left", "us")])
         >>> {name: hit.column for name, hit in found.items()}
-        {'stbd': 'RCOU.C3', 'left': 'RCOU.C1'}
+        {'left': 'RCOU.C1', 'stbd': 'RCOU.C3'}
     """
     sides = {channel.name: place_in(channel.name) or place_in(channel.description) for channel in inputs}
     known_sides = {*sides.values()} == {*_SIDES} and len(inputs) == len(_SIDES)

@@ -155,7 +155,8 @@ def _motion(values: Array, channels: Sequence[str]) -> Array:
     """A rate or a speed (n,); of an angle, its change so far; of a velocity over the ground, its part ahead; of a
     position, the way made ahead so far."""
     if len(channels) == 1:
-        return values[0] - values[0, 0] if channels[0] in _SINCE_START else values[0]
+        first = values[0, 0] if channels[0] in _SINCE_START else 0.0
+        return np.asarray(values[0] - first, dtype=np.float64)
     north, east, psi = values
     if channels[0] == "v_n":
         return np.asarray(north * np.cos(psi) + east * np.sin(psi), dtype=np.float64)
