@@ -357,3 +357,19 @@ def test_a_study_without_trials_gets_them_at_its_end() -> None:
     tables = trial_tables([Stretch("part", "part", 0.0, 1.0, 'a "quoted" word', name="a")], "log.csv")
     text = with_trials('[model]\nuse = "mmg"', tables, "log.csv", "study.toml")
     assert tomllib.loads(text)["trials"][0]["prepare"] == [{"step": "cut", "start": 0.0, "end": 1.0}]
+
+
+@pytest.mark.parametrize("pattern", ["*.csv", "log?.csv", "**/*.csv"])
+def test_a_log_that_a_pattern_takes_is_not_written_twice(pattern: str) -> None:
+    """As `init` of all logs of a folder writes it; the run was in twice then, once with columns that it lacks."""
+    text = f'[model]\nuse = "mmg"\n\n[[trials]]\nfile = "{pattern}"\n'
+    tables = trial_tables([Stretch("manoeuvres", "turn", 0.0, 10.0, "rudder 20 deg", name="turn")], "log1.csv")
+    with pytest.raises(BadInput, match="twice"):
+        with_trials(text, tables, "log1.csv", "study.toml")
+    assert "turn" in with_trials(text, tables, "day/log1.csv" if "**" not in pattern else "log1.txt", "study.toml")
+
+
+def test_what_a_replaced_trial_lacks_its_parts_lack_too() -> None:
+    text = '[model]\nuse = "mmg"\n\n[[trials]]\nfile = "log.csv"\nwithout = ["u", "v"]\n'
+    tables = trial_tables([Stretch("manoeuvres", "turn", 0.0, 10.0, "rudder 20 deg", name="turn")] * 2, "log.csv")
+    assert with_trials(text, tables, "log.csv", "study.toml").count('without = ["u", "v"]') == 2

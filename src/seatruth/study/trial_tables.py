@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from seatruth.errors import BadInput
+from seatruth.study.file_patterns import is_pattern
 from seatruth.study.load import parse
 from seatruth.study.toml_positions import Lines
 from seatruth.trials.stretches import Stretch
@@ -43,10 +46,21 @@ def trial_tables(stretches: Sequence[Stretch], file: str) -> str:
 def with_trials(text: str, tables: str, file: str, source: str) -> str:
     """A study's text in which `tables` stand in place of the `[[trials]]` that took `file`; comments stay as they are.
 
+    What those that they replace are all without, they are without as well.
+
     Raises:
-        BadInput: the study is not valid, or has a form in which its trials cannot be replaced safely.
+        BadInput: the study is not valid, has a form in which its trials cannot be replaced safely, or takes the file by
+            a pattern too.
     """
     before = parse(text, source)[0]
+    taking = next((trial.file for trial in before.trials if _is_taken(file, trial.file)), None)
+    if taking is not None:
+        raise BadInput(
+            f"its [[trials]] take {file!r} by the pattern {taking!r} already, and would hold it twice",
+            where=source,
+            do="Give each of the files of the pattern its own [[trials]]; then run this again.",
+        )
+    tables = _without(tables, [trial.without for trial in before.trials if Path(trial.file) == Path(file)])
     lines, ends = text.splitlines(keepends=True), _headers(text)
     mine = [k for k, trial in enumerate(before.trials) if Path(trial.file) == Path(file)]
     positions = Lines(text).positions
@@ -90,6 +104,29 @@ def _headers(text: str) -> dict[tuple[str | int, ...], int]:
             end -= 1  # comments and blank lines above the next header belong to it
         ends[("trials", k)] = end
     return ends
+
+
+def _is_taken(file: str, pattern: str) -> bool:
+    """Whether a pattern takes a file, both as the study names them."""
+    own, parts = Path(file).parts, Path(pattern).parts
+    if "**" in parts:
+        at = parts.index("**")
+        rest = parts[at + 1 :]
+        return own[:at] == parts[:at] and len(own) >= at + len(rest) and _fit(own[len(own) - len(rest) :], rest)
+    return is_pattern(pattern) and len(own) == len(parts) and _fit(own, parts)
+
+
+def _fit(own: Sequence[str], parts: Sequence[str]) -> bool:
+    return all(fnmatchcase(name, part) for name, part in zip(own, parts, strict=True))
+
+
+def _without(tables: str, replaced: Sequence[Sequence[str]]) -> str:
+    """Tables of trials without the channels that all those are without which they replace."""
+    common = [name for name in replaced[0] if all(name in one for one in replaced)] if replaced else []
+    if not common:
+        return tables
+    line = f"without = {json.dumps(common, ensure_ascii=False)}"
+    return re.sub(r"^(file = .*)$", lambda found: f"{found[1]}\n{line}", tables, flags=re.MULTILINE)
 
 
 def _by_hand(source: str) -> BadInput:
