@@ -12,6 +12,7 @@ from astray_boat import study
 from seatruth import identify
 from seatruth.analysis import check_study
 from seatruth.costs.options import Hold, TrajectoryOptions
+from seatruth.costs.stepped_orders import steps_from_rest
 from seatruth.models import Model, Order, Parameter, with_servos
 from seatruth.study import Study
 from seatruth.trials import Channel
@@ -94,3 +95,16 @@ def test_pulses_that_step_ask_for_a_hold(hold: Hold, said: int) -> None:
     trials = Trials([Trial("run", t, {"pwm_1": pulses}, {"u": np.sin(t)})])
     codes = [f.code for f in check_study(Study("raft", Pulsed(), trials, cost=TrajectoryOptions(hold=hold)))]
     assert codes.count("orders-step") == said
+
+
+@pytest.mark.parametrize(
+    ("values", "steps"),
+    [
+        ([660.0, 660.0, 661.0, 661.0, 661.0, 659.0, 659.0, 660.0], 0),  # a measured speed, rounded
+        ([0.0, 0.0, 0.35, 0.35, 0.35, -0.35, -0.35, -0.35], 2),  # a rudder of two angles
+        ([660.0, 660.0, 660.0, 700.0, 700.0, 700.0, 700.0], 1),
+        ([1500.0, 1500.0, 1500.0, 1560.0, 1560.0, 1560.0], 1),
+    ],
+)
+def test_the_last_digit_of_a_record_is_no_step(values: list[float], steps: int) -> None:
+    assert steps_from_rest(np.array(values)) == steps

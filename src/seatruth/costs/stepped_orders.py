@@ -22,6 +22,9 @@ _RESTS = 0.5
 """Part of the samples at which an order that steps stays as it was. Chosen here [S]."""
 _DITHER = 0.01
 """Part of an order's range by which it may change and still stays as it was. Chosen here [S]."""
+_ROUNDED, _HARDLY = 3, 0.02
+"""Units of the last digit, and part of its size, within which an input that is rounded keeps one value. Chosen here
+[S]."""
 
 
 def without_stale_notes(
@@ -107,15 +110,20 @@ def _steps(trial: Trial, name: str) -> int:
 def steps_from_rest(values: Array) -> int:
     """How often an order (n,) jumps from rest to rest; 0 where it moves most of the time.
 
-    An autopilot that holds a course or a depth changes its orders a little all the time, which counts as rest.
+    An autopilot that holds a course or a depth changes its orders a little all the time, which counts as rest. So does
+    the last digit of what is rounded: 659, 660 and 661 rpm.
 
     Example:
         >>> steps_from_rest(np.array([1500.0, 1501.0, 1501.0, 1500.0, 1680.0, 1681.0, 1680.0]))
         1
+        >>> steps_from_rest(np.array([660.0, 660.0, 661.0, 661.0, 661.0, 659.0, 659.0]))
+        0
     """
     if len(values) < 3:
         return 0
     change, span = np.abs(np.diff(values)), float(np.ptp(values))
+    if 0.0 < span < _HARDLY * float(np.abs(values).max()) and span < (_ROUNDED + 0.5) * change[change > 0.0].min():
+        return 0
     if span == 0 or np.mean(change <= _DITHER * span) < _RESTS:
         return 0
     return int(np.sum(change > COARSE_INPUT_STEP * span))
