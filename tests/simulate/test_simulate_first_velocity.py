@@ -42,6 +42,15 @@ def test_noise_of_positions_is_averaged() -> None:
     assert found["u"] == pytest.approx(5.0, abs=0.1)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_a_vehicle_that_starts_from_rest_does(noise: float) -> None:
+    still = run(0.0, 0.0, 1.0, noise=noise)
+    way = 0.1 * T**2  # 0.2 m/s2
+    shown = {"x": still.outputs["x"] + way * np.cos(1.0), "y": still.outputs["y"] + way * np.sin(1.0)}
+    found = first_velocity(MODEL, Trial("run", T, still.inputs, {**still.outputs, **shown}))
+    assert found["u"] == pytest.approx(0.0, abs=0.02)
+
+
 def test_a_speed_that_is_recorded_is_taken_instead() -> None:
     trial = run(5.0, 0.0, 1.0)
     known = Trial("run", T, trial.inputs, {**trial.outputs, "u": np.full_like(T, 4.0)})

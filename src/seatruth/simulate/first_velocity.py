@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from seatruth.arrays import Array
 from seatruth.models.base import Model
 from seatruth.trials.trial import Trial
 
@@ -20,14 +21,16 @@ _TURN = 0.2
 """Change of heading (rad) that ends this time: along an arc of 0.2 rad the chord is 0.2 % short."""
 _FEWEST = 5
 """Positions that a speed takes at least. [S]"""
+_SURELY = 4.0
+"""Standard errors from which a way bends. [S] A parabola's first slope is four times as noisy as a line's."""
 _SPEED = "m/s"
 
 
 def first_velocity(model: Model, trial: Trial) -> dict[str, float]:
     """Velocity over ground ahead and to starboard at the start of a trial, by the model's outputs that lack it.
 
-    That of a straight line through the first positions, turned by the mean heading. A start, which a fit with free
-    initial states corrects.
+    That of a straight line through the first positions, turned by the mean heading; where these surely bend in time, as
+    from rest, that with which a parabola begins. A start, which a fit with free initial states corrects.
 
     Args:
         model: has outputs of position, heading and speed.
@@ -63,11 +66,19 @@ def first_velocity(model: Model, trial: Trial) -> dict[str, float]:
     early = early if early.size >= _FEWEST else rows[:_FEWEST]
     if early.size < _FEWEST or not np.ptp(trial.t[early]) > 0.0:
         return {}
-    north, east = (float(np.polyfit(trial.t[early] - trial.t[early[0]], p[early], 1)[0]) for p in (x, y))
-    course = float(heading[early].mean())
+    bent, (north, east) = _slopes(trial.t[early] - trial.t[early[0]], (x[early], y[early]))
+    course = float(heading[early[0]] if bent else heading[early].mean())
     found = {
         "u": north * math.cos(course) + east * math.sin(course),
         "v": east * math.cos(course) - north * math.sin(course),
     }
     names = {name: by_standard[name] for name in found if name in by_standard}
     return {channel: model.standard_of(channel)[1] * found[name] for name, channel in names.items()}
+
+
+def _slopes(t: Array, ways: tuple[Array, Array]) -> tuple[bool, tuple[float, float]]:
+    """Whether any of these ways surely bends in time, and with which speed each begins, or goes on the whole."""
+    curves = [np.polyfit(t, way, 2, cov=True) for way in ways]
+    bent = any(abs(curve[0]) > _SURELY * math.sqrt(max(covariance[0, 0], 0.0)) for curve, covariance in curves)
+    north, east = (curve[1] if bent else np.polyfit(t, way, 1)[0] for (curve, _), way in zip(curves, ways, strict=True))
+    return bent, (float(north), float(east))
