@@ -92,12 +92,12 @@ class Setup:
     @property
     def assumed_zero(self) -> tuple[tuple[str, str], ...]:
         """(trial, channel) of the outputs that were never recorded, nor follow from positions."""
-        return tuple(
-            (trial.name, channel.name)
-            for trial in self.trials
-            for channel in self.model.outputs
-            if _first_valid(trial, channel.name) is None and channel.name not in first_velocity(self.model, trial)
-        )
+        found: list[tuple[str, str]] = []
+        for trial in self.trials:
+            known = first_velocity(self.model, trial)
+            unrecorded = (c.name for c in self.model.outputs if _first_valid(trial, c.name) is None)
+            found += [(trial.name, name) for name in unrecorded if name not in known]
+        return tuple(found)
 
     def changed(
         self,
