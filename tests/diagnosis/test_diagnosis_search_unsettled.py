@@ -10,7 +10,7 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis import hypothesis_fits
-from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit
+from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit, fit
 from seatruth.diagnosis.hypotheses import comparable
 from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
@@ -22,12 +22,11 @@ def test_where_no_leading_fit_converges_sets_are_not_tried(
 ) -> None:
     """Nothing tells sets apart then; a hopeless fit that converged is none of the leading ones."""
     problem = small.problem(ship_folder, plain_runs)
-    made = hypothesis_fits.fit
     rounds = dict[tuple[tuple[str, ...], bool], int]()
 
     def fitted(*arguments: Any, **options: Any) -> Fit:
         rounds[arguments[1], options["discrepancy"]] = options["rounds"]
-        return replace(made(*arguments, **options), settled=settled)
+        return replace(fit(*arguments, **options), settled=settled)
 
     monkeypatch.setattr(hypothesis_fits, "fit", fitted)
     found = search(problem, small.silent)
