@@ -17,7 +17,8 @@ from decided_by_hand import EFFECTS, hypotheses
 from seatruth import Diagnosis
 from seatruth.diagnosis import assembly
 from seatruth.diagnosis.assembly import Assembly
-from seatruth.diagnosis.decision import Cluster, Decision
+from seatruth.diagnosis.clusters import Cluster
+from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis

@@ -9,7 +9,8 @@ from dataclasses import replace
 import pytest
 from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
-from seatruth.diagnosis.decision import Cluster, Decision
+from seatruth.diagnosis.clusters import Cluster
+from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (

@@ -13,8 +13,9 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
+from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
-from seatruth.diagnosis.decision import Cluster, Decision, decide
+from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy

@@ -19,17 +19,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from seatruth.diagnosis.clusters import NEEDED, Cluster, cluster_of, is_factor, merged
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.other_forms import acting, forms_in
+from seatruth.diagnosis.other_forms import acting, alike, forms_in, is_only_form
 from seatruth.diagnosis.posterior import answers, leading, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
 from seatruth.effects import Effect
-from seatruth.effects.causes import ROOT, is_within, lowest_common_ancestor
-from seatruth.effects.each_trial import follows_each_trial, repeats
+from seatruth.effects.causes import ROOT, is_within
+from seatruth.effects.each_trial import follows_each_trial
 
-_NEEDED = 1e-3
-"""Probability of all answers without an effect, below which the trials need it, and odds of seven nats. [S]"""
 _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
 _MOST_APART = 3
@@ -44,28 +43,6 @@ _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth
 at one frequency on one course, as a limit cycle has it."""
 _STRUCTURE = "hydrodynamics"
 """Family of causes that are terms of the hull's forces, as discrepancy is."""
-_SERVO = tuple({f"actuator.{kind}.dynamics.{late}" for late in ("lag", "delay")} for kind in ("steering", "propulsion"))
-"""Causes that a servo of higher order shows at once."""
-_FACTORS = ("actuator.steering.gain", "actuator.propulsion.thrust", "actuator.propulsion.supply.load")
-"""Factors on all that a rudder or a propeller gives, the same as an error of its coefficients: beside discrepancy they
-are a part of a model of another form. In the last two opened test sets of `experiments/withheld` (65 cases, 2026-11-22)
-such a factor was named beside discrepancy in two where it did not act, and beside the errors put into a recorded ship a
-rudder of 0.5 or 1.3 times its effect. Thrust that falls with the load is a thrust curve of another form."""
-
-
-@dataclass(frozen=True)
-class Cluster:
-    """One cause: the effects that stand in each other's place, the most probable first."""
-
-    effects: tuple[str, ...]
-    cause: str
-    probability: float
-    counted: tuple[str, ...]
-    """Effects whose probability is the cause's: its own, and the same with a value for each trial."""
-
-    def member_in(self, key: Key) -> str:
-        """Its effect that stands in a set; the most probable one where none does."""
-        return next((name for name in self.effects if name in key), self.effects[0])
 
 
 @dataclass(frozen=True)
@@ -127,6 +104,7 @@ def decide(
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
     first = leading(sets, effects)
     form = forms_in(first, effects)
+    shape = alike(first, sets, effects, settings.least_alike) if first else {}
     along: Key = ()
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
@@ -151,11 +129,20 @@ def decide(
             break
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    lacking = sum(one.probability for one in found if one.discrepancy or forms_in(one.effects, effects))
+    formed = {*shape.values()}
+    lacking = sum(p.probability for p in found if p.discrepancy or p.effects in formed or forms_in(p.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
         return Decision(
-            "unknown", (), min(1.0, unnamed), True, (), form, along, part=tuple(part), refused=answer.refused
+            "unknown",
+            (),
+            min(1.0, unnamed),
+            True,
+            (),
+            tuple(name for name in dict.fromkeys([*form, *shape]) if not is_only_form(name, effects)) or form,
+            along,
+            part=tuple(part),
+            refused=answer.refused,
         )
     return Decision(
         "underpowered", (), max(named, unknown), unknown > none, (), part=tuple(part), refused=answer.refused
@@ -198,7 +185,7 @@ def _answer(
         # What is refused leaves the others to explain more, or less: they are asked again without it, so that two that
         # only together look like something else do not stand when one falls. What is only improbable may act.
         beside = _discrepancy(found, kept)
-        candidates = {name: _cluster(name, first, sets, effects, settings, near, beside=beside) for name in kept}
+        candidates = {name: cluster_of(name, first, sets, effects, settings, near, beside=beside) for name in kept}
         # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
         # well: what stands beside the term is as sure there.
         for name in set(kept) & set(form):
@@ -225,7 +212,7 @@ def _answer(
             break
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
-    return _Answer(tuple(_merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking)
+    return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking)
 
 
 def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:
@@ -257,12 +244,7 @@ def _is_fixed_to_earth(name: str, effects: Mapping[str, Effect]) -> bool:
 
 def _is_structure(name: str, effects: Mapping[str, Effect]) -> bool:
     """Whether it is a term of the model's forces."""
-    return is_within(effects[name].cause, _STRUCTURE) or _is_factor(name, effects)
-
-
-def _is_factor(name: str, effects: Mapping[str, Effect]) -> bool:
-    """Whether it is a factor on an actuator; that on one of several is a fault of its own."""
-    return not effects[name].which and any(is_within(effects[name].cause, cause) for cause in _FACTORS)
+    return is_within(effects[name].cause, _STRUCTURE) or is_factor(name, effects)
 
 
 def _without(
@@ -309,8 +291,8 @@ def _needed(
     )
     total = sum(one.probability for one in left)
     # In evidence as well: where much is explained, the temperature leaves next to nothing improbable.
-    behind = _weight(found) - _weight(left) > -math.log(_NEEDED)
-    return foreign and (total < _NEEDED or behind) and _explained(left) < _MOST * _explained(found)
+    behind = _weight(found) - _weight(left) > -math.log(NEEDED)
+    return foreign and (total < NEEDED or behind) and _explained(left) < _MOST * _explained(found)
 
 
 def _weight(found: Sequence[Hypothesis]) -> float:
@@ -322,72 +304,6 @@ def _explained(found: Sequence[Hypothesis]) -> float:
     """Log-evidence (nats) of the best of them over the best one without effects."""
     alone = max((one.log_evidence for one in found if not one.effects), default=0.0)
     return max((one.log_evidence for one in found), default=alone) - alone
-
-
-def _cluster(
-    name: str,
-    key: Key,
-    sets: Mapping[Key, float],
-    effects: Mapping[str, Effect],
-    settings: Settings,
-    near: Callable[[str, str], float],
-    *,
-    beside: bool,
-) -> Cluster:
-    """An effect of a set, and the effects that can stand in its place.
-
-    Where forces are missing beside it, a factor on an actuator is no cause, and stands in no other's place.
-    """
-    rest = set(key) - {name}
-    weight = {name: sum(p for other, p in sets.items() if name in other)}
-    for other, p in sets.items():
-        added = set(other) - set(key)
-        if len(other) == len(key) and rest <= set(other) and len(added) == 1:
-            weight[added.pop()] = p
-    best = weight[name]
-    # The same with a value for each trial is no other cause, however improbable: where the common one leads, they need
-    # not differ. Where the other leads, they may all the same: it also takes up what differs for another reason.
-    repeated = [n for n in weight if repeats(effects[n], name)]
-    common = [n for n in weight if repeats(effects[name], n) and weight[n] >= _NEEDED * best]
-    least = settings.least_alike * best
-    rivals = [n for n in weight if n in common or (n not in (name, *repeated) and weight[n] >= least)]
-    rivals = [n for n in rivals if not (beside and _is_factor(n, effects))]
-    rivals.sort(key=lambda n: (-weight[n], n))
-    members, held, total = [name], best, best + sum(weight[n] for n in rivals)
-    for rival in rivals:
-        alike = rival in common or near(name, rival) < settings.apart
-        wanted = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
-        if alike or wanted:
-            members.append(rival)
-        held += weight[rival]
-    counted = (*members, *repeated)
-    covered = sum(p for other, p in sets.items() if set(other) & set(counted))
-    return Cluster(tuple(members), lowest_common_ancestor([effects[n].cause for n in members]), covered, counted)
-
-
-def _merged(clusters: Sequence[Cluster], effects: Mapping[str, Effect]) -> list[Cluster]:
-    """Clusters that are one cause together.
-
-    A servo of higher order is late and slow at once: who finds a lag and a dead time has found one, or two faults.
-    """
-    found: list[Cluster] = []
-    for cluster in clusters:
-        twin = next((k for k, one in enumerate(found) if _is_one(one, cluster, effects)), None)
-        if twin is None:
-            found.append(cluster)
-            continue
-        members = tuple(dict.fromkeys([*found[twin].effects, *cluster.effects]))
-        cause = lowest_common_ancestor([effects[n].cause for n in members])
-        counted = tuple(dict.fromkeys([*found[twin].counted, *cluster.counted]))
-        found[twin] = Cluster(members, cause, max(found[twin].probability, cluster.probability), counted)
-    return found
-
-
-def _is_one(one: Cluster, other: Cluster, effects: Mapping[str, Effect]) -> bool:
-    """Whether two clusters share a member, or are a lag and a dead time of the same actuators."""
-    first, second = effects[one.effects[0]], effects[other.effects[0]]
-    servo = {first.cause, second.cause} in _SERVO and first.which == second.which
-    return servo or bool(set(one.effects) & set(other.effects))
 
 
 def _discrepancy(found: Sequence[Hypothesis], kept: Key) -> bool:

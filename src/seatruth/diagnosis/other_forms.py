@@ -38,6 +38,8 @@ _THRUST_LED, _THRUST_ACTED = 5, 0
 """The same for a factor on all thrust beside another effect, of these 247: in four cases the resistance was steeper
 than the model's, in one the hull was fouled on one side."""
 THRUST_ACTS = (_THRUST_ACTED + 1) / (_THRUST_LED + 2)
+_ONLY_FORM = "hydrodynamics.damping_or_lift.drag_curve"
+"""Cause that is the form of the model itself: no vehicle has a fault of that name."""
 
 
 def _is_damping(name: str, effects: Mapping[str, Effect]) -> bool:
@@ -50,7 +52,42 @@ def forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ..
 
     A factor on the thrust of all propellers is one beside other effects only; that of one of several never is.
     """
-    return tuple(name for name in key if _is_damping(name, effects) or (len(key) > 1 and _is_thrust(name, effects)))
+    found = {name for name in key if _is_damping(name, effects) or is_only_form(name, effects)}
+    return tuple(name for name in key if name in found or (len(key) > 1 and _is_thrust(name, effects)))
+
+
+def is_only_form(name: str, effects: Mapping[str, Effect]) -> bool:
+    """Whether an effect is a form of the model that no cause stands for."""
+    return is_within(effects[name].cause, _ONLY_FORM)
+
+
+def alike(key: Key, sets: Mapping[Key, float], effects: Mapping[str, Effect], least: float) -> dict[str, Key]:
+    """The effects in whose place in a set a form of the model can stand, each with the set that it stands in.
+
+    Args:
+        key: the set, with such a form or without.
+        sets: probability of each set of effects, this one among them.
+        effects: by name.
+        least: part of the set's probability that the other one has at least.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> sets = {("thrust_gain",): 0.5, ("drag_curve",): 0.4, ("wind",): 0.01}
+        >>> [alike(key, sets, available(), 0.1) for key in sets]
+        [{'thrust_gain': ('thrust_gain',)}, {'thrust_gain': ('thrust_gain',)}, {'wind': ('wind',)}]
+    """
+    forms = [name for name in effects if is_only_form(name, effects)]
+    held = [name for name in key if name in forms]
+    found = dict[str, Key]()
+    for name in effects:
+        if name in forms or (name in key) == bool(held):
+            continue
+        for form in held or forms:
+            out, into = (form, name) if held else (name, form)
+            other = tuple(sorted({*key} - {out} | {into}))
+            if sets.get(other, 0.0) >= least * sets[key]:
+                found[name] = other if held else key
+    return found
 
 
 def _is_thrust(name: str, effects: Mapping[str, Effect]) -> bool:
@@ -69,8 +106,11 @@ def form_shares(found: Sequence[Hypothesis], effects: Mapping[str, Effect]) -> d
             parts = [like, *((name,) for name in like)]
             rests = [tuple(name for name in one.effects if name not in part) for part in parts]
             without = max((best[rest] for rest in rests if rest in best), default=math.inf)
-            damping = all(_is_damping(name, effects) for name in like)
-            shares[one.effects, one.discrepancy] = _share(one, without) if damping else THRUST_ACTS
+            if any(is_only_form(name, effects) for name in like):
+                share = 0.0
+            else:
+                share = _share(one, without) if all(_is_damping(name, effects) for name in like) else THRUST_ACTS
+            shares[one.effects, one.discrepancy] = share
     return shares
 
 
@@ -111,8 +151,8 @@ def with_other_forms(
             shared.append(one)
             continue
         refused = any(name in outdone for name in like)
-        share = ACTS if refused else shares[one.effects, one.discrepancy]
-        cause = replace(one, log_prior=one.log_prior + math.log(share), probability=share * one.probability)
+        share = shares.get((one.effects, one.discrepancy), 1.0)
+        share = ACTS if refused and share > 0.0 else share
         twin = replace(
             one,
             effects=tuple(name for name in one.effects if name not in like),
@@ -121,5 +161,8 @@ def with_other_forms(
             log_prior=one.log_prior + math.log1p(-share),
             probability=(1.0 - share) * one.probability,
         )
-        shared += [cause, twin]
+        shared.append(twin)
+        if share > 0.0:
+            cause = replace(one, log_prior=one.log_prior + math.log(share), probability=share * one.probability)
+            shared.append(cause)
     return sorted(shared, key=lambda one: (-one.probability, one.effects, one.discrepancy, one.like))

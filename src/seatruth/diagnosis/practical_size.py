@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
-from seatruth.diagnosis.decision import Cluster, Decision
+from seatruth.diagnosis.clusters import Cluster
+from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import ENVIRONMENT, SENSOR

@@ -269,10 +269,10 @@ def _named(
 
 
 def _of_another_form(titles: Sequence[str]) -> str:
-    """What fits, where damping of another form than the model's would fit as well."""
+    """What fits, where damping or drag of another form than the model's would fit as well."""
     if not titles:
         return ""
-    return f"It looks like {listed(titles)}, or like damping of another form than the model's, which shows the same."
+    return f"It looks like {listed(titles)}; damping or drag of another form than the model's shows the same."
 
 
 def _part_of_it(titles: Sequence[str]) -> str:

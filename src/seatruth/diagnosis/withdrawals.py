@@ -13,7 +13,8 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.decision import Cluster, Decision, kind_of
+from seatruth.diagnosis.clusters import Cluster
+from seatruth.diagnosis.decision import Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import ENVIRONMENT, SENSOR

@@ -94,6 +94,7 @@ _HYDRODYNAMICS = {
     "hydrodynamics": "the hydrodynamics",
     "hydrodynamics.damping_or_lift": "damping or lift of the hull",
     "hydrodynamics.damping_or_lift.drag": "the drag in straight motion",
+    "hydrodynamics.damping_or_lift.drag_curve": "how the drag rises with the speed",
     "hydrodynamics.damping_or_lift.cross_flow": "cross-flow drag",
     "hydrodynamics.damping_or_lift.turning": "the drag in turns",
     "hydrodynamics.damping_or_lift.moment": "the moment of the hull at an angle to the flow",
