@@ -88,3 +88,18 @@ def test_what_may_be_a_part_of_another_form_is_said_where_nothing_is_named() -> 
     # Where nearly half of it needs no missing forces, nothing is decided, and it looks like this all the same.
     said = decided((("added_mass",), 0.5, True), (("added_mass",), 0.43), ((), 0.07))
     assert (said.kind, said.part) == ("underpowered", ("added_mass",))
+
+
+def test_a_form_of_the_model_never_acts() -> None:
+    pair = ("drag_curve", "thrust_gain")
+    found = with_other_forms([_one(("drag_curve",), 0.5), _one(pair, 0.2), _one(("thrust_gain",), 0.3)], EFFECTS)
+    for key in (("drag_curve",), pair):
+        assert acting([_one(key, 1.0)], key, EFFECTS) == 0.0
+    assert answers(found) == {("thrust_gain",): pytest.approx(0.3)}
+    assert none_and_unknown(found) == pytest.approx((0.0, 0.7))
+    assert {one.like for one in found} == {("drag_curve",), pair, ()}
+
+
+def test_terms_that_trials_left_out_refuse_never_act_where_the_form_of_the_model_stands_beside_them() -> None:
+    (twin,) = with_other_forms([_one(("drag_curve",), 1.0)], EFFECTS, outdone=["drag_curve"])
+    assert (twin.effects, twin.probability) == ((), pytest.approx(1.0))

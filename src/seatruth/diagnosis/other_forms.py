@@ -6,6 +6,9 @@ beside the term, both fit the trials, and how often each was the truth decides. 
 the trials alone, and where it explains enough beyond forces of no name, it is mostly the cause. A factor on all thrust
 that stands beside another effect has a twin, too: with refitted coefficients it is a resistance that rises otherwise
 with the speed. For what trials left out refuse it is taken to be the same as for a term beside forces [S].
+
+A drag that rises otherwise with the speed takes part by itself (`drag_curve`). It is the form of the model and never a
+cause; an effect in whose place it can stand, as a thrust near one speed, is not named for what the two explain.
 """
 
 from __future__ import annotations
