@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import boat_case as boat
@@ -18,11 +19,13 @@ from seatruth.diagnosis.preconditions import (
     require_trials,
     untried_forms,
     usable_effects,
+    usual_speed,
     weaknesses,
 )
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects, with_effects
+from seatruth.effects.curves import DragCurve
 from seatruth.models import Rudder, load_model
 from seatruth.study import Study
 from seatruth.testing.effects import EffectConformance
@@ -171,6 +174,26 @@ def test_effects_come_in_the_forms_that_the_model_has() -> None:
     alone, reasons = usable_effects(boat.study(Pair(), runs[:1]), ["trial_current", "current"])
     assert [effect.name for effect in alone] == ["current"]
     assert "there is one trial" in reasons["trial_current"]
+
+
+def test_the_usual_speed_is_recorded_or_that_between_positions() -> None:
+    model = load_model("mmg")
+    t = np.arange(0.0, 10.0, 0.5)
+    way = {"x": -0.6 * t, "y": 0.8 * t}
+    gap = way | {"x": np.where(t == 3.0, np.nan, way["x"])}
+    astern = Trial("astern", t, {}, {"u": np.full_like(t, -2.0)} | way)
+    assert usual_speed(model, [astern]) == 2.0
+    assert usual_speed(model, [Trial("tracked", t, {}, gap)]) == pytest.approx(1.0)
+    assert usual_speed(model, [Trial("turned", t, {}, {"psi": t})]) == 0.0
+
+
+def test_what_refers_to_a_usual_speed_takes_that_of_the_trials() -> None:
+    t = np.arange(20.0)
+    run = Trial("run", t, {"delta": 0.0 * t, "n": 0.0 * t + 9.0}, {"u": np.full_like(t, 1.2)})
+    study: Any = SimpleNamespace(name="one run", model=load_model("mmg"), trials=[run])
+    (curve,) = usable_effects(study, ["drag_curve"])[0]
+    assert isinstance(curve, DragCurve)
+    assert curve.speed == 1.2
 
 
 def test_effects_on_one_of_many_thrusters_are_tried_where_a_study_names_them() -> None:

@@ -97,25 +97,6 @@ def test_more_thrust_balances_more_drag() -> None:
     assert rates("mmg", {"u": speed}, REST, thrust_gain_k=0.2)["u"] != pytest.approx(0.0)
 
 
-def test_the_drag_s_curve_changes_its_level_and_its_slope() -> None:
-    """To first order in the slope p the drag rises with its own power and p more."""
-
-    def drag(u: float, slope: float, level: float) -> float:
-        asked = {"drag_curve_slope": slope, "drag_curve_level": level}
-        return rates("mmg", {"u": u}, REST)["u"] - rates("mmg", {"u": u}, REST, **asked)["u"]
-
-    size = dimensions_of(load_model("mmg"))
-    assert size is not None
-    unit = 0.3 * math.sqrt(9.80665 * size.length)
-    alone = rates("mmg", {"u": unit}, REST, drag_increase_k=1.0)["u"] - rates("mmg", {"u": unit}, REST)["u"]
-    assert drag(unit, 0.7, 0.0) == pytest.approx(0.0, abs=1e-9 * abs(alone))
-    assert drag(unit, 0.7, 0.2) == pytest.approx(-0.2 * alone)
-    # Twice the speed: four times the model's own drag, and 0.01 ln 2 of it more.
-    assert drag(2.0 * unit, 0.01, 0.0) == pytest.approx(-4.0 * 0.01 * math.log(2.0) * alone)
-    assert drag(0.0, 0.7, 0.2) == 0.0
-    assert drag(-2.0 * unit, 0.01, 0.0) == pytest.approx(-drag(2.0 * unit, 0.01, 0.0))
-
-
 def test_propeller_walk_goes_with_the_revolutions_squared() -> None:
     """And not with the speed, where misalignment of the thrust does."""
 

@@ -109,6 +109,7 @@ def decide(
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
     left, gone, part = list(found), set[str](), dict[str, None]()
+    refused: Key = ()  # what leads is what the gap looks like, and not what is asked in its place
     for _ in range(_ROUNDS):
         answer = _answer(left, effects, settings, near, helps, one_course)
         part |= dict.fromkeys(name for name in answer.part if name not in form)
@@ -123,6 +124,7 @@ def decide(
                 along,
             )
         gone |= set(answer.refused)
+        refused = refused or answer.refused
         left = _left(found, gone)
         total = sum(one.probability for one in left)
         if not answer.refused or total == 0.0 or _needed(found, left, gone, effects, one_course):
@@ -142,11 +144,9 @@ def decide(
             tuple(name for name in dict.fromkeys([*form, *shape]) if not is_only_form(name, effects)) or form,
             along,
             part=tuple(part),
-            refused=answer.refused,
+            refused=refused,
         )
-    return Decision(
-        "underpowered", (), max(named, unknown), unknown > none, (), part=tuple(part), refused=answer.refused
-    )
+    return Decision("underpowered", (), max(named, unknown), unknown > none, (), part=tuple(part), refused=refused)
 
 
 def kind_of(clusters: Sequence[Cluster]) -> Kind:

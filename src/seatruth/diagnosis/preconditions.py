@@ -8,12 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatruth.arrays import Array
 from seatruth.costs.options import FormulaOptions
 from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, effects_by_name
 from seatruth.effects.carried_black_box import not_carried
 from seatruth.errors import BadInput
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
@@ -70,6 +72,9 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
     names = [trial.name for trial in study.trials]
     tried = [e.candidates(study.model) or (e.variants(study.model) if wanted is not None else ()) for e in asked]
     forms = {form.name: form.of_trials(names) for found in tried for form in found}
+    speed = usual_speed(study.model, study.trials)
+    if speed > 0.0:
+        forms = {name: form.at_speed(speed) for name, form in forms.items()}
     asked = list(forms.values())
     present = {effect.name for effect in getattr(study.model, "effects", ())}
     usable, reasons = [], {}
@@ -88,6 +93,22 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
             do="; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3]),
         )
     return usable, reasons
+
+
+def usual_speed(model: Model, trials: Sequence[Trial]) -> float:
+    """Median size of the recorded speed ahead, m/s, or of that between positions; 0 where neither is recorded."""
+    shown = {model.standard_of(channel.name)[0]: channel.name for channel in model.outputs}
+    ahead, ways = list[Array](), list[Array]()
+    for trial in trials:
+        if "u" in shown and shown["u"] in trial.outputs:
+            ahead.append(np.abs(trial.outputs[shown["u"]]))
+        elif {"x", "y"} <= {*shown} and {shown["x"], shown["y"]} <= {*trial.outputs}:
+            x, y = trial.outputs[shown["x"]], trial.outputs[shown["y"]]
+            rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+            ways.append(np.hypot(np.diff(x[rows]), np.diff(y[rows])) / np.diff(trial.t[rows]))
+    speeds = np.concatenate([*ahead, *ways, np.zeros(0)])
+    speeds = speeds[np.isfinite(speeds)]
+    return float(np.median(speeds)) if speeds.size else 0.0
 
 
 def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:

@@ -181,6 +181,10 @@ class Effect:
         """The effect for the trials of a study, by their names; the same for all trials unless `each_trial`."""
         return self
 
+    def at_speed(self, speed: float) -> Effect:
+        """The effect for trials of such a usual speed ahead (m/s); the same where its computation refers to none."""
+        return self
+
     def on(self, model: Model) -> Effect:
         """The effect as it acts on a model, where its computation depends on the kind or the size of the vehicle."""
         return self

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.kinematics import G, relative_velocity
+from seatruth.effects.kinematics import relative_velocity
 from seatruth.models.parameter import Parameter
 
 ADDED_MASS = (
@@ -48,38 +48,6 @@ class DragIncrease(Effect):
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         return e._replace(X=e.X - q.k * d.drag)
-
-
-class DragCurve(Effect):
-    """Drag that rises with another power of the speed than the model's: no cause, a form that the model has wrong.
-
-    Friction rises with a power of 1.8, waves make it 4 and more. Near one speed it looks like another thrust.
-    """
-
-    name = "drag_curve"
-    title = "drag that rises otherwise with the speed"
-    cause = "hydrodynamics.damping_or_lift.drag_curve"
-    number = 19
-    equation = "X = -(level + slope ln(u / U)) times the drag in straight motion, U = 0.3 sqrt(g L)"
-    source = "[L] power by the speed: 1.8 of friction (ITTC 1957), 4 of waves before their hump; [S] first order in it"
-    acts_on = ("surge",)
-    equivalent = ("X_u", "X_uuu", "R_4")
-    confused_with = ("thrust_gain", "drag_increase", "tether")
-    distinguished_by = "steady runs at several speeds"
-    needs_states = ("u",)
-    needs_vehicle = ("drag", "dimensions")
-    parameters = (
-        Parameter("slope", 0.5, "1", -3.0, 6.0, source="[S] a quarter of the power", description="added to the power"),
-        Parameter("level", 0.3, "1", -3.0, 3.0, source="[S] 0.5 ln 2", description="at the speed U"),
-    )
-    null: Mapping[str, float] = {"slope": 0.0, "level": 0.0}
-
-    @staticmethod
-    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        u = s.u - e.u_c
-        # Where the speed is lost in this, the drag is as well.
-        steep = 0.5 * math.log((u * u + 1e-12) / (0.09 * G * d.length))
-        return e._replace(X=e.X - (q.level + q.slope * steep) * d.drag)
 
 
 class CrossFlow(Effect):
