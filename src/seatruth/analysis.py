@@ -35,6 +35,7 @@ from seatruth.uncertainty.identifiability import (
     verdict,
     without,
 )
+from seatruth.uncertainty.moved_coefficients import Fitted, moved_coefficients
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
     beyond_noise,
@@ -163,7 +164,7 @@ class Analysis:
                 for trial in (*study.trials, *study.holdout)
                 for step in trial.steps
             ],
-            findings=self.findings,
+            findings=[*self.findings, *self._moved(table.loc[shown])],
             provenance=_plain(
                 {
                     **provenance(),
@@ -269,6 +270,12 @@ class Analysis:
                     channel=worst,
                 )
             )
+
+    def _moved(self, table: pd.DataFrame) -> list[Finding]:
+        """What surely lies far from its stated prior: one of the two is wrong."""
+        columns = table[["unit", "prior_mean", "prior_sd", "value", "stderr"]]
+        fitted = [Fitted(str(name), *row) for name, row in zip(columns.index, columns.itertuples(index=False))]
+        return moved_coefficients({p.name for p in self.study.parameters if p.prior is not None}, fitted)
 
     def _table(self) -> pd.DataFrame:
         uncertainty = self.uncertainty

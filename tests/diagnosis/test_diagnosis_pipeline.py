@@ -217,3 +217,13 @@ def test_look_alikes_are_named_by_what_they_have_in_common(seed: int) -> None:
     assert found.verdict.kind in ("inseparable", "effects"), str(found)
     if seed == 1:
         assert set(found.verdict.members) == {"current", "heading_bias"}
+
+
+def test_a_diagnosis_of_a_boat_with_half_its_speed_says_so() -> None:
+    """Its speed is a coefficient: no effect is needed, and none is named."""
+    slow = boat.Boat()
+    runs = boat.trials(slow, [{"delta": boat.zigzag(40, 0.1, 8.0)}] * 2, headings=(0.0, 2.0), effects={"U": 1.0})
+    found = diagnose(boat.study(slow, runs), ["current"], validate=False, suggest=False)
+    (far,) = [one for one in found.findings if one.code == "coefficient-far"]
+    assert far.where == "parameter 'U'"
+    assert np.isclose(next(one.value for one in found.coefficients if one.name == "U"), 1.0, atol=0.05)

@@ -27,8 +27,6 @@ COARSE = 0.3
 FEW_EFFECTIVE = 0.1
 """Below this part of independent samples the residuals are strongly autocorrelated."""
 MANY_DIVERGED = 0.1
-PRIOR_FAR = 2.5
-"""Prior standard deviations between an estimate and its prior that ask for an explanation."""
 STRONG_PAIR = 0.95
 _MOST_WORRIES = 8
 _MOST_WEAK = 2
@@ -36,6 +34,7 @@ _OWN_WORRY = (
     *("runs-stray", "initial-state-far", "exclusive-optima", "optimum-found-once", "better-optimum"),
     *("not-at-minimum", "coarse-steps", "posterior-short", "posterior-narrow"),
     *("posterior-drifts", "residuals-of-rounding", "input-reversed", "beyond-noise", "step-in-gap"),
+    "coefficient-far",
 )
 """Findings about the result rather than the data: each is said in full."""
 UNFINISHED = {
@@ -155,14 +154,6 @@ def _of_parameters(data: View) -> Iterator[Worry]:
         yield Worry(f"Do not use the {'value' if len(lost) == 1 else 'values'} of {listed(lost)}: fix "
                     f"{'it' if len(lost) == 1 else 'them'}, give a prior, or add a trial that moves "
                     f"{'it' if len(lost) == 1 else 'them'}.", "combinations")  # fmt: skip
-    far = (frame["value"] - frame["prior_mean"]).abs() / frame["prior_sd"]
-    names = [str(name) for name in frame.index[(far > PRIOR_FAR).to_numpy()]]
-    if names:
-        yield Worry(
-            f"{listed(names)} {'ends' if len(names) == 1 else 'end'} more than {number(PRIOR_FAR, 2)} prior standard "
-            "deviations from the prior: one of the two is wrong.",
-            "parameters",
-        )
     # A combination of one is among the lost above.
     joint = [item for item in data.weak if len(item.get("combination") or {}) > 1]
     yield from (Worry(str(item.get("sentence", "")), "combinations") for item in joint[:_MOST_WEAK])

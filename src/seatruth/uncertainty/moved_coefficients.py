@@ -1,14 +1,13 @@
-"""Coefficients that the refit moves beyond what the study states of them: often the cause itself.
+"""Coefficients that a fit moves beyond what the study states of them: in a diagnosis often the cause itself.
 
 A lost float or a fouled hull changes what a coefficient stands for, and where that is free, no effect is needed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Iterable
+from typing import NamedTuple
 
-from seatruth.diagnosis.parts import Coefficient
-from seatruth.study import Study
 from seatruth.text import with_error
 from seatruth.trials.finding import Finding
 
@@ -18,26 +17,44 @@ _NEARER = 2.0
 """Standard errors that the value may be nearer, and still be that far. [S]"""
 
 
-def moved_coefficients(study: Study, coefficients: Sequence[Coefficient]) -> list[Finding]:
-    """A finding for each coefficient that surely lies far outside the prior that the study states; the farthest first.
+class Fitted(NamedTuple):
+    """A fitted coefficient beside its prior, all in `unit`."""
 
-    A prior that nobody stated is no belief to be far from.
+    name: str
+    unit: str
+    declared: float
+    """Mean of the prior."""
+    prior_sd: float
+    value: float
+    stderr: float
+
+
+def moved_coefficients(stated: Container[str], coefficients: Iterable[Fitted]) -> list[Finding]:
+    """A finding for each coefficient that surely lies far outside its prior; the farthest first.
+
+    Args:
+        stated: the names of those whose priors the study states: one that nobody stated is no belief to be far from.
+        coefficients: the fitted ones.
+
+    Example:
+        >>> far, near = Fitted("T", "s", 6.0, 1.0, 11.0, 0.5), Fitted("K", "1/s", 1.0, 0.1, 1.1, 0.1)
+        >>> [finding.where for finding in moved_coefficients({"T", "K"}, [far, near])]
+        ["parameter 'T'"]
     """
-    stated = {p.name for p in study.parameters if p.vary and p.prior is not None}
     far = [one for one in coefficients if one.name in stated and _distance(one) > _FAR]
     return [_finding(one) for one in sorted(far, key=lambda one: (-_distance(one), one.name))]
 
 
-def _distance(one: Coefficient) -> float:
+def _distance(one: Fitted) -> float:
     """Prior standard deviations that its value is surely off."""
     return (abs(one.value - one.declared) - _NEARER * one.stderr) / one.prior_sd
 
 
-def _finding(one: Coefficient) -> Finding:
+def _finding(one: Fitted) -> Finding:
     unit = "" if one.unit == "1" else f" {one.unit}"
     times = abs(one.value - one.declared) / one.prior_sd
     text = (
-        f"The refitted {one.name}, {with_error(one.value, one.stderr)}{unit}, is {times:.1f} prior standard deviations"
+        f"The fitted {one.name}, {with_error(one.value, one.stderr)}{unit}, is {times:.1f} prior standard deviations"
         f" from what the study states of it, {with_error(one.declared, one.prior_sd)}{unit}."
     )
     do = (

@@ -1,0 +1,66 @@
+"""A coefficient that a fit moves beyond what the study states of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from nomoto_ship import call, write_ship
+
+from seatruth.uncertainty.moved_coefficients import Fitted, moved_coefficients
+
+
+def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
+    far = Fitted("T", "s", 6.0, 1.0, 11.0, 0.5)
+    farther = Fitted("U", "m/s", 2.0, 0.1, 1.2, 0.02)
+    unsure = Fitted("K", "1/s", 0.15, 0.02, 0.25, 0.03)
+    found = moved_coefficients({"T", "U", "K"}, [far, farther, unsure])
+    assert [(one.code, one.where) for one in found] == [
+        ("coefficient-far", "parameter 'U'"),
+        ("coefficient-far", "parameter 'T'"),
+    ]
+    assert found[0].message == (
+        "The fitted U, 1.20 +- 0.02 m/s, is 8.0 prior standard deviations from what the study states of it,"
+        " 2.0 +- 0.1 m/s."
+    )
+    # What nobody stated is no belief, and without a standard error nothing is sure.
+    assert moved_coefficients({"U"}, [far]) == []
+    assert moved_coefficients({"T"}, [far._replace(stderr=float("nan"))]) == []
+
+
+STUDY = """
+[study]
+name = "moved"
+synthetic = true
+[model]
+use = "ship.py:Nomoto"
+vary = ["K", "T"]
+[parameters.K]
+prior = { mean = 0.3, sd = 0.02 }
+[parameters.T]
+prior = { mean = 8.0, sd = 2.0 }
+[noise]
+r = "0.012 deg/s"
+psi = "0.057 deg"
+[[trials]]
+file = "zigzag.csv"
+[channels]
+delta = { column = "rudder_deg", unit = "deg" }
+r = { column = "yaw rate [deg/s]", unit = "deg/s" }
+psi = { column = "Heading", unit = "deg" }
+[time]
+column = "Time(s)"
+"""
+
+
+def test_a_fit_that_contradicts_its_prior_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The boat has K = 0.12 1/s, and the study believes in 0.30 +- 0.02."""
+    write_ship(tmp_path)
+    (tmp_path / "study.toml").write_text(STUDY)
+    assert call("identify", tmp_path / "study.toml", "--out", tmp_path / "out", "--workers", "1") == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "The fitted K, 0." in said
+    assert "prior standard deviations from what the study states of it" in said
+    assert "[coefficient-far]" in said
+    assert "The fitted T," not in said
+    assert "The fitted K, 0." in (tmp_path / "out" / "report.html").read_text()
