@@ -96,6 +96,14 @@ FAULTS: list[tuple[str, str, str, dict[str, Callable[[Array], Array]]]] = [
 ]
 
 
+@pytest.mark.parametrize(("factor", "far"), [(1e3, "long"), (1e-3, "short")])
+def test_a_wrong_unit_of_the_time_is_one_fault(factor: float, far: str) -> None:
+    """Milliseconds taken for seconds, or seconds for milliseconds: no channel is to blame."""
+    (said,) = check_trials([replace(GOOD, t=factor * GOOD.t)])
+    assert (said.code, said.severity) == ("time-unit", "error")
+    assert f"too {far}" in said.message
+
+
 @pytest.mark.parametrize(("fault", "code", "channel", "changes"), FAULTS, ids=[f[0] for f in FAULTS])
 def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, Callable[[Array], Array]]) -> None:
     found = check_trials([altered(GOOD, changes)])

@@ -73,6 +73,8 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
     with np.errstate(all="ignore"):  # overflow in absurd data is what the checks are there to say in words
         alone = [*check_units(trial, model), *check_rates(trial)]
         yield from alone
+        if any(finding.code == "time-unit" for finding in alone):
+            return  # every speed and rate below would be blamed for the time
         wrong = {finding.channel for finding in alone if finding.severity == "error" and finding.code != "wrapped"}
         # What is built on a channel that is wrong already would only repeat it in other words.
         if not wrong & {"psi", "r", "delta"}:

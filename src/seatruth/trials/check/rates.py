@@ -26,6 +26,9 @@ _PAIRS = (("psi", "r"), ("theta", "q"), ("phi", "p"))
 _DEGREES = 180.0 / np.pi
 _PER_MINUTE = 1.0 / 60.0
 _NEARLY = 4 * limits.KNOWN_SCALE
+_TIMES = 0.3
+"""Part of a thousand by which a factor may miss it. [S] No rate has another unit near it, and samples a thousand times
+too far apart bring the noise of the angle into every window."""
 
 
 def check_rates(trial: Trial) -> Iterator[Finding]:
@@ -96,6 +99,21 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
             channel=angle,
         )
     size = abs(scale)
+    for factor, far, units in (
+        (1e-3, "long", "'ms' and not 's', or 'us' and not 'ms'"),
+        (1e3, "short", "'s' and not 'ms', or 'ms' and not 'us'"),
+    ):
+        if abs(size / factor - 1.0) < _TIMES:
+            yield make_finding(
+                trial,
+                "error",
+                "time-unit",
+                f"Changes of {angle} are {size:.3g} times the integral of {rate}: all times are a thousand times too"
+                f" {far}.",
+                f"State the unit of the time in [time]: {units}.",
+                channel=rate,
+            )
+            return
     if abs(size / _PER_MINUTE - 1.0) < abs(size * _DEGREES - 1.0) and abs(size / _PER_MINUTE - 1.0) < _NEARLY:
         yield make_finding(
             trial,
