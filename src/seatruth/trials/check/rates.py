@@ -149,7 +149,8 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
                 "warning",
                 f"{angle}-{rate}-scale",
                 f"Changes of {angle} are {size:.3f} times the integral of {rate} (standard error {error * size:.3f}).",
-                "Check the scale of the rate sensor, and whether the rate is measured about the body's axis.",
+                "Check the scale of the rate sensor, and whether the rate is measured about the body's axis."
+                + (" Within a part of a turn the deviation of a compass shows the same." if angle == "psi" else ""),
                 channel=rate,
             )
 
