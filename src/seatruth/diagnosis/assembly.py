@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -24,7 +24,7 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
-from seatruth.diagnosis.other_forms import with_other_forms
+from seatruth.diagnosis.other_forms import is_only_form, with_other_forms
 from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
@@ -236,16 +236,18 @@ class Assembly:
         places = {name: self._places(effect) for name, effect in problem.effects.items()}
         causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
         discrepancy = describe(self.search, self.decision.shown)
+        said = self.decision
+
+        def titles(names: Iterable[str]) -> list[str]:
+            return [problem.effects[name].title for name in names]
+
         sentence = verdict_sentence(
-            self.decision.kind, causes, self.decision.probability, self.decision.discrepancy, split, validation,
+            said.kind, causes, said.probability, said.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
-            form=[problem.effects[name].title for name in self.decision.form],
-            part=[problem.effects[name].title for name in self.decision.part],
-            refused=[problem.effects[name].title for name in self.decision.refused],
-            along=[problem.effects[name].title for name in self.decision.along],
-            untried=[problem.effects[name].title for name in self.decision.untried],
-            small=[problem.effects[name].title for name in self.decision.small],
-            outdone=[problem.effects[name].title for name in self.decision.outdone],
+            form=titles(name for name in said.form if not is_only_form(name, problem.effects)),
+            curve=titles(name for name in said.form if is_only_form(name, problem.effects)),
+            part=titles(said.part), refused=titles(said.refused), along=titles(said.along),
+            untried=titles(said.untried), small=titles(said.small), outdone=titles(said.outdone),
             stopped=self.search.interrupted,
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))

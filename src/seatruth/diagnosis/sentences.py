@@ -46,6 +46,7 @@ def verdict_sentence(
     validation: Validation | None,
     one_trial: bool,
     form: Sequence[str] = (),
+    curve: Sequence[str] = (),
     part: Sequence[str] = (),
     refused: Sequence[str] = (),
     along: Sequence[str] = (),
@@ -65,6 +66,7 @@ def verdict_sentence(
         validation: prediction of trials that were left out, or None.
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
+        curve: titles of forms of the model that fit where no such effect does.
         part: titles of terms of the model's forces that are probable, and not named since others are missing.
         refused: titles of effects that are probable, and not named since they do not surely predict trials left out.
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
@@ -88,7 +90,7 @@ def verdict_sentence(
     beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
-        form_or_course = _of_another_form(form), _part_of_it(part), _on_one_course(along)
+        form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along)
         withdrawn = _unpredictive(refused), _outdone(outdone, beside=False), _untried(untried, beside=False)
         return _joined(first, said, *form_or_course, *withdrawn, beside)
     rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
@@ -268,11 +270,11 @@ def _named(
     return _joined(*sentences)
 
 
-def _of_another_form(titles: Sequence[str]) -> str:
-    """What fits, where damping or drag of another form than the model's would fit as well."""
-    if not titles:
-        return ""
-    return f"It looks like {listed(titles)}; damping or drag of another form than the model's shows the same."
+def _of_another_form(titles: Sequence[str], curve: Sequence[str]) -> str:
+    """What fits, where damping or drag of another form than the model's would fit as well, or the form itself."""
+    if titles:
+        return f"It looks like {listed(titles)}; damping or drag of another form than the model's shows the same."
+    return f"It looks like {listed(curve)} than the model's." if curve else ""
 
 
 def _part_of_it(titles: Sequence[str]) -> str:
