@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from seatruth.effects import available, dimensions_of, with_effects
 from seatruth.effects.curves import DragCurve
@@ -24,18 +26,27 @@ def deceleration(u: float, effect: str, *, speed: float = 0.0, **values: float) 
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.3])
-def test_it_changes_the_slope_and_not_the_drag_at_the_usual_speed(speed: float) -> None:
+def test_it_changes_the_power_and_not_the_drag_at_the_usual_speed(speed: float) -> None:
     size = dimensions_of(load_model("mmg"))
     assert size is not None
     usual = speed or 0.3 * math.sqrt(9.80665 * size.length)
     drag = deceleration(usual, "drag_increase", k=1.0)
     assert drag > 0.0
-    assert deceleration(usual, "drag_curve", speed=speed, slope=0.7) == pytest.approx(0.0, abs=1e-9 * drag)
-    # At twice the speed the model's drag is four times as large, and to first order in the slope 0.01 ln 2 of it more.
-    twice = deceleration(2.0 * usual, "drag_curve", speed=speed, slope=0.01)
-    assert twice == pytest.approx(4.0 * 0.01 * math.log(2.0) * drag)
-    assert deceleration(-2.0 * usual, "drag_curve", speed=speed, slope=0.01) == pytest.approx(-twice)
-    assert deceleration(0.0, "drag_curve", speed=speed, slope=0.7) == 0.0
+    assert deceleration(usual, "drag_curve", speed=speed, power=0.7) == pytest.approx(0.0, abs=2e-3 * drag)
+    # At twice the speed the model's drag is four times as large, and with the third power eight times.
+    twice = deceleration(2.0 * usual, "drag_curve", speed=speed, power=1.0)
+    assert twice == pytest.approx((8.0 - 4.0) * drag, rel=1e-2)
+    assert deceleration(-2.0 * usual, "drag_curve", speed=speed, power=1.0) == pytest.approx(-twice)
+    assert deceleration(0.0, "drag_curve", speed=speed, power=-1.5) == 0.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-1.5, 4.0), st.floats(-3.0, 3.0))
+def test_the_whole_drag_is_against_the_motion(power: float, ratio: float) -> None:
+    """Of any power within its bounds, at any speed: no vehicle is driven by its drag, and one that is slow stops."""
+    speed = 1.3
+    own = deceleration(ratio * speed, "drag_increase", k=1.0)
+    assert (own + deceleration(ratio * speed, "drag_curve", speed=speed, power=power)) * ratio >= 0.0
 
 
 def test_only_what_refers_to_a_speed_is_made_for_one() -> None:

@@ -12,6 +12,9 @@ from seatruth.models.parameter import Parameter
 
 _FROUDE = 0.3
 """Froude number of the speed U where no trials tell it. [S] Ships and boats under way are at 0.15 to 0.5."""
+_SLOW = 0.05
+"""Part of the speed U below which the power is that of the model. [S] The drag is next to none there, and of a lower
+power than the model's it would have no bound."""
 
 
 class DragCurve(Effect):
@@ -26,8 +29,8 @@ class DragCurve(Effect):
     title = "drag that rises otherwise with the speed"
     cause = "hydrodynamics.damping_or_lift.drag_curve"
     number = 19
-    equation = "X = -slope ln(u / U) times the drag in straight motion, U the usual speed of the trials"
-    source = "[L] power by the speed: 1.8 of friction (ITTC 1957), 4 of waves before their hump; [S] first order in it"
+    equation = "X = -(|u / U|^power - 1) times the drag in straight motion, U the usual speed of the trials"
+    source = "[L] power of the speed: 1.8 of friction (ITTC 1957), 4 of waves before their hump"
     acts_on = ("surge",)
     equivalent = ("X_uuu",)
     confused_with = ("thrust_gain", "drag_increase", "tether")
@@ -35,9 +38,9 @@ class DragCurve(Effect):
     needs_states = ("u",)
     needs_vehicle = ("drag", "dimensions")
     parameters = (
-        Parameter("slope", 0.5, "1", -3.0, 6.0, source="[S] a quarter of the power", description="added to the power"),
+        Parameter("power", 0.5, "1", -1.5, 4.0, source="[S] a quarter of the power", description="beyond the model's"),
     )
-    null: Mapping[str, float] = {"slope": 0.0}
+    null: Mapping[str, float] = {"power": 0.0}
 
     def __init__(self, speed: float | None = None) -> None:
         self.speed = speed
@@ -49,6 +52,5 @@ class DragCurve(Effect):
     def force(self, e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         u = s.u - e.u_c
         usual = _FROUDE * math.sqrt(G * d.length) if self.speed is None else self.speed
-        # Where the speed is lost in 1e-6 m/s, the drag is as well.
-        steep = 0.5 * math.log((u * u + 1e-12) / usual**2)
-        return e._replace(X=e.X - q.slope * steep * d.drag)
+        ratio = (u * u) / (usual * usual) + _SLOW * _SLOW
+        return e._replace(X=e.X - (math.exp(0.5 * q.power * math.log(ratio)) - 1.0) * d.drag)
