@@ -109,6 +109,10 @@ def test_a_form_of_the_model_stands_beside_no_cause() -> None:
         assert said.probability == pytest.approx(0.95)
     alone = decided((("drag_curve",), 0.9), ((), 0.1))
     assert (alone.kind, alone.form) == ("unknown", ("drag_curve",))
+    chance = decided(((), 0.9, True), (("drag_curve",), 0.03), (("wind",), 0.02), ((), 0.05))
+    assert (chance.kind, chance.form) == ("unknown", ())
+    many = [((name,), 0.05) for name in ("drag_curve", "wind", "current", "munk", "gyro_bias", "tether", "bank")]
+    assert decided(((), 0.3), *many, ((), 0.2, True), (("rudder_lag",), 0.15)).kind == "underpowered"
     beside = decided((("drag_curve", "gyro_bias"), 0.9), (("gyro_bias",), 0.09), ((), 0.01))
     assert [cause.effects for cause in beside.clusters] == [("gyro_bias",)]
     assert (beside.form, beside.discrepancy) == (("drag_curve",), True)

@@ -104,7 +104,9 @@ def decide(
         return Decision("no_gap" if nothing else "underpowered", (), none, False, ())
     first = leading(sets, effects)
     form = forms_in(first, effects)
-    shape = alike(first, sets, effects, settings.least_alike) if first else {}
+    # What leads by chance among many that hardly differ is like nothing.
+    leads = first and sets[first] >= settings.least_rival
+    shape = alike(first, sets, effects, settings.least_alike) if leads else {}
     along: Key = ()
     if one_course and _discrepancy(found, first):
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
@@ -131,7 +133,7 @@ def decide(
             break
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    formed = {*shape.values()}
+    formed, like = {*shape.values()}, dict.fromkeys([*form, *shape] if leads else [])
     lacking = sum(p.probability for p in found if p.discrepancy or p.effects in formed or forms_in(p.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
@@ -141,7 +143,7 @@ def decide(
             min(1.0, unnamed),
             True,
             (),
-            tuple(name for name in dict.fromkeys([*form, *shape]) if not is_only_form(name, effects)) or form,
+            tuple(name for name in like if not is_only_form(name, effects)) or tuple(like),
             along,
             part=tuple(part),
             refused=refused,
