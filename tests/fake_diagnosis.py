@@ -9,11 +9,11 @@ from typing import Any
 
 import fake_parts
 
-from seatruth.diagnosis.parts import Coefficient
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, Kind, NamedCause, Verdict
 from seatruth.trials.finding import Finding
+from seatruth.uncertainty.moved_coefficients import Coefficient
 
 KINDS = (
     *("effects", "two_causes", "with_discrepancy", "implausible", "not_predictive", "inseparable", "only_small"),

@@ -35,7 +35,7 @@ from seatruth.uncertainty.identifiability import (
     verdict,
     without,
 )
-from seatruth.uncertainty.moved_coefficients import Fitted, moved_coefficients
+from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficients
 from seatruth.uncertainty.optima import optima, optima_findings
 from seatruth.uncertainty.reliability import (
     beyond_noise,
@@ -274,7 +274,7 @@ class Analysis:
     def _moved(self, table: pd.DataFrame) -> list[Finding]:
         """What surely lies far from its stated prior: one of the two is wrong."""
         columns = table[["unit", "prior_mean", "prior_sd", "value", "stderr"]]
-        fitted = [Fitted(str(name), *row) for name, row in zip(columns.index, columns.itertuples(index=False))]
+        fitted = [Coefficient(str(name), *row) for name, row in zip(columns.index, columns.itertuples(index=False))]
         return moved_coefficients({p.name for p in self.study.parameters if p.prior is not None}, fitted)
 
     def _table(self) -> pd.DataFrame:

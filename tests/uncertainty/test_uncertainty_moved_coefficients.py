@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from nomoto_ship import call, write_ship
 
-from seatruth.uncertainty.moved_coefficients import Fitted, moved_coefficients
+from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficients
 
 
 def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
-    far = Fitted("T", "s", 6.0, 1.0, 11.0, 0.5)
-    farther = Fitted("U", "m/s", 2.0, 0.1, 1.2, 0.02)
-    unsure = Fitted("K", "1/s", 0.15, 0.02, 0.25, 0.03)
+    far = Coefficient("T", "s", 6.0, 1.0, 11.0, 0.5)
+    farther = Coefficient("U", "m/s", 2.0, 0.1, 1.2, 0.02)
+    unsure = Coefficient("K", "1/s", 0.15, 0.02, 0.25, 0.03)
     found = moved_coefficients({"T", "U", "K"}, [far, farther, unsure])
     assert [(one.code, one.where) for one in found] == [
         ("coefficient-far", "parameter 'U'"),
@@ -25,7 +26,7 @@ def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
     )
     # What nobody stated is no belief, and without a standard error nothing is sure.
     assert moved_coefficients({"U"}, [far]) == []
-    assert moved_coefficients({"T"}, [far._replace(stderr=float("nan"))]) == []
+    assert moved_coefficients({"T"}, [replace(far, stderr=float("nan"))]) == []
 
 
 STUDY = """

@@ -25,7 +25,7 @@ from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import is_only_form, with_other_forms
-from seatruth.diagnosis.parts import ChannelNoise, Coefficient, NextTrial, Validation
+from seatruth.diagnosis.parts import ChannelNoise, NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.results import Diagnosis
@@ -51,6 +51,7 @@ from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.check.excitation import narrow_headings
 from seatruth.trials.finding import Finding
+from seatruth.uncertainty.moved_coefficients import Coefficient
 
 _SURVIVORS = 4
 """Single effects that lead, between which the next trial is to decide beside those of the answer. [S]"""
@@ -250,20 +251,13 @@ class Assembly:
             untried=titles(said.untried), small=titles(said.small), outdone=titles(said.outdone),
             stopped=self.search.interrupted,
         )  # fmt: skip
-        acting = list(dict.fromkeys(p for cluster in self.decision.clusters for p in places[cluster.effects[0]]))
+        acting = list(dict.fromkeys(p for cluster in said.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(
             study=self.study.name,
             model=self.study.model.name,
             synthetic=self.study.synthetic,
             seed=self.seed,
-            verdict=Verdict(
-                self.decision.kind,
-                causes,
-                self.decision.probability,
-                self.decision.discrepancy,
-                tuple(acting),
-                sentence,
-            ),
+            verdict=Verdict(said.kind, causes, said.probability, said.discrepancy, tuple(acting), sentence),
             effects=self._effects(places),
             hypotheses=tuple(self.hypotheses),
             causes=posterior.by_cause(self.hypotheses, problem.effects),

@@ -50,24 +50,6 @@ class Shares:
 
 
 @dataclass(frozen=True)
-class Coefficient:
-    """A free coefficient of the model, refitted together with the verdict's effects."""
-
-    name: str
-    """Of the coefficient."""
-    unit: str
-    """Its unit."""
-    declared: float
-    """Value in the study."""
-    prior_sd: float
-    """Standard deviation of its prior, whose mean is the declared value."""
-    value: float
-    """Refitted."""
-    stderr: float
-    """Its standard error."""
-
-
-@dataclass(frozen=True)
 class MissingForce:
     """The missing acceleration of one equation in one trial: the discrepancy as a function of time."""
 

@@ -6,7 +6,7 @@ import hashlib
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from seatruth.costs.stepped_orders import without_stale_notes
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.parts import Coefficient
 from seatruth.diagnosis.preconditions import (
     require_trials,
     turned_round,
@@ -41,7 +40,7 @@ from seatruth.storage.checkpoint import Checkpoint
 from seatruth.study import Study
 from seatruth.trials.check import check_trials
 from seatruth.trials.finding import Finding
-from seatruth.uncertainty.moved_coefficients import Fitted, moved_coefficients
+from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficients
 
 _CUT = "stopped by the user; what is missing was not reached"
 _SPENT = "the budget of evaluations is used up; what is missing was not reached"
@@ -236,7 +235,7 @@ def _work(study: Study, effects: Sequence[Effect], settings: Settings) -> str:
 def _moved(study: Study, coefficients: Sequence[Coefficient]) -> list[Finding]:
     """Coefficients that the refit surely moved far from what the study states of them: often the cause itself."""
     stated = {p.name for p in study.parameters if p.vary and p.prior is not None}
-    return moved_coefficients(stated, (Fitted(*astuple(one)) for one in coefficients))
+    return moved_coefficients(stated, coefficients)
 
 
 def _set_aside(found: Search) -> list[Finding]:

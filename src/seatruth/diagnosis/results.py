@@ -18,7 +18,7 @@ from typing import Any, get_type_hints
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
-from seatruth.diagnosis.parts import ChannelNoise, Coefficient, Discrepancy, NextTrial, Shares, Validation
+from seatruth.diagnosis.parts import ChannelNoise, Discrepancy, NextTrial, Shares, Validation
 from seatruth.diagnosis.verdict import UNKNOWN, EffectResult, Hypothesis, Verdict, answer
 from seatruth.errors import BadInput
 from seatruth.estimate import decoded, encoded
@@ -27,6 +27,7 @@ from seatruth.storage.checksum import checksum
 from seatruth.storage.regular import read_regular
 from seatruth.storage.sealed import OtherVersion, sealed, unsealed
 from seatruth.trials.finding import Finding
+from seatruth.uncertainty.moved_coefficients import Coefficient
 
 FORMAT = 3
 """Version of the layout of diagnosis.json."""

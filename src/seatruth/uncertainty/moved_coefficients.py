@@ -6,7 +6,7 @@ A lost float or a fouled hull changes what a coefficient stands for, and where t
 from __future__ import annotations
 
 from collections.abc import Container, Iterable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from seatruth.text import with_error
 from seatruth.trials.finding import Finding
@@ -17,19 +17,25 @@ _NEARER = 2.0
 """Standard errors that the value may be nearer, and still be that far. [S]"""
 
 
-class Fitted(NamedTuple):
-    """A fitted coefficient beside its prior, all in `unit`."""
+@dataclass(frozen=True)
+class Coefficient:
+    """A free coefficient of the model, refitted together with the verdict's effects."""
 
     name: str
+    """Of the coefficient."""
     unit: str
+    """Its unit."""
     declared: float
-    """Mean of the prior."""
+    """Value in the study."""
     prior_sd: float
+    """Standard deviation of its prior, whose mean is the declared value."""
     value: float
+    """Refitted."""
     stderr: float
+    """Its standard error."""
 
 
-def moved_coefficients(stated: Container[str], coefficients: Iterable[Fitted]) -> list[Finding]:
+def moved_coefficients(stated: Container[str], coefficients: Iterable[Coefficient]) -> list[Finding]:
     """A finding for each coefficient that surely lies far outside its prior; the farthest first.
 
     Args:
@@ -37,7 +43,7 @@ def moved_coefficients(stated: Container[str], coefficients: Iterable[Fitted]) -
         coefficients: the fitted ones.
 
     Example:
-        >>> far, near = Fitted("T", "s", 6.0, 1.0, 11.0, 0.5), Fitted("K", "1/s", 1.0, 0.1, 1.1, 0.1)
+        >>> far, near = Coefficient("T", "s", 6.0, 1.0, 11.0, 0.5), Coefficient("K", "1/s", 1.0, 0.1, 1.1, 0.1)
         >>> [finding.where for finding in moved_coefficients({"T", "K"}, [far, near])]
         ["parameter 'T'"]
     """
@@ -45,12 +51,12 @@ def moved_coefficients(stated: Container[str], coefficients: Iterable[Fitted]) -
     return [_finding(one) for one in sorted(far, key=lambda one: (-_distance(one), one.name))]
 
 
-def _distance(one: Fitted) -> float:
+def _distance(one: Coefficient) -> float:
     """Prior standard deviations that its value is surely off."""
     return (abs(one.value - one.declared) - _NEARER * one.stderr) / one.prior_sd
 
 
-def _finding(one: Fitted) -> Finding:
+def _finding(one: Coefficient) -> Finding:
     unit = "" if one.unit == "1" else f" {one.unit}"
     times = abs(one.value - one.declared) / one.prior_sd
     text = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from seatruth.diagnosis.parts import Coefficient
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.report.blocks import Block, Column, Pictures, Section, Text, table
 from seatruth.report.diagnosis import figures_prediction as figures
@@ -12,6 +11,7 @@ from seatruth.report.numbers import estimate, listed, number, percent, shown
 from seatruth.report.sections.pictures import Album
 from seatruth.report.text import diagnosis as text
 from seatruth.report.text.gap import place_in_words, ranked
+from seatruth.uncertainty.moved_coefficients import Coefficient
 
 _FAR = 2.0
 """Prior standard deviations from which a refitted coefficient is marked. Chosen here [S]."""
