@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
 from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import available
-from seatruth.models import Model, Order, load_model, with_servos
+from seatruth.models import Channel, Model, Order, Rudder, load_model, with_servos
 
 SHIP = load_model("mmg")
 STATED = with_servos(SHIP, {"delta": Order(lag=0.3, rate_limit=math.radians(2.8))})
@@ -42,3 +43,28 @@ def test_other_effects_keep_their_words() -> None:
     form = next(one for one in available()["thruster_rate_limit"].variants(twin) if one.which)
     assert effect_in_words(form, twin, (slowness(2.0, 0.1, "s"),)) == "slowness 2.0 +- 0.1 s"
     assert effect_in_words(available()["rudder_rate_limit"], SHIP, ()) == ""
+
+
+class Glider(Model):
+    """What pitches by a battery that is moved, by 0.02 m to either side."""
+
+    name = "glider"
+    kind = "glider"
+    states = outputs = (Channel("q", "rad/s"), Channel("theta", "rad", angle=True))
+    inputs = (Channel("x_b", "m"),)
+    actuators = (Rudder("battery", "x_b", turns="pitch", full=0.02),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return -i.x_b - s.q - s.theta, s.q
+
+
+def test_sizes_at_an_input_that_is_no_angle_are_in_its_unit() -> None:
+    full = math.radians(35.0)
+    angle = EffectParameter("angle", "rad", 0.1 * full, 0.01 * full, 0.0, 0.1, 0.0, 0.1)
+    assert effect_in_words(available()["plane_offset"], Glider(), (angle,)) == "angle 0.0020 +- 0.0002 m"
+    limit = available()["plane_rate_limit"]
+    slow = slowness(20.0 / full, 1.0 / full)  # 20 s from the middle to hard over
+    assert effect_in_words(limit, Glider(), (slow,)) == "0.00100 +- 5e-05 m/s"
+    ordered = with_servos(Glider(), {"x_b": Order(rate_limit=0.004)})
+    assert effect_in_words(limit, ordered, (slow,)) == "0.000800 +- 3.2e-05 m/s in place of 0.004 m/s"

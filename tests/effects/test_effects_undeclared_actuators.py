@@ -12,7 +12,7 @@ from seatruth import BlackBox, Channel, Model, Parameter
 from seatruth.effects import available, load_effects, with_effects
 from seatruth.effects.targets import targets
 from seatruth.effects.undeclared_actuators import drive_inputs, neutral, resting_inputs, steering_inputs
-from seatruth.models import Thruster, load_model
+from seatruth.models import Order, Rudder, Thruster, load_model, with_servos
 from seatruth.models.base import KINDS
 from seatruth.models.geometry import Dimensions
 from seatruth.simulate import simulator
@@ -223,3 +223,46 @@ def test_a_drive_is_changed_only_where_its_rest_is_known_and_nothing_else_says_s
     fields: dict[str, Any] = {"inputs": [Channel("port", "N"), Channel("starboard", "N")], "parameters": []}
     box = BlackBox("box", print, outputs=[Channel("psi", "rad", angle=True)], **fields)
     assert "does not show what one drive alone does" in gain.only("port").missing(box)
+
+
+class Sledge(Model):
+    """A glider's pitch by a battery on a sledge, in metres, and a nozzle that is ordered from -1 to 1."""
+
+    name = "sledge"
+    kind = "glider"
+    states = outputs = tuple(Channel(name, unit) for name, unit in (("u", "m/s"), ("q", "rad/s"), ("r", "rad/s")))
+    inputs = (Channel("x_b", "m"), Channel("steer", "1"))
+    actuators = (Rudder("battery", "x_b", turns="pitch", full=0.02), Rudder("nozzle", "steer"))
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return 1.0 - s.u, -10.0 * i.x_b - s.q, s.u * i.steer - s.r
+
+
+def _sledge(model: Model, x_b: Any, values: dict[str, float]) -> Any:
+    t = np.linspace(0.0, 8.0, 161)
+    trial = Trial("run", t, {"x_b": x_b(t), "steer": 0.4 * np.sin(t)}, {}, synthetic=True)
+    sim = simulator(model, [trial], values={**model.nominal(), **values})
+    start = [[1.0] + [0.0] * (len(model.states) - 1)]
+    return sim.outputs(np.zeros((1, 0)), np.array(start)).y[0]
+
+
+def test_effects_measure_an_input_that_is_no_angle_by_what_it_holds_hard_over() -> None:
+    """35 deg stand for 20 mm, and for full command: a twentieth of that is 1 mm, and 0.05."""
+    full = math.radians(35.0)
+    names = ["plane_offset", "rudder_offset", "plane_rate_limit"]
+    offset, helm, limit = load_effects(names, model=Sledge())
+    with_both = with_effects(Sledge(), [offset, helm])
+    turned = {"plane_offset_angle": 0.05 * full, "rudder_offset_angle": 0.05 * full}
+    moved = _sledge(with_both, lambda t: 0.0 * t, turned)
+    assert moved[:, 1] == pytest.approx(_sledge(Sledge(), lambda t: 0.001 + 0.0 * t, {})[:, 1], rel=1e-6)
+    plain = _sledge(Sledge(), lambda t: 0.0 * t, {})
+    t = np.linspace(0.0, 8.0, 161)
+    assert moved[:, 2] - plain[:, 2] == pytest.approx(0.05 * (1.0 - np.exp(-t)), abs=1e-4)
+    # A step of 10 mm at 2.5 mm/s is a ramp of 4 s, also behind a servo of 5 mm/s (whose slowness it adds to).
+    ramp = _sledge(Sledge(), lambda t: np.minimum(0.0025 * t, 0.01), {})[:, 1]
+    ordered = with_servos(Sledge(), {"x_b": Order(rate_limit=0.005)})
+    for model, rate in ((Sledge(), 0.0025), (ordered, 0.005)):
+        slow = {"plane_rate_limit_slowness": 0.02 / full / rate}
+        late = _sledge(with_effects(model, [limit]), lambda t: np.where(t > 0.0, 0.01, 0.0), slow)[:, 1]
+        assert late == pytest.approx(ramp, abs=1e-3)

@@ -18,7 +18,7 @@ def model(*actuators: Rudder | Thruster, thrusts: bool = False) -> Model:
     class Boat(Model):
         name = "boat"
         states = outputs = (Channel("u", "m/s"),)
-        inputs = (Channel("n", "rev/s"),)
+        inputs = (Channel("n", "rev/s"), Channel("helm", "rad"))
         parameters = (Parameter("b", 0.3, "m"),)
 
         @staticmethod
@@ -37,7 +37,7 @@ def test_entries_are_numbers_or_parameters() -> None:
 
     assert [entry(value, P) for value in PORT.at] == [-0.5, -0.3, 0.0]
     assert entry("b", P) == 0.3
-    assert model(PORT, Rudder("nozzle", "n")).actuators[0].kind == "thruster"
+    assert model(PORT, Rudder("nozzle", "n", full=20.0)).actuators[0].kind == "thruster"
     assert (Rudder("nozzle", "n").kind, Rudder("plane", "n", turns="pitch").kind) == ("rudder", "plane")
 
 
@@ -49,6 +49,9 @@ def test_entries_are_numbers_or_parameters() -> None:
         ((Rudder("rudder", "delta"),), "the input 'delta'"),
         ((replace(PORT, at=("beam", 0.0, 0.0)),), "'beam', which is no parameter"),
         ((replace(PORT, full=0.0),), "a positive input at full power"),
+        ((Rudder("jet", "n"),), "'jet' is in rev/s, no angle: state `full`, the input hard over, in rev/s"),
+        ((Rudder("jet", "n", full=-1.0),), "'jet' needs a positive input hard over"),
+        ((Rudder("helm", "helm", full=0.6),), "'helm' is an angle, which needs no `full`"),
         ((replace(PORT, diameter=-1.0),), "a positive diameter"),
     ],
 )
@@ -59,4 +62,4 @@ def test_what_is_wrong_is_said(actuators: tuple[Any, ...], said: str) -> None:
 
 def test_thrusts_need_thrusters() -> None:
     with pytest.raises(BadInput, match="names no Thruster"):
-        model(Rudder("rudder", "n"), thrusts=True)
+        model(Rudder("rudder", "n", full=20.0), thrusts=True)

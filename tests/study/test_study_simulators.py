@@ -106,6 +106,10 @@ def test_actuators_of_an_fmu_have_effects(folder: Path) -> None:
         Rudder("helm", "delta"),
     )
     assert "thruster_lag_tau" in study.model.nominal()
+    jet = 'actuators = { jet = { input = "n", turns = "yaw", full = 12.0 } }'
+    assert load_study(written(folder, f"{PORTS}\n{jet}", name="jet.toml")).model.actuators == (
+        Rudder("jet", "n", full=12.0),
+    )
     assert "does not declare its thrusts" in available()["thruster_gain"].missing(study.model)
     with pytest.raises(BadInput, match="names no thruster"):
         load_study(written(folder, f'{PORTS}\neffects = ["thruster_dead_band"]', name="unnamed.toml"))
@@ -144,7 +148,8 @@ def test_orders_get_a_servo_before_a_simulator(folder: Path) -> None:
         ('names = { helm = "delta" }', "no channel 'helm'|helm"),
         ("dimensions = { length = 7.0 }", "breadth"),
         ('actuators = { port = { input = "n", full = 10.0 } }', "a thruster needs 'at'"),
-        ('actuators = { port = { input = "n", full = 10.0, turns = "yaw" } }', "a rudder has no 'full'"),
+        ('actuators = { port = { input = "n", full = 10.0, at = [0, 0, 0], turns = "yaw" } }', "a rudder has no 'at'"),
+        ('actuators = { helm = { input = "n", turns = "yaw" } }', "state `full`, the input hard over"),
         ('actuators = { helm = { input = "rudder" } }', "input 'rudder', which the model does not have"),
     ],
 )

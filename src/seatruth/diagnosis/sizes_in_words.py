@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from seatruth.diagnosis.sentences import size_in_words
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import Effect
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
+from seatruth.models.actuators import radian_in
 from seatruth.models.base import Model
 from seatruth.text import with_error
 
@@ -18,21 +20,50 @@ def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectPar
     """The size of an effect: "1.605 +- 0.006 deg/s in place of 2.8 deg/s", "angle 0.12 +- 0.02 deg".
 
     A rate limit of a rudder or a plane is that at which it turns, with the servo that the study states: its slowness
-    adds to the stated one.
+    adds to the stated one. Where the input is no angle, sizes are in its unit: "angle 0.0021 +- 0.0003 m".
     """
-    if not isinstance(effect, RateLimit) or len(parameters) != 1 or parameters[0].unit != "s/rad":
+    found = {(target.full, _unit(model, target.input)) for target in targets(effect, model)} if _steers(effect) else {}
+    if len(found) != 1:
         return size_in_words(parameters)
-    own, values = parameters[0], model.nominal()
+    radian, unit = next(iter(found))
+    if isinstance(effect, RateLimit):
+        return _rate_in_words(effect, model, parameters, radian, unit) or size_in_words(parameters)
+    if radian_in(unit) is None:
+        parameters = [_in_unit(q, radian, unit) if q.unit == "rad" else q for q in parameters]
+    return size_in_words(parameters)
+
+
+def _steers(effect: Effect) -> bool:
+    return effect.actuator in ("rudder", "plane")
+
+
+def _unit(model: Model, name: str) -> str:
+    return next(channel.unit for channel in model.inputs if channel.name == name)
+
+
+def _in_unit(q: EffectParameter, radian: float, unit: str) -> EffectParameter:
+    ends = (q.value, q.stderr, q.lower, q.upper)
+    value, stderr, lower, upper = (radian * end for end in ends)
+    return replace(q, value=value, stderr=stderr, lower=lower, upper=upper, unit=unit)
+
+
+def _rate_in_words(
+    effect: Effect, model: Model, parameters: Sequence[EffectParameter], radian: float, unit: str
+) -> str:
+    """The fastest rate, with what the study states of it; empty where it has none."""
+    values = model.nominal()
     limits = {values.get(f"{target.input}_rate_limit", math.inf) for target in targets(effect, model)}
-    if len(limits) != 1:
-        return size_in_words(parameters)
-    stated = limits.pop()
-    slowness = own.value + 1.0 / stated
+    if len(parameters) != 1 or len(limits) != 1:
+        return ""
+    own, stated = parameters[0], limits.pop()
+    slowness = own.value / radian + 1.0 / stated
     if not slowness > 0.0:
-        return size_in_words(parameters)
-    rate = math.degrees(1.0 / slowness)
-    words = f"{with_error(rate, rate * own.stderr / slowness)} deg/s"
-    return words if math.isinf(stated) else f"{words} in place of {math.degrees(stated):.3g} deg/s"
+        return ""
+    angle = radian_in(unit)
+    factor, shown = (1.0, unit) if angle is None else (math.degrees(1.0) / angle, "deg")
+    rate = factor / slowness
+    words = f"{with_error(rate, rate * own.stderr / radian / slowness)} {shown}/s"
+    return words if math.isinf(stated) else f"{words} in place of {factor * stated:.3g} {shown}/s"
 
 
 def furthest(effect: Effect, parameters: Sequence[EffectParameter]) -> str:

@@ -137,7 +137,7 @@ class RudderRateLimit(RateLimit, OnRudder):
 
     @staticmethod
     def servo(lag: Any, slowness: Any, q: Any, full: float) -> tuple[Any, Any]:
-        return lag, slowness + q.slowness
+        return lag, slowness + q.slowness / full
 
 
 class RudderDeadBand(OnRudder):

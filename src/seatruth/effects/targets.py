@@ -11,7 +11,14 @@ from itertools import combinations
 from typing import NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
-from seatruth.effects.undeclared_actuators import USUAL, drive_inputs, resting_inputs, steering_inputs, unnamed_steering
+from seatruth.effects.undeclared_actuators import (
+    USUAL,
+    drive_inputs,
+    named_steering,
+    resting_inputs,
+    steering_inputs,
+    unnamed_steering,
+)
 from seatruth.models.actuators import Thruster, at_full_power
 from seatruth.models.base import Model
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
@@ -60,12 +67,14 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
     named = [actuator for actuator in model.actuators if actuator.kind == effect.actuator]
     thrusters = [actuator.name for actuator in model.actuators if isinstance(actuator, Thruster)]
     resting = (resting_inputs(model) or {}) if effect.actuator == "thruster" else {}
-    found = [
-        _thruster(actuator, thrusters.index(actuator.name), resting.get(actuator.input, 0.0))
-        if isinstance(actuator, Thruster)
-        else Target(actuator.name, actuator.input)
-        for actuator in named
-    ]
+    found = []
+    for actuator in named:
+        if isinstance(actuator, Thruster):
+            rest = resting.get(actuator.input, 0.0)
+            found.append(_thruster(actuator, thrusters.index(actuator.name), rest))
+        else:
+            rest, radian = named_steering(model, actuator)
+            found.append(Target(actuator.name, actuator.input, radian, neutral=rest))
     if not named:
         steer = effect.actuator != "thruster"
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()

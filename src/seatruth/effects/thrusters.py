@@ -17,7 +17,7 @@ from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
 from seatruth.effects.undeclared_actuators import drive_inputs, neutral
 from seatruth.effects.vehicle import role_of
-from seatruth.models.actuators import Thruster
+from seatruth.models.actuators import Thruster, turned
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.parameter import Parameter
@@ -274,8 +274,7 @@ class ThrusterDirection(OnThrusters):
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         one = d.thruster
-        cos_a, sin_a = math.cos(q.azimuth), math.sin(q.azimuth)
-        a, b = one.a * cos_a - one.b * sin_a, one.a * sin_a + one.b * cos_a
+        a, b = turned(one.a, one.b, q.azimuth)
         return pushed(e, one, one.force * (a - one.a), one.force * (b - one.b), 0.0)
 
 

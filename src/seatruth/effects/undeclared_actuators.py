@@ -1,4 +1,4 @@
-"""The inputs that steer and drive a model which does not name its actuators.
+"""The inputs that steer and drive a model, and what they hold, above all where it does not name its actuators.
 
 An input with a usual name is taken for what the name says. Where there is none, an angle among the inputs that turns
 the model steers it, whatever it is called, or else a command without a unit that turns it under way alone. A speed of
@@ -13,22 +13,19 @@ from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from seatruth.effects.commands import FULL, NOT_COMPUTED, SteeringCommand, steering_commands
-from seatruth.models.actuators import Rudder
+from seatruth.effects.commands import FULL, FULL_RUDDER, NOT_COMPUTED, SteeringCommand, steering_commands
+from seatruth.models.actuators import COMMANDS, Rudder, at_full_power, radian_in
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
-from seatruth.units import PULSES
 
 USUAL: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"rudder": ("delta", "delta_r"), "plane": ("delta_s", "delta_e"), "thruster": ()}
 )
 """Standard names of inputs by the kind of actuator that they are, where a model names none."""
 _TURNING = MappingProxyType({"rudder": ("r", "psi"), "plane": ("q", "theta")})
-_COMMANDS = ("1", *PULSES)
-"""Units of commands: none, or that of pulses."""
-_DRIVES = ("rev/s", "N", *_COMMANDS)
+_DRIVES = ("rev/s", "N", *COMMANDS)
 """Units of what drives a vehicle."""
 _OUTSIDE = ("wind", "wave", "current", "sea", "flow", "tide")
 """Words in the names of inputs that are no actuator, but the weather."""
@@ -81,7 +78,28 @@ def unnamed_steering(model: Model) -> dict[str, SteeringCommand]:
     if usual or _free_angles(model):
         return {}
     free = _unnamed(model)
-    return steering_commands(model, [c.name for c in model.inputs if c.name in free and c.unit in _COMMANDS])
+    return steering_commands(model, [c.name for c in model.inputs if c.name in free and c.unit in COMMANDS])
+
+
+def named_steering(model: Model, rudder: Rudder) -> SteeringCommand:
+    """Where the input of a rudder that a model names rests, and how much of it counts as 1 rad.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> from seatruth.models import Rudder
+        >>> model = load_model("diving_plane")
+        >>> named_steering(model, Rudder("stern_plane", "delta_s", turns="pitch"))
+        SteeringCommand(neutral=0.0, radian=1.0)
+    """
+    unit = next(channel.unit for channel in model.inputs if channel.name == rudder.input)
+    radian = radian_in(unit)
+    if radian is not None:
+        return SteeringCommand(0.0, radian)
+    inner, told = bare(model), {}
+    if unit in COMMANDS and not isinstance(inner, BlackBox):
+        told = steering_commands(inner, [rudder.input])
+    rest, radian = told.get(rudder.input, SteeringCommand(0.0, FULL[0.0] / FULL_RUDDER))
+    return SteeringCommand(rest, radian if rudder.full is None else at_full_power(rudder.full, rest) / FULL_RUDDER)
 
 
 def drive_inputs(model: Model) -> tuple[str, ...]:
@@ -137,7 +155,7 @@ def drive_commands(model: Model) -> tuple[str, ...]:
         (('c_1', 'c_2'), ())
     """
     drives = {one.input for one in model.actuators if one.kind == "thruster"} | {*drive_inputs(model)}
-    return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit in _COMMANDS)
+    return tuple(channel.name for channel in model.inputs if channel.name in drives and channel.unit in COMMANDS)
 
 
 def resting_inputs(model: Model) -> dict[str, float] | None:

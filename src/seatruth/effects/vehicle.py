@@ -9,7 +9,7 @@ from typing import Any
 
 from seatruth.effects.commands import NOT_COMPUTED
 from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
-from seatruth.models.actuators import Thrust, Thruster, at_full_power, entry
+from seatruth.models.actuators import Thrust, Thruster, at_full_power, entry, turned
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Vehicle
@@ -200,6 +200,10 @@ class DeclaredVehicle:
         forces, declared = self.thrusts, self.thrusters
         at_rest = record("States", self.motions)(*(0.0 for _ in self.motions))
         columns = [[channel.name for channel in self.inputs].index(one.input) for one in declared]
+        names = [channel.name for channel in self.inputs]
+        turns = [(one.turned_by or "").removeprefix("-") for one in declared]
+        angles = [names.index(name) if name else -1 for name in turns]
+        signs = [-1.0 if (one.turned_by or "").startswith("-") else 1.0 for one in declared]
         spans = [at_full_power(one.full, rest) for one, rest in zip(declared, self.resting)]
         resting = self.resting
 
@@ -214,9 +218,13 @@ class DeclaredVehicle:
                 return result, ()
             pushes = (0.0,) * len(declared) if forces is None else tuple(forces(s, i, p, e))
             thrusters = []
-            for push, one, column, rest, span in zip(pushes, declared, columns, resting, spans):
+            for push, one, column, rest, span, angle, sign in zip(
+                pushes, declared, columns, resting, spans, angles, signs
+            ):
                 x, y, z = (entry(value, p) for value in one.at)
                 a, b, c = (entry(value, p) for value in one.towards)
+                if angle >= 0:
+                    a, b = turned(a, b, sign * i[angle])
                 area = 0.0 if one.diameter is None else 0.25 * math.pi * one.diameter * one.diameter
                 over = i[column] - rest if rest else i[column]
                 thrusters.append(Thrust(push, x, y, z, a, b, c, abs(over) / span, area))

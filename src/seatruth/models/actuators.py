@@ -7,26 +7,31 @@ cannot be opened may show these forces as outputs instead.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 from seatruth.errors import BadInput
-from seatruth.units import Conversion, to_si
+from seatruth.units import PULSES, Conversion, to_si
 
 Entry = float | str
 """A number, or the name of a parameter of the model, with a minus in front for its negative: "-y_T"."""
 Triple = tuple[Entry, Entry, Entry]
+COMMANDS = ("1", *PULSES)
+"""Units of commands: none, or that of pulses."""
 
 
 @dataclass(frozen=True)
 class Rudder:
-    """A rudder, a plane, a steering nozzle: its angle steers.
+    """A rudder, a plane, a steering nozzle, a weight that is moved: what it is turned or moved by steers.
 
     Args:
         name: an identifier.
-        input: the model's input that holds the angle or its order.
-        turns: "yaw" for what works as a rudder, "pitch" for a stern or bow plane.
+        input: the model's input that holds the angle, the place or the order.
+        turns: "yaw" for what works as a rudder, "pitch" for a stern or bow plane, or a battery that is moved.
+        full: of an input that is no angle, what it holds hard over, in its unit: 0.02 m, 1, 1900 us. Effects count it
+            as 35 deg. A command without a unit needs it only where full command is not 1, 100 % or 2000 us.
 
     Example:
         >>> from seatruth.models import Rudder
@@ -37,6 +42,7 @@ class Rudder:
     name: str
     input: str
     turns: Literal["yaw", "pitch"] = "yaw"
+    full: float | None = None
 
     @property
     def kind(self) -> str:
@@ -57,6 +63,8 @@ class Thruster:
         diameter: m, of the propeller or the jet; only effects of the inflow ask for it.
         force: the output of a simulator that shows its force (N), positive along `towards`. A model of equations has
             `thrusts` instead.
+        turned_by: the input (rad) by which a pod turns it from `towards` about the axis down, clockwise seen from
+            above; "-azimuth" where the input counts the other way.
 
     Example:
         >>> from seatruth.models import Thruster
@@ -71,6 +79,7 @@ class Thruster:
     full: float
     diameter: float | None = None
     force: str | None = None
+    turned_by: str | None = None
 
     @property
     def kind(self) -> str:
@@ -135,6 +144,18 @@ def push(thruster: Thruster, p: Any) -> tuple[float, float, float, float, float,
     return a, b, c, y * c - z * b, z * a - x * c, x * b - y * a
 
 
+def turned(a: Any, b: Any, angle: Any) -> tuple[Any, Any]:
+    """A direction ahead and to starboard, turned clockwise seen from above by an angle (rad).
+
+    Example:
+        >>> ahead, aside = turned(1.0, 0.0, math.radians(30.0))
+        >>> round(ahead, 3), round(aside, 3)
+        (0.866, 0.5)
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    return a * c - b * s, a * s + b * c
+
+
 def shown_thrusts(actuators: Sequence[Rudder | Thruster]) -> ShownThrusts | None:
     """The function that takes the forces of all thrusters from a simulator's outputs; None where one names no output.
 
@@ -152,14 +173,14 @@ def shown_thrusts(actuators: Sequence[Rudder | Thruster]) -> ShownThrusts | None
 
 def problem_with(
     actuators: tuple[Rudder | Thruster, ...],
-    inputs: set[str],
+    inputs: Mapping[str, str],
     parameters: set[str],
     has_thrusts: bool,
     outputs: Mapping[str, str] | None = None,
 ) -> str:
     """What is wrong with a model's declaration of actuators; empty where nothing is.
 
-    `outputs` are the names and units of what a simulator shows; None for a model of equations.
+    `inputs` are names and units; `outputs` those of what a simulator shows, None for a model of equations.
     """
     wrong = _problem_with_forces([one for one in actuators if isinstance(one, Thruster)], outputs)
     if wrong:
@@ -172,6 +193,8 @@ def problem_with(
             return f"two actuators are called {actuator.name!r}"
         if actuator.input not in inputs:
             return f"actuator {actuator.name!r} has the input {actuator.input!r}, which the model does not have"
+        if isinstance(actuator, Rudder) and (wrong := _problem_with_full(actuator, inputs[actuator.input])):
+            return wrong
         if isinstance(actuator, Thruster):
             unknown = [
                 value
@@ -180,10 +203,39 @@ def problem_with(
             ]
             if unknown:
                 return f"thruster {actuator.name!r} names {unknown[0]!r}, which is no parameter"
+            turned = (actuator.turned_by or "").removeprefix("-")
+            if turned and (turned not in inputs or radian_in(inputs[turned]) != 1.0):
+                return f"thruster {actuator.name!r} is turned by {turned!r}, which is no input in rad"
             if not actuator.full > 0.0 or (actuator.diameter is not None and not actuator.diameter > 0.0):
                 return f"thruster {actuator.name!r} needs a positive input at full power, and a positive diameter"
     if has_thrusts and not any(isinstance(actuator, Thruster) for actuator in actuators):
         return "it has thrusts(s, i, p, e) but names no Thruster among its actuators"
+    return ""
+
+
+def radian_in(unit: str) -> float | None:
+    """What of a unit 1 rad is; None for what is no angle.
+
+    Example:
+        >>> radian_in("rad"), radian_in("m"), radian_in("1")
+        (1.0, None, None)
+    """
+    if unit in (*COMMANDS, "%"):
+        return None
+    try:
+        return 1.0 / to_si(unit, "rad").factor
+    except BadInput:
+        return None
+
+
+def _problem_with_full(rudder: Rudder, unit: str) -> str:
+    """What is wrong with what a rudder holds hard over; empty where nothing is."""
+    if rudder.full is not None and radian_in(unit) is not None:
+        return f"the input of {rudder.name!r} is an angle, which needs no `full`"
+    if rudder.full is not None and not rudder.full > 0.0:
+        return f"{rudder.name!r} needs a positive input hard over"
+    if rudder.full is None and radian_in(unit) is None and unit not in COMMANDS:
+        return f"the input of {rudder.name!r} is in {unit}, no angle: state `full`, the input hard over, in {unit}"
     return ""
 
 

@@ -328,7 +328,7 @@ def _check(model: Model) -> None:
         raise BadInput("it declares no states or no outputs", where=where)
     if not callable(getattr(model, "rhs", None)):
         raise BadInput("it has no rhs(s, i, p)", where=where, do="Define rhs as a static function.")
-    inputs, parameters = ({field.name for field in fields} for fields in (model.inputs, model.parameters))
+    inputs, parameters = {one.name: one.unit for one in model.inputs}, {one.name for one in model.parameters}
     wrong = problem_with(model.actuators, inputs, parameters, model.thrusts is not None)
     if wrong:
         raise BadInput(wrong, where=where)

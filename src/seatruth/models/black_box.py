@@ -165,7 +165,7 @@ class BlackBox(Model):
             bad = [n for n in names if not n.isidentifier() or n.startswith("_")]
             if bad:
                 raise BadInput(f"{bad[0]!r} cannot name one of its {label}", where=where, do="Use an identifier.")
-        inputs, parameters = ({field.name for field in fields} for fields in (self.inputs, self.parameters))
+        inputs, parameters = {one.name: one.unit for one in self.inputs}, {one.name for one in self.parameters}
         units = {output.name: output.unit for output in self.outputs}
         wrong = problem_with(self.actuators, inputs, parameters, self.thrusts is not None, units)
         if wrong:

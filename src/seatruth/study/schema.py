@@ -70,7 +70,7 @@ class DimensionsTable(Table):
 
 
 class ModelActuatorTable(Table):
-    """An actuator of the vehicle in an FMU, so that effects find its input: a thruster where `full` is stated, else a
+    """An actuator of the vehicle in an FMU, so that effects find its input: a thruster where `at` is stated, else a
     rudder or a plane. What a log holds of it stands in [actuators.NAME]."""
 
     input: str = Field(description="The input that drives or steers it, by its name in `names` or in the FMU.")
@@ -78,7 +78,9 @@ class ModelActuatorTable(Table):
         default=None, description="yaw for what works as a rudder (default), pitch for a stern or bow plane."
     )
     full: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
-        default=None, description="Of a thruster: size of its input at full power, in SI units (revolutions in rev/s)."
+        default=None,
+        description="Of a thruster: size of its input at full power, in SI units (revolutions in rev/s). Beside "
+        "`turns`: what an input that is no angle holds hard over, which effects count as 35 deg.",
     )
     at: Annotated[list[float | str], Field(min_length=3, max_length=3)] | None = Field(
         default=None,
@@ -95,6 +97,11 @@ class ModelActuatorTable(Table):
         default=None,
         description="Of a thruster: the output of the FMU that is its force, N, positive along `towards`, by its name "
         "in `names` or in the FMU. Either all thrusters have it or none.",
+    )
+    turned_by: str | None = Field(
+        default=None,
+        description="Of a thruster in a pod: the input (rad) that turns it from `towards`, clockwise seen from above; "
+        '"-azimuth" where it counts the other way.',
     )
 
 
@@ -217,8 +224,9 @@ class CostTable(Table):
     )
     initial: Literal["fixed", "free"] = Field(
         default="fixed",
-        description="Initial state of each trial: taken from its first samples, or estimated. A speed that no channel "
-        "has is that of the first positions.",
+        description="Initial state of each trial: taken from its first samples, or estimated. An actuator behind a "
+        "servo begins at its first order, unless `initial_sd` has a value for it (`delta_acting`). A speed that no "
+        "channel has is that of the first positions.",
     )
     initial_sd: dict[str, float | str] = Field(
         default={},

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+from seatruth.effects.turned_thrusters import check_turned_thrusters
 from seatruth.models import (
     BlackBox,
     Dimensions,
@@ -50,6 +51,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
         )
         return _with_areas(simulator, table, problems)
     model = _with_areas(load_model(table.use, folder, table.set), table, problems)
+    check_turned_thrusters(model)
     for key in _OF_AN_FMU:
         if key in table.model_fields_set:
             what = f"{key!r} belongs to an FMU"
@@ -80,10 +82,11 @@ def _with_areas(model: Model, table: ModelTable, problems: Problems) -> Model:
 def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudder | Thruster | None:
     """An actuator as the file states it; notes keys that do not belong together."""
     path = ("model", "actuators", name)
-    stated = [key for key in (*_OF_A_THRUSTER, "diameter", "force") if getattr(table, key) is not None]
-    if not stated:
-        return Rudder(name, table.input, table.turns or "yaw")
+    stated = [key for key in (*_OF_A_THRUSTER, "diameter", "force", "turned_by") if getattr(table, key) is not None]
+    if not stated or (table.turns is not None and stated == ["full"]):
+        return Rudder(name, table.input, table.turns or "yaw", table.full)
     if table.turns is not None:
+        stated = [key for key in stated if key != "full"]
         problems.add((*path, "turns"), f"a rudder has no {stated[0]!r}", "Remove `turns` of a thruster.")
         return None
     if table.full is None or table.at is None or table.towards is None:
@@ -91,4 +94,4 @@ def _actuator(name: str, table: ModelActuatorTable, problems: Problems) -> Rudde
         problems.add(path, f"a thruster needs {lacking!r}", f"State {', '.join(_OF_A_THRUSTER)}.")
         return None
     (x, y, z), (a, b, c) = table.at, table.towards
-    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter, table.force)
+    return Thruster(name, table.input, (x, y, z), (a, b, c), table.full, table.diameter, table.force, table.turned_by)
