@@ -60,6 +60,13 @@ _EQUATION_ERROR = Finding(
 )
 
 
+def _polishes(described: Any) -> bool:
+    """Whether a solver, or a stage of a hybrid, goes on to a minimum after its search."""
+    if isinstance(described, Mapping):
+        return "polish" in described or any(_polishes(one) for one in described.values())
+    return isinstance(described, (list, tuple)) and any(_polishes(one) for one in described)
+
+
 class Analysis:
     """Everything about a fit that needs its cost. `run` computes it; `estimate` returns what has been computed."""
 
@@ -192,8 +199,10 @@ class Analysis:
         held = active_bounds(self.x, self.cost.bounds, slope)
         self.uncertainty = covariance(residuals, jacobian, self.cost.residual_blocks, held)
         self.stderr = self.uncertainty.stderr
-        step, fall = step_to_minimum(residuals, jacobian, ~held)
-        if (short := short_of_minimum(fall, self.outcome.code)) is not None:
+        low, high = self.cost.bounds
+        step, fall = step_to_minimum(residuals, jacobian, ~held, (low - self.x, high - self.x))
+        misfit, polished = float(np.mean(residuals**2)), _polishes(self.outcome.optimizer)
+        if (short := short_of_minimum(fall, self.outcome.code, misfit=misfit, polished=polished)) is not None:
             self.findings.append(short)
             self._doubted |= np.abs(step) > np.where(np.isfinite(self.stderr), self.stderr, math.inf)
         rows = np.concatenate([group.rows for group in self.cost.residual_blocks if group.kind == "data"])
@@ -237,7 +246,7 @@ class Analysis:
         self.astray = bool(strays or far)
         self._doubted |= self.astray
         if not self.astray:
-            missed = beyond_noise(self.cost, self.x)
+            missed = beyond_noise(self.cost, self.x, starts_free=options.initial == "free")
             self.findings += [missed] if missed else []
 
     def _optima(self) -> None:

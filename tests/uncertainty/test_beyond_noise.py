@@ -67,3 +67,39 @@ def test_gaps_do_not_hide_the_noise() -> None:
     u = trial.outputs["u"].copy()
     u[100:140] = np.nan
     assert "beyond-noise" not in codes(replace(trial, outputs={"u": u}))
+
+
+class Track(Coast):
+    """The boat with its position and a heading that nothing turns."""
+
+    name = "track"
+    states = (Channel("u", "m/s"), Channel("x", "m"), Channel("psi", "rad", angle=True))
+    outputs = states
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return i.push - p.drag * s.u, s.u, 0.0 * s.u
+
+
+def tracked(drift: float, off: float, **noise: float) -> list[str]:
+    """Findings where the receiver drifts by so many m to either side, and the compass by so many rad."""
+    rng = np.random.default_rng(4)
+    trial = recorded(0.0)
+    x = np.concatenate(([0.0], np.cumsum(0.25 * trial.outputs["u"][:-1])))
+    swing = off * np.sin(2.0 * np.pi * trial.t / 60.0)
+    outputs = {
+        "u": trial.outputs["u"],
+        "x": x + drift * np.sin(2.0 * np.pi * trial.t / 45.0) + 0.02 * rng.normal(size=len(x)),
+        "psi": swing + 0.003 * rng.normal(size=len(x)),
+    }
+    made = Study("track", Track(), Trials([replace(trial, outputs=outputs)]), noise=noise)
+    return [finding.code for finding in identify(made, threads=1).findings]
+
+
+def test_positions_are_judged_by_a_stated_noise_and_angles_where_they_are_off_by_degrees() -> None:
+    """A receiver may drift by metres unseen by its roughness; a compass that is 6 deg off is none of its noise."""
+    assert "beyond-noise" not in tracked(0.3, 0.0)
+    assert "beyond-noise" in tracked(0.3, 0.0, x=0.02)
+    assert "beyond-noise" in tracked(0.0, 0.1)
+    assert "beyond-noise" not in tracked(0.0, 0.01)
+    assert "beyond-noise" in tracked(0.0, 0.1, psi=0.003)

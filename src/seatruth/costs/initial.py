@@ -82,8 +82,13 @@ def initial_states(
     base: Array,
     trials: Sequence[Trial],
 ) -> InitialStates:
-    """The initial states of the segments. Unobservable ones stay fixed; theta (K,) is where that is tested."""
+    """The initial states of the segments. Unobservable ones stay fixed; theta (K,) is where that is tested.
+
+    An actuator behind a servo stands where its first order is, unless `initial_sd` states how well that is known: the
+    record hardly shows where it stood, and a search creeps along what does not matter.
+    """
     model = problem.model
+    servos = {servo.state for servo in model.servos}
     names = [channel.name for channel in model.states]
     spread = spread_of(model, trials)
     free: list[tuple[int, int, InitialState]] = []
@@ -100,10 +105,11 @@ def initial_states(
         segment = segments[number]
         stated = options.initial_sd if segment.first or not options.multiple_shooting else {}
         for state, channel in enumerate(model.states):
-            if observable[number, state] and channel.name not in model.hidden:
+            sd = stated.get(channel.name)
+            stands = channel.name in servos and segment.first and sd is None
+            if observable[number, state] and channel.name not in model.hidden and not stands:
                 value = float(base[number, state])
                 noise = problem.noise.get(channel.name)
-                sd = stated.get(channel.name)
                 radius = _search_radius(spread[channel.name], value, noise if isinstance(noise, float) else None, sd)
                 parameter = InitialState(
                     f"{segment.label}: {channel.name}",

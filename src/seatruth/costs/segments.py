@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,12 +11,15 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
+from seatruth.models.motion_records import unrecorded_range
 from seatruth.trials.trial import Trial
 
 _MIN_SAMPLES = 3
 """Fewest samples of a segment: two intervals show a rate and its change (chosen here [S])."""
 _TIME_TOLERANCE = 1e-9
 """Rounding of a sample's time that does not move an edge by one sample, s (chosen here [S])."""
+_ROOM = 2.0
+"""Ranges that other records tell of a state within which it is searched: they tell it roughly (chosen here [S])."""
 
 
 @dataclass(frozen=True)
@@ -92,12 +94,16 @@ def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, f
 
 
 def spread_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:
-    """Standard deviation of each state over the trials, from the output of its name; 1 where that is not recorded."""
+    """How far each state moves over the trials, in its unit.
+
+    The standard deviation of the output of its name; where that is not recorded, twice the range that other records
+    tell of it; else 1.
+    """
     spreads = {}
     for state in model.states:
         parts = [trial.outputs[state.name] for trial in trials if state.name in trial.outputs]
         values = np.concatenate(parts) if parts else np.zeros(0)
         values = values[np.isfinite(values)]
-        spread = float(values.std()) if values.size else math.nan
+        spread = float(values.std()) if values.size else _ROOM * unrecorded_range(model, trials, state.name)
         spreads[state.name] = spread if spread > 0 else 1.0
     return spreads

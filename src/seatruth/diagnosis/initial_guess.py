@@ -16,9 +16,9 @@ import numpy as np
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.compensation import compensated
 from seatruth.diagnosis.discrepancy.model import hats
-from seatruth.diagnosis.discrepancy.motion_records import motion
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.models.black_box import BlackBox
+from seatruth.models.motion_records import motion
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.trials.trial import Trial
 

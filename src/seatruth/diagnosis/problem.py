@@ -332,8 +332,11 @@ class Problem:
         self._initial_columns = [names.index(name) for name in self.initial_names]
         base = self._simulator.initial_states
         self.initial_mean = base[:, self._initial_columns].copy()
-        spread = [spread_of(self.trials, name) for name in self.initial_names]
-        self.initial_sd = self.settings.initial_width * np.array(spread)
+        spread = [spread_of(self.model, self.trials, name) for name in self.initial_names]
+        # An actuator stands somewhere among its orders; what is measured may begin anywhere.
+        servos = {servo.state for servo in self.model.servos}
+        width = [1.0 if name in servos else self.settings.initial_width for name in self.initial_names]
+        self.initial_sd = np.array(width) * np.array(spread)
         self.base_states = base
 
     def _set_up_errors(self) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 
 from seatruth.arrays import Indices
 from seatruth.diagnosis.discrepancy.black_box import inertias
-from seatruth.diagnosis.discrepancy.motion_records import motion
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.motion_records import motion, unrecorded_range
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
@@ -42,12 +42,12 @@ def grouped(texts: Sequence[str], equation: Indices) -> list[tuple[Indices, Indi
     return [(np.array(equations), np.array(members)) for equations, members in found.items()]
 
 
-def spread_of(trials: Sequence[Trial], name: str) -> float:
-    """How far a state moves: as recorded, else of the size 1."""
+def spread_of(model: Model, trials: Sequence[Trial], name: str) -> float:
+    """How far a state moves, in its unit: as recorded, else as other records tell of it, else 1."""
     values = [np.asarray(t.outputs[name]) for t in trials if name in t.outputs]
     finite = np.concatenate(values) if values else np.zeros(0)
     finite = finite[np.isfinite(finite)]
-    size = float(np.ptp(finite)) if finite.size else 0.0
+    size = float(np.ptp(finite)) if finite.size else unrecorded_range(model, trials, name)
     return size if size > 0.0 else 1.0
 
 

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
+import scipy.optimize
 
 from seatruth.arrays import Array, Flags
 from seatruth.costs.initial import InitialState
@@ -34,6 +36,12 @@ _FAR_NOISE, _FAR_MOTION = 10.0, 0.25
 """Noise, and part of the motion, between an initial state without prior and its first samples that are far."""
 _SHORT = 0.1
 """What the cost could still fall by from which a search ended short: 0.45 standard errors along one direction."""
+_ABOVE_STATED = 5.0
+"""The same of positions and angles of stated noise, beside which a sensor may have slow errors of twice its size."""
+_ABOVE_ROUGHNESS, _LEAST_ANGLE = 10.0, math.radians(1.0)
+"""The same of angles whose noise nobody stated, and the least error of an angle that is said."""
+_ROOM = 1e-300
+"""Room that a solver of bounded problems needs between two bounds."""
 _MOST_NAMED = 3
 
 
@@ -135,29 +143,31 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
     return found
 
 
-def beyond_noise(cost: StudyCost, x: Array) -> Finding | None:
-    """The finding that speeds or rates are missed by far more than the noise of their records; None where none is.
+def beyond_noise(cost: StudyCost, x: Array, *, starts_free: bool = False) -> Finding | None:
+    """The finding that channels are missed by far more than the noise of their records; None where none is.
 
-    Positions and angles are left out: their sensors have slow errors, which the roughness of a record does not show.
+    Sensors of positions and angles have slow errors, which the roughness of a record does not show, and which a data
+    sheet may leave out. So positions are judged by a stated noise alone, angles also where they are missed by
+    degrees, and both by more of it.
 
     Args:
         cost: The cost with its trials and its noise.
         x: The answer.
+        starts_free: whether the initial states were estimated already.
     """
     errors = cost.errors(x)
     found = []
     for column, channel in enumerate(cost.problem.model.outputs):
-        if channel.unit not in ("m/s", "rad/s"):
-            continue
         mine = errors[:, column]
         missed = _rms(mine[np.isfinite(mine) & (mine != 0.0)])
         noise = [_noise_or_step(cost, trial, channel) for trial in cost.trials if channel.name in trial.outputs]
         usual = float(np.median([n for n in noise if math.isfinite(n)] or [math.nan]))
-        if missed > _ABOVE_NOISE * usual > 0.0:
+        if missed > _least_beyond(cost, channel) * usual > 0.0 and (not channel.angle or missed > _LEAST_ANGLE):
             found.append((missed / usual, f"{channel.name} by {_shown(missed, channel)} ({missed / usual:.2g} times)"))
     if not found:
         return None
     said = listed([text for _, text in sorted(found, reverse=True)[:_MOST_NAMED]])
+    starts = "" if starts_free else "free the initial states, "
     return Finding(
         "warning",
         "beyond-noise",
@@ -165,8 +175,17 @@ def beyond_noise(cost: StudyCost, x: Array) -> Finding | None:
         "model, or the initial states are wrong, and the parameters make up for it: true values can lie outside their "
         "intervals.",
         "search",
-        "Look at the residuals in the report, free the initial states, and let `seatruth diagnose` look for the cause.",
+        f"Look at the residuals in the report, {starts}and let `seatruth diagnose` look for the cause.",
     )
+
+
+def _least_beyond(cost: StudyCost, channel: Channel) -> float:
+    """How many times its noise a channel must be missed by to be said."""
+    if channel.unit in ("m/s", "rad/s"):
+        return _ABOVE_NOISE
+    if channel.name in cost.sigma and channel.name not in cost.estimated:
+        return _ABOVE_STATED
+    return _ABOVE_ROUGHNESS if channel.angle else math.inf
 
 
 def _noise_or_step(cost: StudyCost, trial: Trial, channel: Channel) -> float:
@@ -177,33 +196,63 @@ def _noise_or_step(cost: StudyCost, trial: Trial, channel: Channel) -> float:
     return max(_noise(cost, trial, channel), float(steps.min()) / math.sqrt(12.0) if steps.size else math.inf)
 
 
-def step_to_minimum(residuals: Array, jacobian: Array, free: Flags) -> tuple[Array, float]:
+def step_to_minimum(
+    residuals: Array, jacobian: Array, free: Flags, room: tuple[Array, Array] | None = None
+) -> tuple[Array, float]:
     """The Gauss-Newton step (K,) from an answer to the minimum, and by how much the cost would fall along it.
 
     Args:
         residuals: (M,), at the answer.
         jacobian: (M, K), their derivatives.
         free: (K,), parameters that no bound holds; the others do not move.
+        room: how far each may move down and up, (K,) each, the first zero or less, the second zero or more; None for
+            any distance.
     """
-    J = jacobian[:, free]
-    step = np.zeros(len(free))
-    step[free] = np.linalg.lstsq(J, -residuals, rcond=1e-10)[0]
-    fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + J @ step[free]) ** 2)))
+    J, step = jacobian[:, free], np.zeros(len(free))
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0
+    low, high = (np.full(len(free), -math.inf), np.full(len(free), math.inf)) if room is None else room
+    low, high = low[free] * size, high[free] * size
+    whole = np.linalg.lstsq(J / size, -residuals, rcond=1e-10)[0]
+    if np.any((whole < low) | (whole > high)):
+        # The triangular factor has the same minimum, and a row for each parameter in place of one for each sample.
+        triangle = scipy.linalg.qr(np.column_stack((J / size, -residuals)), mode="r")[0]
+        held = np.minimum(low, -_ROOM), np.maximum(high, _ROOM)
+        whole = scipy.optimize.lsq_linear(triangle[:, :-1], triangle[:, -1], held, method="bvls").x
+    step[free] = whole / size
+    fall = 0.5 * (float(residuals @ residuals) - float(np.sum((residuals + jacobian @ step) ** 2)))
     return step, fall
 
 
-def short_of_minimum(fall: float, code: str) -> Finding | None:
-    """The finding that a search with this outcome code ended short of a minimum; None where it did not."""
-    if not fall > _SHORT:
+def short_of_minimum(fall: float, code: str, *, misfit: float = 1.0, polished: bool = False) -> Finding | None:
+    """The finding that a search ended short of a minimum; None where it did not.
+
+    Args:
+        fall: what the cost could still fall by.
+        code: of the outcome.
+        misfit: mean square of the weighted residuals. Where the model misses the trials by more than their noise, the
+            cost falls by so much more for a step of one standard error.
+        polished: whether the solver was one that ends at a minimum where it can.
+    """
+    if not fall > _SHORT * max(1.0, misfit):
         return None
     why = {"budget": "its budget was used up", "deadline": "its time was over", "stall": "the cost no longer fell"}
+    more = {"budget": "Give it more evaluations", "deadline": "Give it more time"}
+    if polished:
+        do = (
+            f"{more.get(code, 'Search from several starts (`starts = 5` in [optimizer])')}, or keep the initial states "
+        )
+        do += "near the first samples (`initial_sd` in [cost])."
+    else:
+        do = f"{more.get(code, 'Give it more evaluations')}, or add a local solver: a second [[optimizer]] table with "
+        do += 'use = "least_squares".'
     return Finding(
         "warning",
         "not-at-minimum",
         f"The search ended short of a minimum{f' ({why[code]})' if code in why else ''}: the cost could fall by about "
         f"{fall:.2g} more, and standard errors hold at a minimum.",
         "search",
-        'Give it more evaluations, or add a local solver: use = ["...", "least_squares"].',
+        do,
     )
 
 

@@ -21,11 +21,11 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.equations import acceleration_unit, equations, motions, rests, vehicle
-from seatruth.diagnosis.discrepancy.motion_records import motion
 from seatruth.diagnosis.discrepancy.terms import Hump, Term, ahead_of, humps_between, terms_of
 from seatruth.effects.alike_drives import kinds_of_drives
 from seatruth.effects.extended import ExtendedModel
 from seatruth.models.base import Environment, Equations, Model
+from seatruth.models.motion_records import motion
 from seatruth.models.observed import shows_accelerations
 from seatruth.models.parameter import Parameter
 from seatruth.models.wrapper import ModelWrapper

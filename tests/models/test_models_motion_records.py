@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -10,11 +11,11 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.discrepancy.model import humps_of, scales_of
-from seatruth.diagnosis.discrepancy.motion_records import motion
 from seatruth.diagnosis.usual_sizes import usual_rate
-from seatruth.models import Observation, load_model, observed
+from seatruth.models import Observation, Order, load_model, observed, with_servos
 from seatruth.models.base import Model
 from seatruth.models.longitudinal_plane import LongitudinalPlane
+from seatruth.models.motion_records import motion, unrecorded_range
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
@@ -101,3 +102,16 @@ def test_a_state_that_points_the_other_way_does() -> None:
     found = motion(Turned(), Trial("run", T, {}, {name: truth[name] for name in ("psi", "x", "y")}), "port")
     assert found is not None
     assert found[1][2:-2] == pytest.approx(np.full(found[0].shape[0] - 4, 0.3), abs=0.02)
+
+
+def test_what_no_record_shows_moves_as_far_as_others_tell() -> None:
+    """A rate of turn by the heading, zero among it; a servo by its orders; a speed down by the depth; else nothing."""
+    ship = with_servos(load_model("mmg"), {"delta": Order(lag=1.0)})
+    t = np.linspace(0.0, 96.0, 961)
+    orders = {"delta": np.where(t > 40.0, 0.3, -0.1), "n": np.full_like(t, 9.0)}
+    run = Trial("turn", t, orders, {"psi": 0.05 * t})
+    assert unrecorded_range(ship, [run], "r") == pytest.approx(0.05, rel=1e-3)
+    assert unrecorded_range(ship, [run], "delta_acting") == pytest.approx(0.4)
+    assert math.isnan(unrecorded_range(ship, [run], "v"))
+    dive = Trial("dive", t, {}, {"z": 5.0 + np.abs(t - 48.0), "theta": 0.0 * t})
+    assert unrecorded_range(load_model("diving_plane"), [dive], "w") == pytest.approx(2.0, rel=0.05)

@@ -6,7 +6,8 @@ moves, and how fast that changes, are the scales of what its model may lack, wha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -51,6 +52,42 @@ def motion(model: Model, trial: Trial, state: str, blocks: int = BLOCKS) -> Seri
     shown = _shown(model, trial, blocks)
     found = _rate_of_turn(name, shown) if name in _ANGLES else _velocity(name, shown)
     return None if found is None else (found[0], sign * found[1])
+
+
+def unrecorded_range(model: Model, trials: Sequence[Trial], state: str) -> float:
+    """How far a state that no record shows moves, in its unit; NaN where nothing tells.
+
+    That is its largest less its smallest value, zero among them: a trial of it begins at zero, for want of a record.
+
+    What an actuator does moves as far as its order; a speed or a rate as what is computed from other records; a speed
+    down as the depth changes.
+
+    Example:
+        >>> import numpy as np
+        >>> from seatruth import Trial, load_model
+        >>> t = np.linspace(0.0, 48.0, 481)
+        >>> run = Trial("run", t, {}, {"psi": 0.3 * np.sin(0.2 * t)})
+        >>> round(unrecorded_range(load_model("mmg"), [run], "r"), 2)
+        0.12
+    """
+    order = next((servo.input for servo in model.servos if servo.state == state), None)
+    parts = []
+    for trial in trials:
+        if order is not None:
+            values = trial.inputs.get(order)
+            found = None if values is None else np.asarray(values)
+        else:
+            series = motion(model, trial, state) or _sinking(model, trial, state)
+            found = None if series is None else series[1]
+        parts += [] if found is None else [found[np.isfinite(found)]]
+    whole = np.concatenate(parts) if parts else np.zeros(0)
+    return float(np.ptp(np.append(whole, 0.0))) if whole.size else math.nan
+
+
+def _sinking(model: Model, trial: Trial, state: str) -> Series | None:
+    """How the depth changes, of which the speed down in body axes is a part."""
+    depth = _shown(model, trial, BLOCKS)("z") if model.standard_of(state)[0] == "w" else None
+    return None if depth is None else (depth[0], np.gradient(depth[1], depth[0]))
 
 
 def block_means(trial: Trial, values: Array, blocks: int) -> Series | None:
