@@ -31,6 +31,17 @@ _SYSTEMS = {
     **dict.fromkeys(("phi", "theta", "psi", "p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
     **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", *_SOLVED)),
 }
+_CLOCK = frozenset(("time", "timestamp", "datetime", "utc", "stamp", "epoch"))
+"""Words of a time; one of them is in its name ..."""
+_WHOSE = frozenset(
+    (
+        *("date", "gmt", "zulu", "iso", "iso8601", "local", "gps", "gnss", "unix", "posix", "system", "sys", "host"),
+        *("pc", "log", "logger", "record", "recorded", "recording", "sample", "measurement", "ros", "rosbag", "header"),
+        *("boot", "since", "start", "elapsed", "mission", "run", "test", "sim", "simulation", "m", "sci", "present"),
+    )
+)
+"""... and these may stand beside it: how the time is written, who keeps it, from when on it counts. The last three are
+of a glider's m_present_time and sci_m_present_time."""
 _SHORTEST = 4
 """Letters of a glued name below which it may be another word: "fx" is a force, "un" no speed."""
 
@@ -42,6 +53,9 @@ def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str,
         >>> other_spellings("yawrate", "r", ["r", "yaw rate"]), other_spellings("usbl north", "x", ["x", "north"])
         (('yaw rate',), ('north',))
     """
+    if channel == "t":
+        words = {*name.split()}
+        return tuple(known[:1]) if words & _CLOCK and words <= _CLOCK | _WHOSE else ()
     glued = name.replace(" ", "")
     found = [word for word in known if " " in word and len(glued) >= _SHORTEST and word.replace(" ", "") == glued]
     system, _, rest = name.partition(" ")

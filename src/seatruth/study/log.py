@@ -18,6 +18,7 @@ from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import FROM_HEADER, InferredColumn, infer_columns
 from seatruth.study.load import parse, read_text
 from seatruth.study.simulators import model_of
+from seatruth.study.time_columns import dated_column
 from seatruth.study.trial_files import clock, column_spec, stated_frames
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock, ColumnSpec, Frames, Trial
 from seatruth.trials.check.helpers import at_all_times, on_own_clock
@@ -135,6 +136,8 @@ def _inferred(log: readers.Log) -> tuple[Clock, dict[str, ColumnSpec]]:
     if not {"delta", "delta_s"} & found.keys():
         channels += [Channel(name, "rev/s") for name in _THRUSTERS]
         found = infer_columns(fields, channels, orders=[*_INPUTS, *_THRUSTERS], thrusters=_THRUSTERS)
+    dated = None if "t" in found or clocks else dated_column(fields)
+    found |= {} if dated is None else {"t": dated}
     if "t" not in found and not clocks:
         raise BadInput(
             "no time column was recognised",

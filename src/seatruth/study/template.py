@@ -20,6 +20,7 @@ from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
 from seatruth.study.template_parameters import one_line as _one_line
 from seatruth.study.template_parameters import parameter_lines
 from seatruth.study.template_simulator import recordable, simulator_lines, with_names
+from seatruth.study.time_columns import dated_column
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
 from seatruth.units import PULSES
@@ -73,6 +74,8 @@ def template(
         guesses |= pulse_columns({title: fields[title] for title in fields if title not in used}, pulses)
     if "z" in required and "z" not in guesses and "depth" in guesses:
         guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
+    if "t" not in guesses and not clocks and (dated := dated_column(fields)) is not None:
+        guesses["t"] = dated
     measured = accelerometers(fields, model)
     model = as_logged(model, guesses)
     needed = [*model.inputs, *model.outputs]
