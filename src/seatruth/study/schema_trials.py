@@ -29,7 +29,7 @@ class ChannelTable(Table):
     unit: str | None = Field(
         default=None,
         description='Unit in the file, as "deg/s"; default: the unit that the header states, else the one the model '
-        "uses.",
+        "uses. A pressure is a depth for `z` and `depth` (docs/channels.md).",
     )
     sign: Literal[-1, 1] = Field(default=1, description="-1 if the file has the opposite sign convention.")
     scale: FiniteFloat = Field(default=1.0, description="Factor on the numbers, in addition to the unit.")

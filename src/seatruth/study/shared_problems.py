@@ -13,6 +13,7 @@ from seatruth.study.validation import Problems
 from seatruth.text import listed
 from seatruth.trials import STANDARD_CHANNELS, Channel
 from seatruth.trials.columns import DDMM
+from seatruth.trials.pressure import conversion
 from seatruth.units import inside_unit, to_si
 
 Path = tuple[str | int, ...]
@@ -81,6 +82,6 @@ def check_units(file: StudyFile, known: dict[str, Channel], problems: Problems) 
             continue
         channel = known.get(name) or STANDARD_CHANNELS.get(name)
         try:
-            to_si(table.unit, inside_unit(table.unit) if channel is None else channel.unit)
+            to_si(table.unit, inside_unit(table.unit)) if channel is None else conversion(table.unit, channel)
         except BadInput as problem:
             problems.add((*place, "unit"), problem.what, problem.do)

@@ -17,6 +17,8 @@ from seatruth.trials.condition import rows_where
 from seatruth.trials.frames import Frames
 from seatruth.trials.geodesy import from_ddmm
 from seatruth.trials.missing_codes import missing_codes
+from seatruth.trials.pressure import GRAVITY, SEA_WATER, is_depth, is_pressure
+from seatruth.trials.pressure import conversion as to_channel
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.units import PULSES, Conversion, inside_unit, to_si
 
@@ -89,7 +91,11 @@ def channel_values(
     if factor != 1.0 or spec.offset != 0.0:
         values = values * factor + spec.offset
     done = [] if spec.value is None else [f"{spec.value:g} throughout, as stated"]
-    if conversion != (1.0, 0.0):
+    weighed = known is not None and is_depth(known) and is_pressure(spec.unit or stated or "")
+    if weighed:
+        said = f"a depth from a pressure in {spec.unit or stated}, by {SEA_WATER:g} kg/m3 and {GRAVITY:g} m/s2"
+        done.append(said)
+    elif conversion != (1.0, 0.0):
         done.append(f"converted from {spec.unit or stated}")
     if factor != 1.0:
         done.append("sign changed" if factor == -1.0 else f"multiplied by {factor:g}")
@@ -104,6 +110,8 @@ def channel_values(
     if spec.declination != 0.0:
         values = values + (spec.declination if frames.earth == "NED" or name != "psi" else -spec.declination)
         done.append(f"magnetic to true with a declination of {np.degrees(spec.declination):+.4g} deg")
+    if weighed and name == "z" and frames.earth == "ENU":
+        values = -values  # a pressure grows downward whatever the log's axes are, which are turned later
     if spec.invalid_where:
         bad = rows_where(table, spec.invalid_where) & np.isfinite(values)
         values = np.where(bad, np.nan, values)
@@ -175,7 +183,7 @@ def _conversion(
     if stated in PULSES and spec.scale != 1.0:
         stated = None  # the study says what a pulse commands: an angle, a share of full power
     try:
-        if spec.unit is not None and stated is not None and to_si(stated, spec.unit) != (1.0, 0.0):
+        if spec.unit is not None and stated is not None and _contradict(stated, spec.unit):
             raise BadInput(
                 f"its header says {stated!r} and the study says {spec.unit!r}",
                 do="Correct the one that is wrong, or leave the unit out of the study to go by the header.",
@@ -184,6 +192,13 @@ def _conversion(
         channel = channels.get(name) or STANDARD_CHANNELS.get(name)
         if unit is None:
             return Conversion(1.0, 0.0)
-        return to_si(unit, inside_unit(unit) if channel is None else channel.unit)
+        return to_si(unit, inside_unit(unit)) if channel is None else to_channel(unit, channel)
     except BadInput as problem:
         raise BadInput(f"channel {name!r}: {problem.what}", where=where, do=problem.do) from None
+
+
+def _contradict(stated: str, unit: str) -> bool:
+    """Whether two units of the same numbers differ. A pressure is no length here, though a depth can be either."""
+    if stated == unit:
+        return False
+    return is_pressure(stated) != is_pressure(unit) or to_si(stated, unit) != (1.0, 0.0)

@@ -16,9 +16,9 @@ from seatruth.trials.check import limits
 from seatruth.trials.finding import Finding, Severity
 from seatruth.trials.places import place
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
+from seatruth.trials.pressure import conversion as to_channel
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
-from seatruth.units import to_si
 
 
 class Channels(Protocol):
@@ -132,7 +132,7 @@ def as_stated(trial: Trial, name: str, size: float, model: Channels | None) -> s
     inside = unit_of(name, model)
     unit = stated_unit(trial, name) or inside.replace("rad", "deg")
     try:
-        conversion = to_si(unit, inside)
+        conversion = to_channel(unit, Channel(name, inside))
     except BadInput:  # "ddmm", or a channel of no known unit
         return f"{size:.3g} {inside}".strip()
     return f"{size / conversion.factor:.3g} {unit}".strip()
