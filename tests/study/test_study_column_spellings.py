@@ -25,6 +25,9 @@ WANTED = list(STANDARD_CHANNELS.values())
         ("imu_yaw_rate", "r", "rad/s"),
         ("ahrs_pitch_deg", "theta", "deg"),
         ("usbl_depth", "depth", "m"),
+        ("m_depth", "depth", "m"),
+        ("m_pitch", "theta", "rad"),
+        ("eng_pitchAng [deg]", "theta", "deg"),
     ],
 )
 def test_glued_words_and_the_system_before_a_name_are_understood(header: str, channel: str, unit: str) -> None:

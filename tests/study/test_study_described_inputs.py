@@ -98,3 +98,38 @@ def test_init_takes_it_and_asks_for_the_rest() -> None:
     ]
     taken, _ = template("log.csv", Log("log.csv", {"": table}), Boat(), "boat.py:Boat")
     assert 'c = { column = "Throttle_pct", unit = "percent" }' in taken
+
+
+class Glider(Boat):
+    """A glider whose inputs are told by their words."""
+
+    name = "glider"
+    inputs = (
+        Channel("V_b", "m3", "pumped oil volume, positive makes the vehicle lighter"),
+        Channel("x_b", "m", "battery position forward of its neutral place"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit", "order"),
+    [
+        ("oil_volume_cc", "V_b", "cc", False),
+        ("ballast_meas_cc", "V_b", "cc", False),
+        ("m_ballast_pumped [cc]", "V_b", "cc", False),
+        ("vbdCC", "V_b", "cc", False),
+        ("c_ballast_pumped [cc]", "V_b", "cc", True),
+        ("battery_position_in", "x_b", "in", False),
+        ("batt_cmd_in", "x_b", "in", True),
+        ("m_battpos [in]", "x_b", "in", False),
+    ],
+)
+def test_oil_and_battery_of_a_glider_are_known(header: str, name: str, unit: str, order: bool) -> None:
+    found = described_inputs({header: WAVE}, Glider.inputs, Glider()).found
+    assert {key: (hit.column, hit.unit, hit.order) for key, hit in found.items()} == {name: (header, unit, order)}
+
+
+@pytest.mark.parametrize(
+    "header", ["battery", "Battery_V", "batt_current_A", "battery_pct", "oil_temperature", "m_vacuum"]
+)
+def test_the_supply_is_no_position(header: str) -> None:
+    assert described_inputs({header: WAVE}, Glider.inputs, Glider()).found == {}

@@ -52,6 +52,11 @@ def test_headers_split_into_name_and_unit(header: str, name: str, unit: str) -> 
         ("t", np.arange(200.0), "t", "s"),
         ("Timestamp", 100 * np.arange(200.0), "t", "ms"),
         ("Elapsed (min)", np.arange(200.0), "t", "min"),
+        ("dvl_fwd_cm_s", 20 + WAVE, "u", "cm/s"),
+        ("hdg_mag_deg", 180 + WAVE, "psi", "deg"),
+        ("speed_kmh", 12 + WAVE, "u", "km/h"),
+        ("depth_cm", 300 + WAVE, "depth", "cm"),
+        ("acc_x_m_s2", WAVE, "f_x", "m/s^2"),
     ],
 )
 def test_units_come_from_the_header_or_the_range(header: str, numbers: np.ndarray, channel: str, unit: str) -> None:
@@ -181,3 +186,16 @@ def test_thrusters_are_told_by_their_numbers() -> None:
 
 def test_milliseconds_are_no_speed() -> None:
     assert infer_columns({"time_ms": 200 * np.arange(200.0)}, WANTED)["t"].unit == "ms"
+
+
+@pytest.mark.parametrize(
+    ("header", "unit"), [("V_b_cc", "cc"), ("V_b [cc]", "cc"), ("v_b_m3", "m^3"), ("Vb ml", "ml"), ("V_b_litres", "l")]
+)
+def test_units_of_volumes_end_a_name(header: str, unit: str) -> None:
+    inferred = infer_columns({header: WAVE}, [Channel("V_b" if "_" in header else "Vb", "m3")])
+    assert [hit.unit for hit in inferred.values()] == [unit]
+
+
+@pytest.mark.parametrize(("name", "unit"), [("flow_in", "m3/s"), ("u_bar", "m/s"), ("gain_l", "1")])
+def test_a_channels_own_name_may_end_like_a_unit(name: str, unit: str) -> None:
+    assert infer_columns({name: WAVE}, [Channel(name, unit)])[name].unit == unit

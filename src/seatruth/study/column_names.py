@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+MAGNETIC = tuple(
+    f"{a} {b}" for one in ("mag", "magnetic") for name in ("hdg", "heading") for a, b in ((name, one), (one, name))
+)
+"""Names of a heading that lacks the declination."""
 NAMES: dict[str, tuple[str, ...]] = {
     "t": (
         *("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time", "stamp"),
@@ -11,21 +15,34 @@ NAMES: dict[str, tuple[str, ...]] = {
     "y": ("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
     "z": ("z", "z0", "pos z", "position z", "down"),
     "depth": ("depth",),
-    "phi": ("phi", "roll", "roll angle", "heel", "heel angle", "bank"),
-    "theta": ("theta", "pitch", "pitch angle", "trim"),
-    "psi": ("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading"),
+    "phi": ("phi", "roll", "roll angle", "heel", "heel angle", "bank", "roll ang"),
+    "theta": ("theta", "pitch", "pitch angle", "trim", "pitch ang"),
+    "psi": (
+        *("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading", "heading true"),
+        *("true heading", "hdg true", "true hdg", *MAGNETIC),
+    ),
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
         *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "linear x"),
-        *("longitudinal ground speed", "dvl vx", "dvl u", "dvl x"),
+        *("longitudinal ground speed", "dvl vx", "dvl u", "dvl x", "fwd speed"),
+        *(
+            "dvl fwd",
+            "dvl forward",
+            "dvl fwd speed",
+            "dvl forward speed",
+            "fwd velocity",
+            "velocity forward",
+            "vel fwd",
+        ),
     ),
     "v": (
         *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
         *("linear y", "transverse ground speed", "dvl vy", "dvl v", "dvl y"),
+        *("dvl stbd", "dvl starboard", "velocity starboard"),
     ),
     "w": (
         *("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),
-        *("dvl vz", "dvl w", "dvl z"),
+        *("dvl vz", "dvl w", "dvl z", "dvl down"),
     ),
     "u_w": (
         "u w",
@@ -117,12 +134,23 @@ SUFFIXES = {
     "radps": "rad/s",
     "deg min": "deg/min",
     "degmin": "deg/min",
-    "m": "m",
-    "ft": "ft",
+    **{length: length for length in ("m", "ft", "cm", "mm", "in", "km")},
+    **dict.fromkeys(("inch", "inches"), "in"),
+    **{volume: volume for volume in ("cc", "ml")},
+    **dict.fromkeys(("l", "litre", "litres", "liter", "liters"), "l"),
+    **{f"{length}3": f"{length}^3" for length in ("m", "cm")},
+    **{pressure: pressure for pressure in ("dbar", "bar", "mbar")},
+    **dict.fromkeys(("kpa", "k pa"), "kPa"),
+    **dict.fromkeys(("hpa", "h pa"), "hPa"),
+    "pa": "Pa",
     "ms": "m/s",
     "m s": "m/s",
     "mps": "m/s",
     "m per s": "m/s",
+    **{f"{length} s": f"{length}/s" for length in ("cm", "mm", "ft")},
+    **dict.fromkeys(("cms", "cm per s"), "cm/s"),
+    **dict.fromkeys(("kmh", "km h", "kph"), "km/h"),
+    **dict.fromkeys(("m s2", "m s 2", "mps2"), "m/s^2"),
     "kn": "kn",
     "kt": "kn",
     "kts": "kn",

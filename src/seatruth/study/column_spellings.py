@@ -22,14 +22,19 @@ AUTOPILOTS = {
 x, y, z and vx, vy, vz are north, east, down), ArduPilot's list of log messages (GPS, IMU, XKF1)."""
 MEANT = {word: channel for channel, words in AUTOPILOTS.items() for word in words}
 """The channel that each of these fields holds."""
+_OF_GLIDERS = {"m": "measured", "c": "cmd"}
+"""What the first letter of a Slocum's sensors says: m_battpos is measured, c_battpos commanded. Seagliders put eng_
+before what their engineering files hold."""
 _SOLVED = ("ins", "ekf", "nav", "mocap", "vicon", "qualisys", "est", "estimated")
 """Systems that give a whole solution, whose x and y are north and east."""
 _FIXES = ("usbl", "lbl", "sbl", "gps", "gnss", "rtk", "dgps")
 """Systems of positions. Their x and y may be ahead and abeam of a transceiver, or geocentric: a letter says nothing."""
 _SYSTEMS = {
     **dict.fromkeys(("x", "y", "northing", "easting"), (*_FIXES, *_SOLVED)),
-    **dict.fromkeys(("phi", "theta", "psi", "p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
-    **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", *_SOLVED)),
+    **dict.fromkeys(("phi", "theta", "psi"), ("imu", "ahrs", "mru", "eng", "m", *_SOLVED)),
+    **dict.fromkeys(("p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
+    **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", "m", *_SOLVED)),
+    **dict.fromkeys(("latitude", "longitude"), ("m",)),
 }
 _CLOCK = frozenset(("time", "timestamp", "datetime", "utc", "stamp", "epoch"))
 """Words of a time; one of them is in its name ..."""
@@ -43,7 +48,7 @@ _WHOSE = frozenset(
 """... and these may stand beside it: how the time is written, who keeps it, from when on it counts. The last three are
 of a glider's m_present_time and sci_m_present_time."""
 _SHORTEST = 4
-"""Letters of a glued name below which it may be another word: "fx" is a force, "un" no speed."""
+"""Letters of a glued name, or after a letter, below which it may be another word: "fx" is a force, "un" no speed."""
 
 
 def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str, ...]:
@@ -62,3 +67,14 @@ def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str,
     if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in _SOLVED):
         found.append(rest)
     return tuple(found)
+
+
+def spelt_out(name: str) -> str:
+    """A name of an actuator's column with a glider's letters for what was ordered and what acted as words.
+
+    Example:
+        >>> spelt_out("c battpos"), spelt_out("c 1")
+        ('cmd battpos', 'c 1')
+    """
+    letter, _, rest = name.partition(" ")
+    return f"{_OF_GLIDERS[letter]} {rest}" if letter in _OF_GLIDERS and len(rest) >= _SHORTEST else name

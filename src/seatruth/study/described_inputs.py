@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.models import Model
+from seatruth.study.column_spellings import spelt_out
 from seatruth.study.infer_columns import InferredColumn, infer_columns, place_in, split_header
 from seatruth.trials.channel import Channel
 
@@ -46,6 +47,15 @@ _DRIVES = _SHARES | frozenset(
         *("outboard", "sterndrive", "jet", "waterjet", "impeller", "pump", "pod", "esc", "main"),
     )
 )
+_BALLAST = frozenset(
+    (
+        *("ballast", "buoyancy", "oil", "bladder", "vbd", "vbs", "vbe", "volume", "vol", "pumped", "displaced"),
+        *("displacement", "engine", "piston", "de", "ballastpumped"),
+    )
+)
+_BATTERY = frozenset(("battery", "batt", "bat", "batteries", "battpos"))
+_SUPPLY = _BATTERY - {"battpos"}
+"""Words that alone mean the supply, whose volts or charge a log has too."""
 _KINDS: tuple[tuple[frozenset[str], frozenset[str]], ...] = (
     (frozenset(("steer", "steering", "rudder", "helm", "tiller", "nozzle", "delta", "delta_r")), _STEERING),
     (frozenset(("plane", "planes", "elevator", "delta_s", "delta_e")), _PLANES),
@@ -53,6 +63,8 @@ _KINDS: tuple[tuple[frozenset[str], frozenset[str]], ...] = (
         frozenset(("propeller", "prop", "engine", "motor", "throttle", "thruster", "shaft", "revolutions", "rpm", "n")),
         _DRIVES,
     ),
+    (frozenset(("ballast", "buoyancy", "oil", "bladder", "vbd", "vbs")), _BALLAST),
+    (frozenset(("battery", "batteries", "sliding")), _BATTERY),
 )
 """Words of an input that say what kind of actuator it is, and the words by which logs call that. The first one holds:
 "steering angle of the outboard motor" steers."""
@@ -150,9 +162,11 @@ def _seen(columns: Sequence[str], channel: Channel, model: Model) -> list[_Seen]
     found = []
     for column in columns:
         name, unit = split_header(column.rpartition(".")[2])
-        words = name.split()
+        words = spelt_out(name).split()
         told = telling & {*words}
         if not told or {*place_in(name).split()} != place or (kind is _DRIVES and {*words} & _OF_ANGLES):
+            continue
+        if not unit and {*words} <= _SUPPLY:
             continue
         left = [word for word in words if word not in telling | _NEUTRAL and not place_in(word)]
         plain = " ".join((_ACTUATOR, *left))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
 from seatruth.study.column_names import ACTED, NAMES, OF_ANY_THRUSTER, ORDERS, PLACES, SIDES, SUFFIXES, TWINS
-from seatruth.study.column_spellings import AUTOPILOTS, MEANT, other_spellings
+from seatruth.study.column_spellings import AUTOPILOTS, MEANT, other_spellings, spelt_out
 from seatruth.trials.channel import Channel
 from seatruth.units import is_unit, to_si
 
@@ -141,7 +141,9 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
     if channel.unit == "s" and unit == "m/s":
         unit = "ms"  # "time_ms"
     if unit and not unit_fits(unit, channel.unit):
-        return None
+        if whole not in known:
+            return None
+        unit = ""  # the end of the channel's own name: of "flow_in", or "u_bar"
     if unit:
         return rank, InferredColumn(channel.name, column, unit, FROM_HEADER)
     if whole in ("rpm", "rps"):
@@ -161,7 +163,7 @@ class _OfActuator(NamedTuple):
 
 def _of_actuator(column: str, numbers: NDArray[np.float64], channel: Channel) -> _OfActuator | None:
     """How a column fits a channel without the words in its name for orders, for what acted, and for a side."""
-    words = _words(column).split(" ")
+    words = spelt_out(_words(column)).split(" ")
     sides = [SIDES[word] for word in words if word in SIDES]
     order, acted = (any(word in kind for word in words) for kind in (ORDERS, ACTED))
     plain = " ".join(word for word in words if word not in (*ORDERS, *ACTED, *SIDES))

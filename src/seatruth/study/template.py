@@ -10,11 +10,13 @@ from pathlib import Path
 from seatruth.errors import BadInput
 from seatruth.models import FMU, MEASURES, Model
 from seatruth.readers import Log, Table
+from seatruth.study.column_names import MAGNETIC
 from seatruth.study.described_inputs import described_inputs
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import FROM_HEADER, VAGUE, InferredColumn, infer_columns, split_header
 from seatruth.study.numbered_columns import numbered_columns, pulse_columns
 from seatruth.study.observations import as_logged, observable
+from seatruth.study.pressure_columns import Pressures, pressure_of_depth
 from seatruth.study.proposals import UTM, accelerometers, named_drives, utm_positions, utm_zone
 from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
 from seatruth.study.template_parameters import one_line as _one_line
@@ -74,6 +76,10 @@ def template(
         guesses |= pulse_columns({title: fields[title] for title in fields if title not in used}, pulses)
     if "z" in required and "z" not in guesses and "depth" in guesses:
         guesses["z"] = replace(guesses.pop("depth"), channel="z")  # z counts down
+    pressures = Pressures(None, ())
+    if "z" in required and "z" not in guesses:
+        pressures = pressure_of_depth(fields, "z")
+        guesses |= {} if pressures.found is None else {"z": pressures.found}
     if "t" not in guesses and not clocks and (dated := dated_column(fields)) is not None:
         guesses["t"] = dated
     measured = accelerometers(fields, model)
@@ -105,7 +111,7 @@ def template(
             f"No column was recognised for the output {_list(missing_outputs)}: if the log has it, name it in "
             "[channels] and take it out of `without` in [[trials]]."
         )
-    notes += [*_vague(guesses), *_several_shafts(guesses, fields)]
+    notes += [*pressures.notes("z", fields), *_vague(guesses), *_several_shafts(guesses, fields)]
     zone = utm_zone(log)
     if "easting" in guesses and zone is None:
         notes.append('The zone of northing and easting is not known: state it in [frames], as utm = "32 north".')
@@ -222,6 +228,8 @@ def _channels(
                 used += "; at = [forward, starboard, down] is the antenna's place" if channel.name == _FIX[0] else ""
             elif channel not in needed:
                 used = f"{hit.why}; for the checks only"
+            if channel.name == "psi" and split_header(hit.column)[0] in MAGNETIC:
+                used += '; magnetic: add declination = "3.5 deg", yours, east positive'
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
             lines.append(

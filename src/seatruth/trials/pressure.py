@@ -25,7 +25,7 @@ def conversion(unit: str, channel: Channel) -> Conversion:
     Example:
         >>> from seatruth.trials import STANDARD_CHANNELS
         >>> round(conversion("dbar", STANDARD_CHANNELS["depth"]).factor, 4)
-        0.9949
+        0.9948
     """
     if is_depth(channel) and is_pressure(unit):
         return Conversion(to_si(unit, "Pa").factor / (SEA_WATER * GRAVITY), 0.0)
