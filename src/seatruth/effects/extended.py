@@ -11,6 +11,7 @@ from typing import Any
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox, trials_of
 from seatruth.effects.channel_aliases import ChannelAliases, View
+from seatruth.effects.declaring import how_to_name
 from seatruth.effects.targets import Target, aliases_of, targets
 from seatruth.effects.vehicle import DeclaredVehicle
 from seatruth.errors import BadInput
@@ -83,7 +84,7 @@ def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
         if reason:
             raise BadInput(
                 f"the effect {effect.name!r} cannot act on model {model.name!r}: {reason}",
-                do="Leave it out, or take a model that it can act on.",
+                do=f"Leave it out, or take a model that it can act on.{how_to_name(effect, model)}",
             )
     effects = [effect.on(model) for effect in effects]
     if isinstance(model, BlackBox):
