@@ -26,7 +26,7 @@ from seatruth.study.study import Study
 from seatruth.trials.check import check_tables, check_trials
 from seatruth.trials.finding import Finding, gravest_first
 from seatruth.trials.trial import Step
-from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance
+from seatruth.uncertainty.covariance import Covariance, active_bounds, at_bound, covariance, on_bound
 from seatruth.uncertainty.fit_table import FIT_COLUMNS, compare_with_records
 from seatruth.uncertainty.identifiability import (
     correlated_pairs,
@@ -297,7 +297,7 @@ class Analysis:
         related = np.zeros(self.size, dtype=bool) if uncertainty is None else strongly_correlated(uncertainty)
         rows = []
         for k, parameter in enumerate(self.cost.parameters):
-            value, stderr = float(self.x[k]), math.inf if open_ended[k] else float(self.stderr[k])
+            value, stderr = on_bound(float(self.x[k]), parameter), math.inf if open_ended[k] else float(self.stderr[k])
             signs = (self.at_bound[k], unseen[k], related[k], self._doubted[k])
             judgement = verdict(parameter, value, stderr, *(bool(sign) for sign in signs))
             rows.append(

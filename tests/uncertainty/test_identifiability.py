@@ -25,6 +25,7 @@ from seatruth.uncertainty import (
     strongly_correlated,
     verdict,
 )
+from seatruth.uncertainty.covariance import on_bound
 
 
 def three() -> list[Parameter]:
@@ -192,3 +193,18 @@ def test_what_is_weak_is_said_in_a_sentence() -> None:
     assert said[1].startswith("These trials determine b only to ")
     assert said[1].endswith(" times its plausible range.")
     assert said[2] == "These trials do not determine b."
+
+
+@pytest.mark.parametrize(
+    ("value", "known", "shown"),
+    [
+        (2.1e-36, {"value": 2.5, "min": 0.0, "max": 10.0}, 0.0),
+        (2.1e-36, {"value": 0.0, "min": 0.0, "prior": Prior(0.0, 0.2)}, 0.0),
+        (10.0 - 1e-14, {"value": 2.5, "min": 0.0, "max": 10.0}, 10.0),
+        (2.1e-36, {"value": 3e-36, "min": 0.0}, 2.1e-36),
+        (2.1e-36, {"value": 2.5}, 2.1e-36),
+        (1e-8, {"value": 2.5, "min": 0.0, "max": 10.0}, 1e-8),
+    ],
+)
+def test_what_misses_a_bound_by_rounding_is_on_it(value: float, known: dict[str, Any], shown: float) -> None:
+    assert on_bound(value, Parameter("C_Da", unit="1", **known)) == shown

@@ -18,12 +18,15 @@ import scipy
 
 from seatruth.arrays import Array, Flags
 from seatruth.costs.study_cost import ResidualBlock
+from seatruth.models.parameter import Parameter
 from seatruth.statistics.autoregressive import WHITE, AutoregressiveModel, fit_autoregressive
 
 _RANK_TOLERANCE = 1e-12
 """Eigenvalue of the scaled information, over the largest, below which the data do not determine its direction.
 Rounding leaves about 1e-15 times the number of parameters; chosen here [S] with room for derivatives by iteration."""
 _AT_BOUND = 1e-6
+_ROUNDING = 1e-12
+"""Part of a parameter's scale by which a search that ends on a bound may miss it by its arithmetic alone."""
 """Distance from a bound, over the range, below which a parameter is at the bound. Chosen here [S]."""
 _NULL_SPACE_SHARE = 1e-4
 """A parameter is unidentifiable if this share of it (squared length) lies in undetermined directions, or less where
@@ -83,6 +86,20 @@ def at_bound(x: Array, bounds: tuple[Array, Array]) -> Flags:
     width = np.where(np.isfinite(high - low), high - low, 1.0)
     with np.errstate(invalid="ignore"):
         return np.asarray((x - low <= _AT_BOUND * width) | (high - x <= _AT_BOUND * width))
+
+
+def on_bound(value: float, parameter: Parameter) -> float:
+    """The bound, where a parameter's value differs from it by rounding alone: 2e-36 is 0 where 2.5 is usual.
+
+    Example:
+        >>> from seatruth.models import Parameter
+        >>> on_bound(2e-36, Parameter("C_Da", 2.5, "1", min=0.0, max=10.0)), on_bound(2e-36, Parameter("a", 3e-36, "1"))
+        (0.0, 2e-36)
+    """
+    known = [parameter.value, parameter.max - parameter.min]
+    known += [] if parameter.prior is None else [parameter.prior.sd]
+    scale = max((abs(size) for size in known if math.isfinite(size)), default=0.0)
+    return next((end for end in (parameter.min, parameter.max) if abs(value - end) <= _ROUNDING * scale), value)
 
 
 def active_bounds(x: Array, bounds: tuple[Array, Array], gradient: Array) -> Flags:
