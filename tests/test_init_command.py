@@ -128,7 +128,7 @@ def test_init_takes_several_logs_of_orders_and_depths(tmp_path: Path) -> None:
     logs = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
     assert call("init", *logs, "--model", "diving_plane_driven", "-o", str(study)) == 0
     written = tomllib.loads(study.read_text())
-    assert [trial["file"] for trial in written["trials"]] == ["*.csv"]
+    assert [trial["file"] for trial in written["trials"]] == ["a.csv", "b.csv"]
     assert written["study"]["name"] == tmp_path.name
     assert written["actuators"] == {"delta_s": "order"}
     assert written["cost"]["hold"] == "zoh"
@@ -143,6 +143,26 @@ def test_init_lists_logs_beside_which_there_are_others(tmp_path: Path) -> None:
     study = tmp_path / "two.toml"
     assert call("init", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "-o", str(study)) == 0
     assert [trial["file"] for trial in tomllib.loads(study.read_text())["trials"]] == ["a.csv", "b.csv"]
+
+
+@pytest.mark.parametrize(
+    ("names", "beside", "files"),
+    [
+        (["run_1", "run_12"], ["pool"], ["run_*.csv"]),
+        (["zigzag_10", "zigzag_20"], ["zigzag_30"], ["zigzag_10.csv", "zigzag_20.csv"]),
+        (["yo", "pitch_step"], [], ["pitch_step.csv", "yo.csv"]),
+        ([f"{letter}_run" for letter in "abcdefghijklmnopqrstuvwxyz"], [], ["*.csv"]),
+    ],
+)
+def test_init_writes_a_pattern_of_what_the_names_share(
+    tmp_path: Path, names: list[str], beside: list[str], files: list[str]
+) -> None:
+    """A pattern of all files would make a trial of whatever comes to lie beside the logs."""
+    for name in (*names, *beside):
+        (tmp_path / f"{name}.csv").write_text("t,rudder,n,r\n0,0,9,0\n1,0,9,0\n2,0,9,0\n")
+    study = tmp_path / "study.toml"
+    assert call("init", *(str(tmp_path / f"{name}.csv") for name in sorted(names)), "-o", str(study)) == 0
+    assert [trial["file"] for trial in tomllib.loads(study.read_text())["trials"]] == files
 
 
 def ferry(folder: Path) -> Path:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import glob
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +24,8 @@ from seatruth.study.template import template
 
 _USUAL = "mmg"
 """The model of a study where none is named."""
+_MOST_NAMED = 20
+"""Logs without a common name that a study lists one by one (chosen here [S])."""
 _MOST_ROWS = 60
 """Fields that are listed one by one without being asked for: about a screen or two (chosen here [S])."""
 
@@ -102,14 +106,22 @@ def init(
 
 
 def _pattern(logs: Sequence[Path], folder: Path) -> str | None:
-    """A pattern, as a study in `folder` names it, that takes several logs and nothing else; None where none does."""
+    """A pattern, as a study in `folder` names it, that takes several logs and nothing else; None where none does.
+
+    It holds what their names have in common. Where that is nothing, the logs are named one by one, unless there are
+    very many: a pattern of all files would take whatever is put beside them later.
+    """
     parents, endings = {one.parent for one in logs}, {one.suffix for one in logs}
     if len(logs) == 1 or len(parents) > 1 or len(endings) > 1 or "" in endings:
         return None
     parent, ending = parents.pop(), endings.pop()
-    pattern = relative(parent / f"*{ending}", folder)
-    alike = {one for one in parent.iterdir() if one.suffix == ending and one.is_file()}
-    return pattern if alike == {*logs} and not set("[]?") & set(pattern) and pattern.count("*") == 1 else None
+    alike = takewhile(lambda letters: len({*letters}) == 1, zip(*(one.stem for one in logs)))
+    common = "".join(letters[0] for letters in alike).rstrip("0123456789")
+    if not common and len(logs) <= _MOST_NAMED:
+        return None
+    pattern = relative(parent / f"{common}*{ending}", folder)
+    taken = {one for one in parent.iterdir() if one.match(f"{glob.escape(common)}*{ending}") and one.is_file()}
+    return pattern if taken == {*logs} and not set("[]?") & set(pattern) and pattern.count("*") == 1 else None
 
 
 def _show(log: Log, found: Sequence[FieldInfo], *, every: bool) -> None:
