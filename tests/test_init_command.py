@@ -220,3 +220,13 @@ def test_init_names_the_outputs_that_it_did_not_find(folder: Path, capsys: pytes
     assert call("init", "turn.csv", "--model", "ship.py:Nomoto") == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert "No column was recognised for the output 'r'" in shown
+
+
+def test_init_takes_no_ship_for_a_log_of_dives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = "\n".join(f"{k},{20 - k},{5 + k},{0.1 * k}" for k in range(20))
+    (tmp_path / "dive.csv").write_text(f"t,pitch_deg,press_dbar,batt_in\n{rows}\n")
+    assert call("init", str(tmp_path / "dive.csv")) == 0
+    assert tomllib.loads((tmp_path / "dive.toml").read_text())["model"]["use"] == "glider"
+    said = " ".join(capsys.readouterr().out.split())
+    assert "the study takes glider, Underwater glider" in said
+    assert "The log has a pitch, a depth and a ballast or a mass that is moved, and no rudder." in said

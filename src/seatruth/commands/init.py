@@ -21,9 +21,8 @@ from seatruth.readers.listing import FieldInfo, listing
 from seatruth.simulate.faults import fault_of
 from seatruth.storage.atomic import write_file
 from seatruth.study.template import template
+from seatruth.study.usual_model import Usual, usual_model
 
-_USUAL = "mmg"
-"""The model of a study where none is named."""
 _MOST_NAMED = 20
 """Logs without a common name that a study lists one by one (chosen here [S])."""
 _MOST_ROWS = 60
@@ -47,7 +46,7 @@ def init(
     model: Annotated[
         str | None,
         typer.Option(
-            "--model", help='Model: a name of `seatruth list models`, "file.py:ClassName" or "file.fmu" [mmg].'
+            "--model", help='Model: a name of `seatruth list models`, "file.py:ClassName" or "file.fmu" [by the log].'
         ),
     ] = None,
     reader: Annotated[str | None, typer.Option("--reader", help="Reader of the log; default: recognised.")] = None,
@@ -74,7 +73,8 @@ def init(
     paths = [relative(one, folder) for one in logs]
     pattern = _pattern(logs, folder)
     name = None if len(logs) == 1 else log.resolve().parent.name or None
-    use = model or _USUAL
+    usual = Usual(model, "") if model else usual_model(content)
+    use = usual.name
     loaded = load_model(use, Path.cwd())
     fault = fault_of(loaded)
     if fault is not None:
@@ -86,7 +86,8 @@ def init(
     write_file(target, text)
     if model is None:
         say(
-            f"No --model is named: the study takes {use}, {loaded.title}. `seatruth list models` lists others.",
+            f"No --model is named: the study takes {use}, {loaded.title}. {usual.why}{usual.why and ' '}"
+            "`seatruth list models` lists others.",
             whole=True,
         )
     beside = ", beside the log" if output is None and folder.resolve() != Path.cwd() else ""
