@@ -10,6 +10,7 @@ from seatruth.study.template_simulator import free_parameters
 
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
+_WHY = "# Free are those with bounds that no scale and no drawing gives: no mass, added mass, inertia or size."
 _KNOWN = 0.2
 """Standard deviation over the value that a diagnosis takes where a study states none (`diagnosis.settings`)."""
 
@@ -26,6 +27,7 @@ def parameter_lines(model: Model, *, own: bool) -> list[str]:
     listing = ", ".join(f'"{name}"' for name in free)
     lines = [
         "# Parameters to identify, by name or pattern. `seatruth check` says which of them this log can move.",
+        *([_WHY] if free == unsure and not usual else []),
         f"vary = [{listing}]",
         "",
         "[parameters]",
