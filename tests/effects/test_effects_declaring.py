@@ -34,15 +34,18 @@ def refused(model: Model, effect: str) -> str:
 def test_a_plane_a_rudder_and_a_thruster_can_be_named() -> None:
     start = "Leave it out, or take a model that it can act on. If 'x_b' is a "
     assert refused(Glider(), "plane_offset") == (
-        f"{start}plane, let the model say so: actuators = (Rudder('plane', 'x_b', turns='pitch'),)."
+        f"{start}plane, let the model say so: actuators = (Rudder('plane', 'x_b', turns='pitch', "
+        "full=1.0),), `full` what it holds hard over, in m."
     )
-    assert refused(Glider(), "rudder_offset").endswith("actuators = (Rudder('rudder', 'x_b'),).")
+    assert refused(Glider(), "rudder_offset").endswith(
+        "actuators = (Rudder('rudder', 'x_b', full=1.0),), `full` what it holds hard over, in m."
+    )
     assert "actuators = (Thruster('x_b', 'x_b', at=(" in refused(Glider(), "thruster_gain")
 
 
 def test_what_is_said_is_enough() -> None:
     class Named(Glider):
-        actuators = (Rudder("plane", "x_b", turns="pitch"),)
+        actuators = (Rudder("plane", "x_b", turns="pitch", full=0.02),)
 
     assert "plane_offset_angle" in with_effects(Named(), [KNOWN["plane_offset"]]).nominal()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from seatruth.effects.base import Effect
 from seatruth.effects.targets import targets
 from seatruth.effects.undeclared_actuators import USUAL
+from seatruth.models.actuators import COMMANDS, radian_in
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 
@@ -43,4 +44,7 @@ def _entry(kind: str, name: str, model: Model) -> str:
         where = "at=(-1.0, 0.0, 0.0), towards=(1.0, 0.0, 0.0), full=20.0"
         return f"actuators = (Thruster({name!r}, {name!r}, {where}),), with its place and full input, and `thrusts`"
     turns = ", turns='pitch'" if kind == "plane" else ""
-    return f"actuators = (Rudder({kind!r}, {name!r}{turns}),)"
+    unit = next(channel.unit for channel in model.inputs if channel.name == name)
+    told = radian_in(unit) is not None or unit in COMMANDS
+    full, which = ("", "") if told else (", full=1.0", f", `full` what it holds hard over, in {unit}")
+    return f"actuators = (Rudder({kind!r}, {name!r}{turns}{full}),){which}"
