@@ -106,6 +106,23 @@ def test_init_writes_it_too_where_another_log_may_wrap(folder: Path) -> None:
     assert prepare == [{"step": "unwrap", "channels": ["psi"]}]
 
 
+def test_init_unwraps_the_direction_of_a_pod_that_wraps_in_any_log(folder: Path) -> None:
+    """Ahead it stays near zero; astern it runs on from 170 to 190 deg, which the log calls -170."""
+    ship = (folder / "ship.py").read_text()
+    pod = ship.replace('(Channel("delta", "rad"),)', '(Channel("az", "rad"),)').replace("i.delta", "i.az")
+    (folder / "pod.py").write_text(pod)
+    for name, first in (("ahead", 0), ("astern", 160)):
+        rows = "\n".join(f"{k},{(first + 2 * k + 180) % 360 - 180},{100 + k}" for k in range(20))
+        (folder / f"{name}.csv").write_text(f"t,az_deg,heading\n{rows}\n")
+    assert call("init", "ahead.csv", "astern.csv", "lost.txt", "--model", "pod.py:Nomoto", "-o", "x.toml") == 2
+    (folder / "lost.txt").write_bytes(b"\0")  # not to be read: what is wrong with it is for `check` to say
+    assert call("init", "ahead.csv", "astern.csv", "lost.txt", "--model", "pod.py:Nomoto", "-o", "both.toml") == 0
+    prepare = tomllib.loads((folder / "both.toml").read_text())["prepare"]
+    assert prepare == [{"step": "unwrap", "channels": ["psi", "az"]}]
+    assert call("init", "ahead.csv", "--model", "pod.py:Nomoto", "-o", "one.toml") == 0
+    assert "prepare" not in tomllib.loads((folder / "one.toml").read_text())
+
+
 @pytest.mark.parametrize("name", ["", ".", "/"])
 def test_init_refuses_a_path_without_a_name(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str

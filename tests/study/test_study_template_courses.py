@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from seatruth.readers import Log, Table
+from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import InferredColumn
-from seatruth.study.template_courses import is_held, jumps_by_a_turn
+from seatruth.study.template_courses import is_held, jumps_by_a_turn, wrapped_angles
+from seatruth.trials import Channel
 
 T = np.arange(0.0, 100.0, 0.1)
 STEPS = np.where(T % 20.0 < 10.0, 1500.0, 1650.0) + (np.arange(T.size) % 2)
@@ -33,3 +37,19 @@ def test_a_heading_that_wraps_jumps() -> None:
     assert jumps_by_a_turn({"h": (10.0 * T) % 360.0}, guessed, False)
     assert not jumps_by_a_turn({"h": T}, guessed, False)
     assert jumps_by_a_turn({"h": T}, guessed, True)
+
+
+def test_angles_of_a_model_are_unwrapped_where_any_log_jumps() -> None:
+    """But not a rudder, nor the course, nor an input that is no angle."""
+    jumping = (10.0 * T + 180.0) % 360.0 - 180.0
+    names = ("az", "delta", "cog", "n")
+    guesses = {name: InferredColumn(name, name, "rpm" if name == "n" else "deg", "") for name in names}
+    channels = [Channel(name, "rev/s" if name == "n" else "rad") for name in names]
+    quiet, loud = (_log(dict.fromkeys(names, values)) for values in (0.0 * T, jumping))
+    assert wrapped_angles(Fields(quiet), guesses, channels, None) == []
+    assert wrapped_angles(Fields(quiet), guesses, channels, [quiet, loud]) == ["az"]
+    assert wrapped_angles(Fields(loud), guesses, channels, None) == ["az"]
+
+
+def _log(columns: dict[str, np.ndarray]) -> Log:
+    return Log("run", {"": Table("run", {name: pd.Series(values) for name, values in columns.items()})})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from known_motion import Array, altered, codes, scattered, step_at, zigzag
 
 from seatruth.manoeuvres import TurningCircle, run_manoeuvre
 from seatruth.models import load_model
-from seatruth.trials import Step, Trial, check_trials
+from seatruth.trials import Channel, Step, Trial, apply_steps, check_trials
 from seatruth.trials.check.clocks import clock_lag
 
 GOOD = zigzag(amplitude=0.5, period=80)
@@ -121,6 +122,19 @@ def test_the_noise_of_a_rudder_at_rest_is_no_command() -> None:
         still = np.round(sd * rng.standard_normal(len(GOOD)), 1) / DEG
         found = codes(check_trials([altered(GOOD, {"delta": lambda a, still=still: still})]))
         assert "input-jumps" not in found
+
+
+def test_an_angle_that_turns_the_long_way_is_named_with_its_time() -> None:
+    """A pod goes on from 161.6 to 195 deg, which its record calls -165; the step `unwrap` puts it right."""
+    tug = SimpleNamespace(inputs=(Channel("az", "rad"), Channel("n", "rev/s")), outputs=())
+    orders = np.radians(np.where(GOOD.t < 45.0, 161.6, -165.0))
+    stern = replace(GOOD, inputs={"az": orders, "n": GOOD.inputs["n"]})
+    (said,) = (f for f in check_trials([stern], tug) if f.channel == "az")
+    assert (said.code, said.severity, said.trial) == ("input-wrapped", "warning", stern.name)
+    assert "At 45 s it goes from 162 deg to -165 deg in one sample: " in said.message
+    assert "'az' in the channels of the preparation step 'unwrap'" in said.do
+    going_on = apply_steps(stern, [("unwrap", {"channels": ["az"]})])
+    assert "input-wrapped" not in codes(check_trials([going_on], tug))
 
 
 def test_a_coarse_sensor_is_told_in_the_unit_of_its_column() -> None:

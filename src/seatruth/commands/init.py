@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import takewhile
 from pathlib import Path
@@ -16,6 +17,7 @@ from seatruth.commands.common import JsonFile, Result, console, relative, say, t
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
 from seatruth.models import load_model
+from seatruth.progress import Progress
 from seatruth.readers import Log, read_log
 from seatruth.readers.listing import FieldInfo, listing
 from seatruth.simulate.faults import fault_of
@@ -80,7 +82,9 @@ def init(
     if fault is not None:
         raise fault
     written = _model_use(use, folder)
-    text, notes = template(paths[0], content, loaded, written, paths[1:], name=name, pattern=pattern)
+    with ProgressLine() as progress:
+        others = _readable(logs[1:], reader, progress)
+        text, notes = template(paths[0], content, loaded, written, paths[1:], name=name, pattern=pattern, others=others)
     found = listing(content)
     _show(content, found, every=fields)
     write_file(target, text)
@@ -104,6 +108,13 @@ def init(
             "to_do": notes,
         }
     )
+
+
+def _readable(logs: Sequence[Path], reader: str | None, progress: Progress) -> Iterator[Log]:
+    """The contents of logs, each read when it is asked for; what cannot be read is for `check` to say."""
+    for log in logs:
+        with contextlib.suppress(BadInput):
+            yield read_log(log, reader=reader, progress=progress)
 
 
 def _pattern(logs: Sequence[Path], folder: Path) -> str | None:

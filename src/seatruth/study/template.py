@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from seatruth.study.numbered_columns import numbered_columns, pulse_columns
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.pressure_columns import Pressures, pressure_of_depth
 from seatruth.study.proposals import UTM, accelerometers, named_drives, utm_positions, utm_zone
-from seatruth.study.template_courses import ANGLES, is_held, jumps_by_a_turn
+from seatruth.study.template_courses import is_held, wrapped_angles
 from seatruth.study.template_parameters import one_line as _one_line
 from seatruth.study.template_parameters import parameter_lines
 from seatruth.study.template_simulator import recordable, simulator_lines, with_names
@@ -44,12 +44,13 @@ def template(
     *,
     name: str | None = None,
     pattern: str | None = None,
+    others: Iterable[Log] = (),
 ) -> tuple[str, list[str]]:
     """The text of a study file for a log, and what could not be guessed, in sentences.
 
     `path` is the log's path as the study file will name it, `use` the model as the study file will name it, `more` the
     paths of further logs with the same columns, `name` that of the study (by default the log's), `pattern` one that
-    takes all these logs and no other.
+    takes all these logs and no other, `others` the contents of the further logs, where angles may jump.
     """
     fields = Fields(log)
     model, own_names = with_names(model, fields)
@@ -128,7 +129,7 @@ def template(
             *(_frames(zone) if "easting" in guesses else []),
             *_actuators([channel.name for channel in model.inputs], guesses),
             *_trials([path, *more] if pattern is None else [pattern], missing_outputs),
-            *_steps([one for one in ANGLES if one in guesses and jumps_by_a_turn(fields, guesses[one], bool(more))]),
+            *_steps(wrapped_angles(fields, guesses, [*model.inputs, *model.outputs], others if more else None)),
             *_rest(model, any(is_held(fields, guesses[c.name]) for c in model.inputs if c.name in guesses)),
         ]
     )

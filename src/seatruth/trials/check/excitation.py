@@ -45,7 +45,10 @@ def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Findin
             )
         jump = np.abs(np.diff(finite))
         # A rudder at rest crosses its range in every sample: that is its noise and its last digit, and no command.
-        crossing = np.flatnonzero(jump > max(limits.COARSE_INPUT_STEP * span, limits.SMALL_ANGLE_INPUT))
+        crossing = np.flatnonzero(
+            (jump > max(limits.COARSE_INPUT_STEP * span, limits.SMALL_ANGLE_INPUT))
+            & (jump <= np.pi)  # beyond, it is told that it turns the long way
+        )
         if crossing.size and unit_of(name, model) == "rad":
             yield make_finding(
                 trial,

@@ -21,6 +21,8 @@ ANGLE_LIMIT = 3.5
 """rad: no rudder, pitch or roll goes beyond half a turn (3.14) plus a margin; in degrees nearly all do."""
 HEADING_SPAN = 130.0
 """rad, 20 turns: no manoeuvre turns that far in one sense; 130 degrees of heading is a modest turn."""
+FULL_TURN = 6.3
+"""rad: a full turn and its last digit; an angle that jumps by a turn never exceeds it."""
 TURN_BACK = 0.5
 """rad: two steps that add up to a full turn within this; the vehicle itself turns less over two samples."""
 YAW_RATE = 6.0

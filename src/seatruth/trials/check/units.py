@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, has_channels, make_finding, stated_unit, unit_of
+from seatruth.trials.check.helpers import Channels, degrees, has_channels, make_finding, stated_unit, unit_of
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP
 from seatruth.trials.trial import Trial
@@ -37,8 +37,33 @@ def check_units(trial: Trial, model: Channels | None = None) -> Iterator[Finding
             yield _unit(trial, name, f"It reaches {size:.4g} m/s", "the unit of the file, as kn or cm/s", "warning")
         elif name == "n" and unit == "rev/s" and size > limits.PROPELLER and not stated_unit(trial, name):
             yield _unit(trial, name, f"It reaches {size:.4g} rev/s ({60 * size:.0f} rpm)", "rpm", "warning")
+        elif name in trial.inputs and unit == "rad":
+            yield from _long_way(trial, name)
         elif name in ("depth", "z") and unit == "m" and float(np.median(finite)) < -limits.DEPTH_ABOVE:
             yield _above_water(trial, name, float(np.median(finite)))
+
+
+def _long_way(trial: Trial, name: str) -> Iterator[Finding]:
+    """An input's angle that goes from one sample to the next by more than half a turn: the other way is shorter."""
+    values = trial.channel(name)
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    far = np.flatnonzero(np.abs(steps) > np.pi)
+    if not far.size or float(np.abs(values[rows]).max()) > limits.FULL_TURN:
+        return  # an angle beyond a turn runs on already, or is no angle in rad
+    before, after = (degrees(float(values[rows[k]])) for k in (far[0], far[0] + 1))
+    places = f" ({far.size} such places)" if far.size > 1 else ""
+    yield make_finding(
+        trial,
+        "warning",
+        "input-wrapped",
+        f"At {trial.t[rows[far[0] + 1]]:.6g} s it goes from {before} to {after} in one sample{places}: between them, "
+        "and in its servo, it turns the long way round.",
+        f"If it is the direction of a pod, or of anything else that turns on, name {name!r} in the channels of the "
+        "preparation step 'unwrap'; if it has to turn back, as at a stop, it is right as it is.",
+        channel=name,
+        samples=rows[far + 1],
+    )
 
 
 def _unit(trial: Trial, name: str, what: str, unit: str, severity: str = "error") -> Finding:

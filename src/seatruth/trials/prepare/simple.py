@@ -153,7 +153,7 @@ def correct(trial: Trial, options: Correct) -> tuple[Trial, str]:
 
 
 class Unwrap(Options):
-    """`channels`: default phi, theta and psi."""
+    """`channels`: default phi, theta, psi and cog; name others, as the direction of a pod."""
 
     channels: list[str] | None = None
 
