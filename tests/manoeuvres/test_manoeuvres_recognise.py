@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from long_log import long_log
 
-from seatruth.manoeuvres import PitchZigzag, Straight, run_manoeuvre, turning_circle_figures, zigzag_figures
-from seatruth.manoeuvres.recognise import APPROACH, not_recorded, recognise, steady
+from seatruth.manoeuvres import PitchZigzag, run_manoeuvre, turning_circle_figures, zigzag_figures
+from seatruth.manoeuvres.recognise import APPROACH, recognise
 from seatruth.models import Model, load_model
 from seatruth.trials import Channel, Trial
 from seatruth.trials.stretches import Stretch
@@ -148,15 +148,6 @@ def test_a_straight_run_ends_where_its_heading_leaves_for_good() -> None:
     assert first.end == pytest.approx(207.0, abs=3.0)
 
 
-def test_what_is_not_recorded_is_said_with_what_it_hides() -> None:
-    log, _ = sailed()
-    assert not_recorded(log) == []
-    assert [line.split(":")[0] for line in not_recorded(replace(log, inputs={}))] == [
-        "There is no rudder and no thrusters",
-        "There is no drive",
-    ]
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_holds_no_manoeuvre(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -190,14 +181,14 @@ def test_a_zigzag_in_pitch_is_recognised() -> None:
     assert [stretch.label.split("/")[0] for stretch in recognise(log)] == ["pitch zigzag 5"]
 
 
-def test_steady_stretches_are_runs_and_steady_turns() -> None:
-    log, true = sailed()
-    found = steady(log)
-    circle = true[1]
-    assert any(circle[1] < s.start and s.end <= circle[2] and "rudder 35.0 deg" in s.facts for s in found)
-    assert any("rudder 0.0 deg" in s.facts or "rudder -0.0 deg" in s.facts for s in found)
-    assert all(s.duration >= 19.9 for s in found)
-    zigzag = true[0]
-    assert not any(s.start < zigzag[2] - 5 and s.end > zigzag[1] + 5 for s in found)
-    straight = run_manoeuvre(load_model("mmg"), Straight(100.0), dt=1.0, first_state={"u": 1.18}, inputs={"n": 11.85})
-    assert [(s.start, s.end) for s in steady(straight)] == [(0.0, 100.0)]
+@pytest.mark.parametrize("known", ["velocities", "track"])
+def test_a_vehicle_that_is_pushed_across_makes_no_straight_run(known: str) -> None:
+    """Its course against its heading tells, or its sway against its surge."""
+    t = np.arange(0.0, 120.0, 0.5)
+    for drift, straight in ((20.0, 1), (80.0, 0)):
+        u, v = math.cos(math.radians(drift)), math.sin(math.radians(drift))
+        heading = 0.7
+        north, east = u * math.cos(heading) - v * math.sin(heading), u * math.sin(heading) + v * math.cos(heading)
+        shown = {"u": u + 0.0 * t, "v": v + 0.0 * t} if known == "velocities" else {"x": north * t, "y": east * t}
+        log = Trial("crab", t, {"delta": 0.0 * t}, {"psi": heading + 0.0 * t, **shown})
+        assert len(recognise(log)) == straight

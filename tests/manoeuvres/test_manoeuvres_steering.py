@@ -27,7 +27,8 @@ from seatruth.manoeuvres import (
     turning_circle_figures,
     zigzag_figures,
 )
-from seatruth.manoeuvres.recognise import recognise, steady
+from seatruth.manoeuvres.recognise import recognise
+from seatruth.manoeuvres.steady import steady
 from seatruth.manoeuvres.steering import RudderSteering, ThrustSteering, steering_in, steering_of
 from seatruth.models import load_model
 from seatruth.trials import Trial

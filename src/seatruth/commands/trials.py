@@ -14,7 +14,9 @@ import typer
 from seatruth.commands.common import JsonFile, Result, console, relative, say, table
 from seatruth.commands.progress import ProgressLine
 from seatruth.errors import BadInput
-from seatruth.manoeuvres.recognise import SHORTEST, not_recorded, recognise, steady
+from seatruth.manoeuvres.in_a_model import not_recorded, not_understood
+from seatruth.manoeuvres.recognise import SHORTEST, recognise
+from seatruth.manoeuvres.steady import steady
 from seatruth.models import Model
 from seatruth.storage.atomic import write_file
 from seatruth.storage.regular import read_regular
@@ -71,11 +73,14 @@ def trials(
     found = _found(log, recording, by, column, events, shortest, study)
     taken = [found[k - 1] for k in _numbers(pick, len(found))] if found else []
     _show(found, taken, by)
-    lacking = not_recorded(recording, _model(study)) if by is By.manoeuvres and recording is not None else []
+    model = _model(study) if by is By.manoeuvres else None
+    lacking = not_recorded(recording, model) if by is By.manoeuvres and recording is not None else []
     for what in lacking:
         where = "no column of the log was recognised for one" if study is None else "the study names no column for one"
         do = "Name its column in the [channels] of a study, and give that with --study." if study is None else ""
         say(f"{what} {where[0].upper()}{where[1:]}. {do}".strip(), style="yellow")
+    for what in not_understood(recording, model) if recording is not None else []:
+        say(what, style="yellow")
     if map_file is not None and recording is not None:
         # Imported where it is drawn: matplotlib takes half a second.
         from seatruth.report.log_map import log_map
@@ -147,7 +152,7 @@ def _found(
     if by is By.pauses:
         return by_pauses(recording.t)
     if by is not By.manoeuvres:
-        return steady(recording, shortest=shortest)
+        return steady(recording, shortest=shortest, model=_model(study))
     return recognise(recording, shortest=shortest, model=_model(study))
 
 

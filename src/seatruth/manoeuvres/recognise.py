@@ -17,7 +17,7 @@ import scipy.ndimage
 from numpy.typing import NDArray
 
 from seatruth.arrays import Array
-from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
+from seatruth.manoeuvres.in_a_model import in_a_model
 from seatruth.manoeuvres.recording import (
     PLAY,
     Hold,
@@ -26,21 +26,18 @@ from seatruth.manoeuvres.recording import (
     means,
     merged,
     noise,
-    recordings,
     runs,
     smooth,
-    spread,
 )
 from seatruth.manoeuvres.slowing import AMIDSHIPS, BEFORE_STOP, COURSE, SLOWED, slowings
-from seatruth.manoeuvres.steering import Steering, steering_of
-from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
-from seatruth.models.black_box import BlackBox
 from seatruth.trials.stretches import Stretch, named
 from seatruth.trials.trial import Trial
 
 LEAST_TURN_RUDDER = math.radians(4.5)
 """The smallest rudder of a turning circle."""
+MOST_TURN_RUDDER = math.radians(75.0)
+"""The largest one: flap rudders go to 70 deg. Pods that are turned further push across, and turn the vehicle about."""
 LEAST_CIRCLE = math.pi
 """rad: a turn that ends earlier has no tactical diameter."""
 LEAST_ZIGZAG_RUDDER = math.radians(2.0)
@@ -64,10 +61,6 @@ STOPPED = 0.2
 """Part of the revolutions to which a stop brings them, or below."""
 SAME_DRIVE = 0.2
 """Part by which the revolutions may change within a turning circle or a straight run."""
-STEADY = 0.05
-"""Part of the greatest speed, rate or revolutions within which a steady stretch keeps them."""
-AHEAD = 0.5
-"""Part of its thrust that a thruster gives ahead, from which it drives the vehicle: those that push across do not."""
 UNDERWAY = 0.2
 """Part of the usual greatest speed above which a vehicle is under way."""
 
@@ -94,7 +87,7 @@ def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = N
         ['turning circle 35 starboard']
     """
     found: list[Stretch] = []
-    for part in recordings(log, _steering(model, log), *_drives(model)):
+    for part in in_a_model(log, model):
         taken = np.zeros(part.t.size, dtype=np.bool_)
         for search in (_circles, _zigzags, _stops, slowings):
             for stretch, first, stop in search(part):
@@ -104,75 +97,6 @@ def recognise(log: Trial, *, shortest: float = SHORTEST, model: Model | None = N
                     taken[first:stop] = True
                     found.append(Stretch(stretch.kind, stretch.label, start, end, stretch.facts))
         found += _straights(part, taken, shortest)
-    return named(found)
-
-
-def _steering(model: Model | None, log: Trial) -> Steering | None:
-    """What steers, by the model; by the log where its rudder has the usual name."""
-    return None if model is None or "delta" in log.inputs else steering_of(model)
-
-
-def _drives(model: Model | None) -> tuple[dict[str, float], str]:
-    """The inputs of a model that push it ahead, with those at which they rest, and their unit."""
-    if model is None:
-        return {}, "rev/s"
-    thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
-    ahead = [one.input for one in thrusters if not isinstance(one.towards[0], str) and one.towards[0] > AHEAD]
-    box = isinstance(model, BlackBox)
-    resting = {} if box else resting_inputs(model) or {}
-    found = {name: resting.get(name, 0.0) for name in (ahead if thrusters or box else drive_inputs(model))}
-    units = [channel.unit for channel in model.inputs if channel.name in found]
-    return found, units[0] if units else "rev/s"
-
-
-def not_recorded(log: Trial, model: Model | None = None) -> list[str]:
-    """What recognition lacks in a log, and which manoeuvres it therefore cannot find, a sentence each.
-
-    Example:
-        >>> import numpy as np
-        >>> t = np.arange(60.0)
-        >>> not_recorded(Trial("log", t, {"delta": 0.0 * t, "n": 0.0 * t + 2.0}, {"psi": 0.0 * t}))
-        ['There is no speed and no position: stops and straight runs cannot be found.']
-    """
-    parts = recordings(log, _steering(model, log), *_drives(model))
-    lacks = [
-        (all(part.control is None for part in parts), "rudder and no thrusters", "turning circles and zigzags"),
-        (all(part.angle is None for part in parts), "heading", "turning circles, zigzags and straight runs"),
-        (all(part.speed is None for part in parts), "speed and no position", "stops and straight runs"),
-        (all(part.drive is None for part in parts), "drive", "crash stops"),
-    ]
-    return [f"There is no {what}: {lost} cannot be found." for lacking, what, lost in lacks if lacking and parts]
-
-
-def steady(log: Trial, *, shortest: float = SHORTEST) -> list[Stretch]:
-    """Stretches of at least `shortest` s in which inputs, speed and turning rate stay the same."""
-    found: list[Stretch] = []
-    for part in recordings(log):
-        step = float(np.median(np.diff(part.t)))
-        window = max(5, math.ceil(shortest / step))
-        if part.t.size < window:
-            continue
-        still = np.ones(part.t.size, dtype=np.bool_)
-        rate = None if part.angle is None else np.gradient(smooth(part.angle, window // 4), part.t)
-        for values, slack in (
-            (part.control, PLAY),
-            (part.drive, None),
-            (part.speed, None),
-            (rate, None),
-        ):
-            if values is None:
-                continue
-            mean = smooth(values, window // 4)
-            size = STEADY * float(np.quantile(np.abs(mean), 0.95)) if slack is None else slack
-            still &= spread(mean, window) <= size + 4.0 * noise(values) / math.sqrt(max(1, window // 4))
-        before, after = window // 2, (window - 1) // 2
-        for first, stop in runs(still):
-            first, stop = max(0, first - before), min(part.t.size, stop + after)
-            start, end = part.rows(first, stop)
-            if found and start <= found[-1].end:
-                start = float(part.t[int(np.searchsorted(part.t, found[-1].end, side="right"))])
-            if end - start >= 0.999 * shortest:
-                found.append(Stretch("steady", "steady", start, end, means(part, first, stop)))
     return named(found)
 
 
@@ -186,7 +110,7 @@ def _circles(log: Recording) -> Found:
     found: Found = []
     held = merged(holds(log.t, log.control))
     for k, hold in enumerate(held):
-        if abs(hold.level) < LEAST_TURN_RUDDER:
+        if abs(hold.level) < LEAST_TURN_RUDDER or (log.by == "rudder" and abs(hold.level) > MOST_TURN_RUDDER):
             continue
         first = held[k - 1].stop - 1 if k and held[k - 1].stop <= hold.first else hold.first
         stop = min(hold.stop, _driven(log, first, hold.stop))
@@ -329,9 +253,16 @@ def _straights(log: Recording, taken: NDArray[np.bool_], shortest: float) -> lis
             a, b = _on_course(log.angle, first + a, first + b)
             b = min(b, _driven(log, a, b))
             start, end = log.rows(a, b)
-            if end - start >= shortest:
+            if end - start >= shortest and not _crabs(log, a, b):
                 found.append(Stretch("straight run", "straight run", start, end, means(log, a, b)))
     return found
+
+
+def _crabs(log: Recording, first: int, stop: int) -> bool:
+    """Whether the vehicle goes further to the side than along its bow, as one that is pushed across."""
+    if log.ahead is None or log.aside is None:
+        return False
+    return bool(abs(np.ptp(log.aside[[first, stop - 1]])) > abs(np.ptp(log.ahead[[first, stop - 1]])))
 
 
 def _on_course(angle: Array, first: int, stop: int) -> tuple[int, int]:

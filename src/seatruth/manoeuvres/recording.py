@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
@@ -38,7 +38,9 @@ class Recording:
     """One recording without a pause: control with its sense, heading or pitch, speed and drive where there are any.
 
     `control` is an angle in rad; of thrusters, which steer in shares of full thrust, `AS_ANGLE` times that share.
-    `drive` counts from the value at which it rests, `rest`, in `drive_unit`.
+    `drive` counts from the value at which it rests, `rest`, in `drive_unit`. `ahead` and `aside` are the ways made
+    along the bow and to starboard, m, where the log tells both; `others` are
+    further channels that were asked for.
     """
 
     t: Array
@@ -49,6 +51,9 @@ class Recording:
     by: Literal["rudder", "plane", "thrust"]
     drive_unit: str = "rev/s"
     rest: float = 0.0
+    ahead: Array | None = None
+    aside: Array | None = None
+    others: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def vertical(self) -> bool:
@@ -94,18 +99,21 @@ def recordings(
     steering: Steering | None = None,
     drives: Mapping[str, float] = MappingProxyType({}),
     unit: str = "rev/s",
+    others: Sequence[str] = (),
 ) -> list[Recording]:
     """The log between its pauses, with the channels that recognition rests on. Its channels tell what steers.
 
     `drives` are the inputs that drive the vehicle where none is called n, with those at which they rest, in `unit`.
+    `others` are channels that each part keeps as well, where they are recorded.
     """
     names = {*log.inputs, *log.outputs}
     if isinstance(steering, ThrustSteering) and not set(steering.layout.full) <= names:
         steering = None  # a log of the track alone still has straight runs
     steering = steering or steering_in(log)
     by_thrust = isinstance(steering, ThrustSteering)
-    vertical = not by_thrust and "delta" not in names and {"delta_s", "theta"} <= names
     log = steering.recorded(log)
+    names = {*log.inputs, *log.outputs}
+    vertical = not by_thrust and "delta" not in names and {"delta_s", "theta"} <= names
     control = _channel(log, "delta_s" if vertical else steering.channel)
     if by_thrust and control is not None:
         control = AS_ANGLE * control
@@ -119,6 +127,10 @@ def recordings(
         angle = None
     speed = _channel(log, "u")
     x, y = (_channel(log, name) if speed is None else None for name in ("x", "y"))
+    if speed is None and (x is None or y is None):
+        speed = _over_ground(log)
+    ahead, aside = _ways(log)
+    kept = {name: values for name in others if (values := _channel(log, name, turns=name == "theta")) is not None}
     drive, rest = _channel(log, "n"), 0.0
     if drive is not None and isinstance(steering, ThrustSteering):
         unit, rest = steering.unit, steering.rest
@@ -148,10 +160,34 @@ def recordings(
             by="plane" if vertical else steering.by,
             drive_unit=unit,
             rest=rest,
+            ahead=cut(ahead, a, b),
+            aside=cut(aside, a, b),
+            others={name: values[a:b] for name, values in kept.items()},
         )
         for a, b in itertools.pairwise(edges)
         if b - a >= FEWEST
     ]
+
+
+def _over_ground(log: Trial) -> Array | None:
+    """The speed over ground (n,) of a receiver."""
+    north, east = _channel(log, "v_n"), _channel(log, "v_e")
+    return _channel(log, "sog") if north is None or east is None else np.asarray(np.hypot(north, east))
+
+
+def _ways(log: Trial) -> tuple[Array, Array] | tuple[None, None]:
+    """The ways (n,) along the bow and to starboard, m, from velocities, or positions and the heading; else None."""
+    speeds = _channel(log, "u"), _channel(log, "v")
+    if speeds[0] is not None and speeds[1] is not None:
+        ahead, aside = (0.5 * (v[1:] + v[:-1]) * np.diff(log.t) for v in (speeds[0], speeds[1]))
+    else:
+        psi, x, y = _channel(log, "psi", turns=True), _channel(log, "x"), _channel(log, "y")
+        if speeds[0] is not None or psi is None or x is None or y is None:
+            return None, None
+        heading, north, east = 0.5 * (psi[1:] + psi[:-1]), np.diff(x), np.diff(y)
+        ahead = north * np.cos(heading) + east * np.sin(heading)
+        aside = east * np.cos(heading) - north * np.sin(heading)
+    return np.concatenate([[0.0], np.cumsum(ahead)]), np.concatenate([[0.0], np.cumsum(aside)])
 
 
 def _channel(log: Trial, name: str, *, turns: bool = False) -> Array | None:
@@ -208,7 +244,9 @@ def means(log: Recording, first: int, stop: int) -> str:
     ]
     words = [] if log.speed is None else [_speed_words(log.speed[first:stop])]
     words += [text(float(np.mean(values[first:stop]))) for values, text in said if values is not None]
-    if log.angle is not None and not log.vertical:
+    if "theta" in log.others and (log.angle is None or log.vertical):
+        words.append(f"pitch {math.degrees(float(np.mean(log.others['theta'][first:stop]))):.0f} deg")
+    elif log.angle is not None and not log.vertical:
         words.append(f"heading changes by {math.degrees(float(log.angle[stop - 1] - log.angle[first])):.0f} deg")
     return ", ".join(words)
 

@@ -17,7 +17,7 @@ import scipy
 from seatruth.effects.environment import with_current
 from seatruth.errors import BadInput
 from seatruth.manoeuvres.plans import Manoeuvre
-from seatruth.manoeuvres.steering import Allocation, ThrustSteering, steering_of
+from seatruth.manoeuvres.steering import Allocation, ThrustSteering, limited_inputs, steering_of
 from seatruth.manoeuvres.stepper import EnvironmentAt, Stepper, known_names
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
@@ -93,7 +93,9 @@ def run_manoeuvre(
     now.update(inputs or {})
     at_rest = {servo.state: now[servo.input] for servo in model.servos}
     state = stepper.first({**at_rest, **(first_state or {})})
-    helm, allocation = manoeuvre.helm(), Allocation(model, steering_of(model), now, manoeuvre.label)
+    steering = steering_of(model)
+    helm, allocation = manoeuvre.helm(), Allocation(model, steering, now, manoeuvre.label)
+    rudders = {*limited_inputs(steering)} - ordered
     times, states, taken = [0.0], [state], []
     fastest = rudder_rate * dt
     for step in range(round(limit / dt) + 1):
@@ -107,8 +109,8 @@ def run_manoeuvre(
             break
         then = dict(now)
         for channel, order in allocation(orders).items():
-            limited = channel in ("delta", "delta_s") and channel not in ordered
-            then[channel] = now[channel] + max(-fastest, min(fastest, order - now[channel])) if limited else order
+            change = order - now[channel]
+            then[channel] = now[channel] + max(-fastest, min(fastest, change)) if channel in rudders else order
         state = stepper.step(t, state, now, then, dt)
         if not all(math.isfinite(x) for x in state):
             raise BadInput(f"the motion diverges at t = {t:g} s", where=f"{manoeuvre.label}, model {model.name!r}")

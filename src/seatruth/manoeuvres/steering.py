@@ -12,13 +12,14 @@ is half of port minus starboard, each as a share of full thrust.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres.plans import BY_RUDDER, BY_THRUST
+from seatruth.manoeuvres.steering_gear import Gear, mean_angle, steering_gear
 from seatruth.manoeuvres.thrusting import ThrusterLayout, thruster_layout
 from seatruth.models.actuators import Thruster
 from seatruth.models.base import Model
@@ -32,18 +33,26 @@ _TWO = ("n_port", "n_starboard")
 
 @dataclass(frozen=True)
 class RudderSteering:
-    """A rudder steers: its angle is recorded, and ordered."""
+    """A rudder steers: its angle is recorded, and ordered. `gear` are the inputs that do where none is called delta."""
 
     by: Literal["rudder", "thrust"] = "rudder"
     channel: str = BY_RUDDER
+    gear: Mapping[str, Gear] = field(default_factory=dict)
 
     def recorded(self, trial: Trial) -> Trial:
-        """The trial with the channels that steer and drive it: as it is."""
-        return trial
+        """The trial with the channels that steer and drive it: as it is, or with delta, the mean of what steers it."""
+        known = {**trial.outputs, **trial.inputs}
+        angle = None if self.channel in known else mean_angle(self.gear, known)
+        return trial if angle is None else replace(trial, inputs={**trial.inputs, self.channel: angle})
 
     def straight(self, trial: Trial) -> dict[str, float]:
-        """The trial's usual inputs, the rudder apart."""
-        return {name: float(np.median(values)) for name, values in trial.inputs.items() if name != self.channel}
+        """The trial's usual inputs, what steers it apart."""
+        steers = {self.channel, *self.gear}
+        return {name: float(np.median(values)) for name, values in trial.inputs.items() if name not in steers}
+
+    def ordered(self, angle: float) -> dict[str, float]:
+        """Orders of all that steers, for a rudder angle, rad."""
+        return {name: one.order(angle) for name, one in self.gear.items()}
 
 
 @dataclass(frozen=True)
@@ -118,8 +127,16 @@ class ThrustSteering:
 Steering = RudderSteering | ThrustSteering
 
 
+def limited_inputs(steering: Steering | None) -> tuple[str, ...]:
+    """The inputs that are angles of rudders and planes, which move no faster than a rudder does."""
+    gear = steering.gear if isinstance(steering, RudderSteering) else {}
+    return ("delta", "delta_s", *(name for name, one in gear.items() if abs(one.radian) == 1.0))
+
+
 def steering_of(model: Model) -> Steering | None:
-    """What steers a model: its rudder (an input `delta`), else its thrusters where they act in yaw; None for nothing.
+    """What steers a model: its rudder (an input `delta`), what else works as one, or its thrusters; None for nothing.
+
+    Rudders, nozzles and pods of other names are those that the model names among its actuators, or those that turn it.
 
     Example:
         >>> from seatruth.models import load_model
@@ -128,6 +145,9 @@ def steering_of(model: Model) -> Steering | None:
     """
     if BY_RUDDER in {channel.name for channel in model.inputs}:
         return RudderSteering()
+    gear = steering_gear(model, "rudder")
+    if gear:
+        return RudderSteering(gear=gear)
     thrusters = [actuator.input for actuator in model.actuators if isinstance(actuator, Thruster)]
     if not thrusters:
         return None
@@ -199,6 +219,7 @@ class Allocation:
         self._model, self._label = model.name, label
         self._channels = {channel.name for channel in model.inputs}
         self._thrust = steering if isinstance(steering, ThrustSteering) else None
+        self._rudder = steering if isinstance(steering, RudderSteering) and steering.gear else None
         self._yaw = 0.0
         self._base: dict[str, float] = {}
         if self._thrust is not None:
@@ -213,10 +234,13 @@ class Allocation:
         """
         if orders.keys() <= self._channels:
             return orders
-        found, allocated = {}, False
+        found: dict[str, float] = {}
+        allocated = False
         for name, value in orders.items():
             if name in self._channels:
                 found[name] = value
+            elif self._rudder is not None and name == BY_RUDDER:
+                found |= self._rudder.ordered(value)
             elif self._thrust is not None and name == BY_THRUST:
                 self._yaw, allocated = value, True
             elif self._thrust is not None and name == "n":
@@ -242,6 +266,6 @@ class Allocation:
             return (
                 'Its thrusters steer it: give a share of full thrust: --turn 20%, or TurningCircle(0.2, by="thrust").'
             )
-        if name == BY_THRUST and BY_RUDDER in self._channels:
+        if name == BY_THRUST and (self._rudder is not None or BY_RUDDER in self._channels):
             return 'A rudder steers it: give an angle in rad, by="rudder".'
         return ""

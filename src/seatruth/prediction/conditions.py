@@ -44,14 +44,14 @@ def approach_speed(model: Model, trials: Sequence[Trial], asked: float | None) -
     return float(np.median(speeds))
 
 
-def rudder_rate(trials: Sequence[Trial], asked: float | None) -> float:
-    """The rate at which the rudder moves, rad/s: what was asked for, or that of the recorded rudders."""
+def rudder_rate(trials: Sequence[Trial], asked: float | None, rudders: Sequence[str]) -> float:
+    """The rate at which the rudder moves, rad/s: what was asked for, or that of the recorded inputs `rudders`."""
     if asked is not None:
         return asked
     rates = [
         np.abs(np.diff(trial.inputs[name]) / np.diff(trial.t))
         for trial in trials
-        for name in ("delta", "delta_s")
+        for name in rudders
         if name in trial.inputs
     ]
     moving = np.concatenate([rate[rate > _STILL * float(rate.max(initial=0.0))] for rate in rates] or [np.zeros(0)])

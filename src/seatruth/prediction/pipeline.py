@@ -14,7 +14,7 @@ from seatruth.costs.options import FormulaOptions
 from seatruth.errors import BadInput
 from seatruth.estimate import Estimate
 from seatruth.manoeuvres import Manoeuvre, TurningCircle, Zigzag
-from seatruth.manoeuvres.steering import Steering, steering_of
+from seatruth.manoeuvres.steering import Steering, limited_inputs, steering_of
 from seatruth.prediction.conditions import (
     approach_speed,
     calm_water,
@@ -143,7 +143,10 @@ def predict(
         manoeuvres = BY_THRUST if steering is not None and steering.by == "thrust" else IMO
     values = space.values(np.concatenate([drawn.center[None], drawn.X]))
     trials = list(study.trials)
-    how = Sailing(time_step(study.model, trials, dt), rudder_rate(trials, rudder_rate_limit), time_limit(trials, limit))
+    rudders = limited_inputs(steering)
+    how = Sailing(
+        time_step(study.model, trials, dt), rudder_rate(trials, rudder_rate_limit, rudders), time_limit(trials, limit)
+    )
     rows: list[dict[str, Any]] = []
     tracks: list[pd.DataFrame] = []
     conditions: dict[str, Any] = {}
@@ -158,12 +161,11 @@ def predict(
         drive = propulsion(study.model, sailing, ahead, inputs or {})
         units = {channel.name: channel.unit for channel in study.model.inputs}
         stated = {name: float(column[0]) * scale ** FROUDE.get(units[name], 0.0) for name, column in drive.items()}
-        rudders = {"delta", "delta_s"} & set(units)
         conditions = {
             "speed": ahead * math.sqrt(scale),
             "inputs": stated,
             "units": {name: units[name] for name in stated},
-            **({"rudder_rate": how.rudder_rate / math.sqrt(scale)} if rudders else {}),
+            **({"rudder_rate": how.rudder_rate / math.sqrt(scale)} if {*rudders} & set(units) else {}),
             "dt": how.dt * math.sqrt(scale),
             "limit": how.limit * math.sqrt(scale),
             "without": sorted(still),

@@ -16,7 +16,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import Manoeuvre
-from seatruth.manoeuvres.steering import Allocation, steering_of
+from seatruth.manoeuvres.steering import Allocation, limited_inputs, steering_of
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.servo import stages
@@ -26,8 +26,6 @@ from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
 _STAGES: Callable[..., tuple[Array, Array, Array]] = np.vectorize(stages, otypes=[float, float, float])
-_LIMITED = ("delta", "delta_s")
-"""Inputs that follow their orders at the rudder rate, as in `run_manoeuvre`."""
 
 
 class ByRow(ModelWrapper):
@@ -128,7 +126,8 @@ class Fleet:
         lost: dict[int, str] = {}
         states, taken = [state.copy()], [now.copy()]
         servos = {servo.input for servo in model.servos}
-        limited = [k for k, name in enumerate(channels) if name in _LIMITED and name not in servos]
+        rudders = {*limited_inputs(steering)} - servos
+        limited = [k for k, name in enumerate(channels) if name in rudders]
         delays = [(channels.index(name), round(seconds / how.dt)) for name, seconds in model.delays.items()]
         fastest = how.rudder_rate * how.dt
         for step in range(math.ceil(how.limit / how.dt)):
