@@ -48,6 +48,18 @@ def test_only_the_manoeuvres_of_the_trials(folder: Path, capsys: pytest.CaptureF
     assert "turning circle 35\n" not in shown
 
 
+def test_nothing_is_written_where_the_trials_hold_no_manoeuvre(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An empty report said that no manoeuvre was asked for."""
+    monkeypatch.setattr("seatruth.prediction.measured.recognise", lambda trial, model: [])
+    assert call(folder, "--trials-only", "--out", str(folder / "none")) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the trials hold no turning circle, zigzag or stop that is recognised." in said
+    assert "--turn 35" in said
+    assert not (folder / "none").exists()
+
+
 def test_manoeuvres_by_thrust_are_given_in_per_cent() -> None:
     from seatruth.commands.predict import _plans
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from seatruth.manoeuvres import Manoeuvre
     from seatruth.manoeuvres.plans import By
     from seatruth.prediction import Predictions
+    from seatruth.study import Study
 
 REPORT = "report.html"
 _MOST_FINDINGS = 6
@@ -118,12 +119,29 @@ def predict(
             threads=threads,
             progress=progress,
         )
+        if found.figures.empty and found.measured.empty:
+            raise _nothing_found(loaded, str(study))
         progress.show("Writing the report", now=False)
         with own_folder(folder):
             report = _write(found, folder)
     show(found)
     say(f"Report: {report}", whole=True)
     return Result({**summary(found), "folder": str(folder), "report": str(report)})
+
+
+def _nothing_found(study: Study, where: str) -> BadInput:
+    """Why there is nothing to compare: an empty report would hide it."""
+    from seatruth.manoeuvres.in_a_model import not_recorded, not_understood
+
+    kinds: set[str] = set()
+    for trial in (*study.trials, *study.holdout):
+        kinds |= {*not_recorded(trial, study.model), *not_understood(trial, study.model)}
+    return BadInput(
+        f"the trials hold no turning circle, zigzag or stop that is recognised. {' '.join(sorted(kinds))}".strip(),
+        where=where,
+        do="Leave out --trials-only, or ask for manoeuvres: --turn 35 --zigzag 20/20. `seatruth trials LOG --study` "
+        "shows what is found in a log.",
+    )
 
 
 def _write(found: Predictions, folder: Path) -> Path:

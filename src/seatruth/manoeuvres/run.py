@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 import scipy
 
+from seatruth.effects.commands import FULL
 from seatruth.effects.environment import with_current
+from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
 from seatruth.errors import BadInput
 from seatruth.manoeuvres.plans import Manoeuvre
 from seatruth.manoeuvres.steering import Allocation, ThrustSteering, limited_inputs, steering_of
@@ -22,6 +24,9 @@ from seatruth.manoeuvres.stepper import EnvironmentAt, Stepper, known_names
 from seatruth.models.base import Environment, Model
 from seatruth.models.black_box import BlackBox
 from seatruth.trials.trial import Trial
+
+_LARGEST = {"rev/s": 1e4, "N": 1e9}
+"""Revolutions and thrust beyond which no vehicle is driven; a command has its full one."""
 
 
 def steady_current(speed: float, direction: float) -> EnvironmentAt:
@@ -137,8 +142,8 @@ def self_propulsion(
 ) -> float:
     """Propeller revolutions (rev/s) at which the ship keeps `speed` (m/s) ahead on a straight course.
 
-    Where thrusters drive it, the order that those which push ahead get alike, in the unit of their inputs. `inputs` are
-    the model's others, {"voltage": 16.0}.
+    Where thrusters drive it, the order that those which push ahead get alike, in the unit of their inputs; so of other
+    drives that push ahead (`common_drives`). `inputs` are the model's others, {"voltage": 16.0}.
 
     Raises:
         BadInput: the model has neither, or its full power does not keep this speed.
@@ -151,7 +156,9 @@ def self_propulsion(
     stepper, steering = Stepper(model, values), steering_of(model)
     channels = [channel.name for channel in model.inputs]
     thrust = steering if "n" not in channels and isinstance(steering, ThrustSteering) else None
-    most = thrust.most if thrust is not None else 1e4 if "n" in channels else 0.0
+    drives = {"n": 0.0} if "n" in channels else {} if thrust is not None else common_drives(model, values)
+    least = thrust.rest if thrust is not None else next(iter(drives.values()), 0.0)
+    most = thrust.most if thrust is not None else _most(model, drives)
     if not most:
         raise BadInput(f"model {model.name!r} has no propeller speed n")
     state = stepper.first({"u": speed})
@@ -159,14 +166,55 @@ def self_propulsion(
     surge = [channel.name for channel in model.states].index("u")
 
     def excess(n: float) -> float:
-        return stepper.rate(0.0, state, {**rest, **({"n": n} if thrust is None else thrust.driven(n))})[surge]
+        driven = dict.fromkeys(drives, n) if thrust is None else thrust.driven(n)
+        return stepper.rate(0.0, state, {**rest, **driven})[surge]
 
-    largest = min(1.0, most)
-    while excess(largest) < 0 and largest < most:
-        largest = min(2.0 * largest, most)
-    if not excess(0.0) < 0 <= excess(largest):
+    step = min(1.0, most - least)
+    while excess(least + step) < 0 and step < most - least:
+        step = min(2.0 * step, most - least)
+    if not excess(least) < 0 <= excess(least + step):
         raise BadInput(f"no propeller speed keeps {speed:g} m/s", where=f"model {model.name!r}")
-    return float(scipy.optimize.brentq(excess, 0.0, largest, xtol=1e-12))
+    return float(scipy.optimize.brentq(excess, least, least + step, xtol=1e-12))
+
+
+def _most(model: Model, drives: Mapping[str, float]) -> float:
+    """The largest order of drives that is tried; zero where there are none."""
+    units = {channel.name: channel.unit for channel in model.inputs}
+    return min((_LARGEST.get(units[name], rest + FULL.get(rest, 1.0)) for name, rest in drives.items()), default=0.0)
+
+
+def common_drives(model: Model, values: Mapping[str, float] | None = None) -> dict[str, float]:
+    """The inputs that push a model ahead which names no thruster and has no n, with that at which they rest.
+
+    Those of one unit, which are ordered alike: the revolutions of two shafts, the commands of two speed controllers.
+
+    Example:
+        >>> from seatruth import Channel, Model
+        >>> class Pods(Model):
+        ...     name = "pods"
+        ...     states = outputs = (Channel("u", "m/s"),)
+        ...     inputs = (Channel("n_p", "rev/s"), Channel("n_s", "rev/s"), Channel("n_bow", "rev/s"))
+        ...
+        ...     @staticmethod
+        ...     def rhs(s, i, p):
+        ...         return (i.n_p * i.n_p + i.n_s * i.n_s - s.u,)
+        >>> common_drives(Pods()), self_propulsion(Pods(), 2.0)
+        ({'n_p': 0.0, 'n_s': 0.0}, 1.0)
+    """
+    if isinstance(model, BlackBox) or "u" not in [state.name for state in model.states]:
+        return {}
+    names, resting = drive_inputs(model), resting_inputs(model) or {}
+    units = {channel.name: channel.unit for channel in model.inputs}
+    stepper = Stepper(model, values)
+    state, surge = stepper.first({}), [channel.name for channel in model.states].index("u")
+    rest = {**dict.fromkeys(units, 0.0), **resting}
+    still = stepper.rate(0.0, state, rest)[surge]
+    found = {}
+    for name in names:
+        on = {**rest, name: rest[name] + FULL.get(rest[name], 1.0)}
+        if units[name] == units[names[0]] and stepper.rate(0.0, state, on)[surge] > still:
+            found[name] = rest[name]
+    return found
 
 
 def add_noise(

@@ -11,9 +11,11 @@ from seatruth.arrays import Array
 from seatruth.effects.base import Effect
 from seatruth.errors import BadInput, nearest
 from seatruth.manoeuvres import self_propulsion
+from seatruth.manoeuvres.run import common_drives
 from seatruth.manoeuvres.steering import ThrustSteering, steering_of
 from seatruth.models.base import Model
 from seatruth.models.wrapper import ModelWrapper
+from seatruth.prediction.first_motion import first_motion
 from seatruth.prediction.measured import manoeuvres_of
 from seatruth.trials.trial import Trial
 
@@ -38,10 +40,18 @@ def approach_speed(model: Model, trials: Sequence[Trial], asked: float | None) -
     # At the beginning of their manoeuvres: a record may begin at rest.
     runs = [run for trial in trials for _, _, run in manoeuvres_of(model, trial)] or list(trials)
     first = [u[np.isfinite(u)][:_FIRST] for run in runs if (u := run.outputs.get("u")) is not None]
+    first = first or [np.array([ahead]) for run in runs if (ahead := _speed_of(model, run)) is not None]
     speeds = [float(np.median(values)) for values in first if values.size and np.median(values) != 0]
     if not speeds:
-        raise BadInput("no trial recorded the speed u", where="predict", do="State the approach speed (m/s).")
+        what = "no trial recorded a speed, nor positions beside its heading"
+        raise BadInput(what, where="predict", do="State the approach speed (m/s): --speed.")
     return float(np.median(speeds))
+
+
+def _speed_of(model: Model, run: Trial) -> float | None:
+    """The speed ahead with which a run begins, by its ground velocity or its positions."""
+    rows = np.flatnonzero(np.all([np.isfinite(values) for values in run.outputs.values()], axis=0))[:_FIRST]
+    return first_motion(model, run, rows).get("u") if rows.size else None
 
 
 def rudder_rate(trials: Sequence[Trial], asked: float | None, rudders: Sequence[str]) -> float:
@@ -83,7 +93,8 @@ def propulsion(model: Model, values: Array, speed: float, inputs: Mapping[str, f
     found = {name: np.full(len(values), float(value)) for name, value in inputs.items()}
     steering = steering_of(model)
     thrust = steering if "n" not in channels and isinstance(steering, ThrustSteering) and steering.most else None
-    driving = ["n"] if "n" in channels else list(thrust.driven(0.0)) if thrust is not None else []
+    driving = ["n"] if "n" in channels else list(thrust.driven(thrust.rest)) if thrust is not None else []
+    driving = driving or list(common_drives(model))
     if not driving or set(driving) & set(inputs):
         return found
     if speed < 0:
@@ -99,7 +110,7 @@ def propulsion(model: Model, values: Array, speed: float, inputs: Mapping[str, f
                 raise  # the estimate itself
             own.append(own[0])
     if thrust is None:
-        return {**found, "n": np.array(own)}
+        return {**found, **dict.fromkeys(driving, np.array(own))}
     orders = [thrust.driven(n) for n in own]
     return {**found, **{name: np.array([order[name] for order in orders]) for name in driving}}
 

@@ -24,6 +24,7 @@ from seatruth.manoeuvres.recording import noise
 from seatruth.manoeuvres.steering import RudderSteering, Steering, steering_of
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.prediction.first_motion import first_motion
 from seatruth.prediction.intervals import interval
 from seatruth.prediction.parameter_draws import ParameterDraws
 from seatruth.prediction.population import Fleet, Sailing
@@ -34,6 +35,8 @@ from seatruth.trials.prepare.base import bridged
 from seatruth.trials.trial import Trial
 
 _KINDS = {"turning circle": "turn", "zigzag": "zigzag", "stop": "stop"}
+_MOTION = ("x", "y", "psi", "u", "v", "r")
+"""What a zigzag that is sailed anew begins with."""
 _AT_EXECUTE = 0.5
 """s to either side of the first execute over which the measured motion is averaged; chosen here [S]."""
 _SIGMAS = 2.0
@@ -178,8 +181,8 @@ def _sailed_anew(study: Study, run: Trial, values: Array, how: Sailing, steering
     if not near.any():
         near[np.argmin(np.abs(run.t - found.executes[0]))] = True
     # Place and heading as well: a current and waves have a direction.
-    names = ("x", "y", "psi", "u", "v", "r")
-    first = {name: float(np.mean(run.outputs[name][near])) for name in names if name in run.outputs}
+    motion = first_motion(study.model, run, np.flatnonzero(near))
+    first = {name: value for name, value in motion.items() if name in _MOTION}
     own = {channel.name for channel in study.model.inputs}
     inputs = {name: np.full(len(values), usual) for name, usual in steering.straight(run).items() if name in own}
     side = -1.0 if found.first == "port" else 1.0

@@ -179,10 +179,13 @@ class Fleet:
     def _first(self, first: Mapping[str, float], inputs: Array) -> Array:
         """First states (P, S); hidden ones as the model begins them."""
         outputs = {channel.name: 0.0 for channel in self.model.outputs} | dict(first)
-        names = [channel.name for channel in self.model.inputs]
+        # A speed that no output is: of a model whose log holds the ground velocity alone.
+        hidden = {name: value for name, value in first.items() if name not in {c.name for c in self.model.outputs}}
+        names, states = ([c.name for c in channels] for channels in (self.model.inputs, self.model.states))
         rows = []
         for row, p in zip(inputs.tolist(), self._records):
-            rows.append(self.model.first_state(outputs, dict(zip(names, row)), p._asdict()))
+            state = self.model.first_state(outputs, dict(zip(names, row)), p._asdict())
+            rows.append([hidden.get(name, value) for name, value in zip(states, state)])
         return np.array(rows, dtype=np.float64)
 
     def _step(self, t: float, state: Array, start: Array, end: Array, ships: Indices, h: float) -> Array:
