@@ -15,7 +15,7 @@ from seatruth.optimizers import Chain
 from seatruth.study import noise, parameters, parse, solver, trial_files
 from seatruth.study.schema import ModelTable
 from seatruth.study.validation import Problems
-from seatruth.trials import Trials
+from seatruth.trials import Channel, Trials
 
 SHIP = '''
 """A first-order yaw model."""
@@ -198,6 +198,30 @@ def test_impossible_parameters_are_refused(text: str, vary: list[str], words: li
 def test_noise_is_read_with_its_unit(value: float | str, unit: str, expected: float) -> None:
     assert noise.deviation(value, unit) == pytest.approx(expected)
     assert noise.deviation("estimate", unit) == "estimate"
+
+
+def test_the_noise_of_latitude_and_longitude_is_that_of_the_position_they_make() -> None:
+    outputs = (Channel("x", "m"), Channel("y", "m"), Channel("psi", "rad"))
+    problems = Problems("study.toml")
+    stated = {"latitude": "10 cm", "longitude": "0.2 m", "psi": "1 deg"}
+    found = noise.deviations(stated, outputs, ("noise",), problems)
+    assert found == pytest.approx({"x": 0.1, "y": 0.2, "psi": np.deg2rad(1.0)})
+    assert not problems
+    assert noise.deviations({"easting": 0.5}, outputs, ("noise",), problems) == {"y": 0.5}
+    for wrong, says in [
+        ({"latitude": 0.1}, 'Write it in metres: x = "0.1 m"'),
+        ({"latitude": "0.1"}, "degrees or metres"),
+        ({"latitude": "0.1 m", "x": 0.1}, "stated twice"),
+        ({"latitude": "1e-6 deg"}, "length"),
+    ]:
+        refused = Problems("study.toml")
+        noise.deviations(wrong, outputs, ("noise",), refused)
+        with pytest.raises(BadInput, match=says):
+            refused.stop()
+    lacking = Problems("study.toml")
+    noise.deviations({"latitude": "0.1 m"}, outputs[2:], ("noise",), lacking)
+    with pytest.raises(BadInput, match="unknown channel 'latitude'"):
+        lacking.stop()
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "deg", "0.1 m", "0.1 dge", "estimat", ""])

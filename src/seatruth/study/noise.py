@@ -12,6 +12,9 @@ from seatruth.study.validation import Problems
 from seatruth.trials import Channel
 
 ESTIMATE: Literal["estimate"] = "estimate"
+_MADE: Mapping[str, str] = MappingProxyType({"latitude": "x", "northing": "x", "longitude": "y", "easting": "y"})
+"""The channels that a receiver's positions become."""
+_DEGREES = ("latitude", "longitude")
 
 
 def deviations(
@@ -25,17 +28,46 @@ def deviations(
 ) -> dict[str, float | Literal["estimate"]]:
     """The standard deviation of each channel that is stated, in the channel's unit inside seatruth.
 
-    `hints` say what to do about names of channels that there might have been.
+    `hints` say what to do about names of channels that there might have been. That of a latitude or a northing is that
+    of the x which they become, in m; longitude and easting become y.
     """
     known = {channel.name: channel for channel in channels}
     result: dict[str, float | Literal["estimate"]] = {}
-    for name, value in stated.items():
+    for stated_name, value in stated.items():
+        name = _MADE.get(stated_name, stated_name) if stated_name not in known else stated_name
+        if name != stated_name and name in known:
+            what, do = _wrong_position(stated_name, name, value, stated)
+            if what:
+                problems.add((*path, stated_name), what, do)
+                continue
         if name not in known:
-            problems.add((*path, name), f"unknown channel {name!r}", hints.get(name) or nearest(name, known))
+            hint = hints.get(stated_name) or nearest(stated_name, known)
+            problems.add((*path, stated_name), f"unknown channel {stated_name!r}", hint)
             continue
-        with problems.at(*path, name):
+        with problems.at(*path, stated_name):
             result[name] = deviation(value, known[name].unit, estimate=estimate)
     return result
+
+
+def _wrong_position(stated: str, made: str, value: float | str, others: Mapping[str, float | str]) -> tuple[str, str]:
+    """What is wrong with the noise of a position as a receiver gives it, and what to do; empty where nothing is."""
+    twice = [name for name in others if name != stated and (name == made or _MADE.get(name) == made)]
+    if twice:
+        return f"the noise of {made!r} is stated twice: by {twice[0]!r} as well", f"Remove {stated!r} or {twice[0]!r}."
+    if stated in _DEGREES and _bare(value):
+        return f"{value} of {stated!r} has no unit: degrees or metres?", f'Write it in metres: {made} = "{value} m".'
+    return "", ""
+
+
+def _bare(value: float | str) -> bool:
+    """Whether a value is a number without a unit."""
+    if not isinstance(value, str):
+        return True
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return True
 
 
 def deviation(value: float | str, unit: str, *, estimate: bool = True) -> float | Literal["estimate"]:

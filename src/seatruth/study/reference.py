@@ -36,7 +36,8 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
 
 NOISE = (
     'One entry for each channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
-    '"estimate" (the default), which estimates it from the residuals.'
+    '"estimate" (the default), which estimates it from the residuals. That of latitude and longitude is read in '
+    'metres, "0.1 m": it is that of x and y, which they become.'
 )
 
 
