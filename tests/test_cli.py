@@ -181,6 +181,21 @@ def test_a_closed_pipe_is_no_error() -> None:
     assert done.stderr == ""
 
 
+def test_a_table_in_a_pipe_has_whole_rows(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal folds what does not fit, and cuts names that stay in one piece."""
+    name, words = "rudder_rate_limit_slowness_of_the_port_pod", "0.068923 to 0.069745 beside " * 5
+    built = common.table(["parameter", "interval"], [[name, words]], whole=["parameter", "interval"])
+    monkeypatch.delenv("COLUMNS", raising=False)
+    common.console().print(built)
+    common.say("word " * 40)
+    out = capsys.readouterr().out.splitlines()
+    assert out[1].startswith(f"{name}  {words.strip()}")
+    assert max(map(len, out[2:])) <= 80
+    monkeypatch.setenv("COLUMNS", "60")
+    common.console().print(built)
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 60
+
+
 def test_an_interrupt_while_loading_is_one_line() -> None:
     code = (
         "import sys\n"

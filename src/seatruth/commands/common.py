@@ -70,15 +70,31 @@ def version() -> str:
     return importlib.metadata.version("seatruth")
 
 
+_WIDEST = 10_000
+"""Columns that a table takes at most where no terminal sets a limit."""
+
+
 class _Console(Console):
     """A console that lets a broken pipe through, where rich would end the program with exit code 1."""
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
 
+    def print(self, *objects: Any, **options: Any) -> None:
+        """As rich prints; a table that goes into a pipe or a file is as wide as its rows, so that nothing is cut."""
+        usual = self.width
+        if not self.is_terminal and "COLUMNS" not in os.environ:
+            wide = self.options.update(width=_WIDEST)
+            tables = [one for one in objects if isinstance(one, Table)]
+            self.width = max([usual, *(one.__rich_measure__(self, wide).maximum for one in tables)])
+        try:
+            super().print(*objects, **options)
+        finally:
+            self.width = usual
+
 
 def console() -> Console:
-    """Standard output: colours on a terminal only, 80 columns or what the terminal has."""
+    """Standard output: colours on a terminal only, 80 columns or what the terminal has; tables in a pipe in full."""
     return _Console(highlight=False)
 
 

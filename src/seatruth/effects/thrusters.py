@@ -184,11 +184,21 @@ class ThrusterRateLimit(RateLimit, OnThrusters):
     title = "rate limit of the thrusters"
     cause = "actuator.propulsion.dynamics.rate_limit"
     number = 14
-    equation = "|di/dt| <= full / slowness"
+    equation = "|di/dt| <= full / (slowness + full / rate), rate the stated rate_limit"
     source = "[L] ramps of speed controllers; [S] magnitude chosen here: 0.5 to 5 s"
     confused_with = ("thruster_lag",)
     distinguished_by = "depends on amplitude: large orders come later, small ones in time"
-    parameters = (Parameter("slowness", 1.0, "s", 0.0, 60.0, source="[S] chosen here", description="rest to full"),)
+    parameters = (
+        Parameter(
+            "slowness",
+            1.0,
+            "s",
+            0.0,
+            60.0,
+            source="[S] chosen here",
+            description="rest to full, beyond a stated rate limit's",
+        ),
+    )
     null: Mapping[str, float] = {"slowness": 0.0}
     starts = tuple({"slowness": slowness} for slowness in (0.5, 2.0, 8.0))
 
