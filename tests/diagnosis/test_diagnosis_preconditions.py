@@ -223,3 +223,13 @@ def test_other_faults_of_one_of_many_thrusters_are_named_where_its_gain_is() -> 
     again, _ = usable_effects(study, names)
     assert [effect.name for effect in again] == names, "what it says can be asked for"
     assert untried_forms(study, {effect.name: effect for effect in again}, names[:1]) == []
+
+
+def test_an_offset_that_is_part_of_the_start_is_left_out() -> None:
+    """A depth that is 0.7 m off is the start at another depth, unless the hull is pressed together as it sinks."""
+    t = np.arange(20.0)
+    dive = Trial("dive", t, {"delta_s": 0.0 * t}, {"z": 0.1 * t, "theta": 0.0 * t, "u": 0.0 * t + 1.2})
+    study: Any = SimpleNamespace(name="one dive", model=load_model("diving_plane"), trials=[dive])
+    usable, reasons = usable_effects(study, ["depth_bias", "depth_scale"])
+    assert [effect.name for effect in usable] == ["depth_scale"]
+    assert "no rate depends on 'z'" in reasons["depth_bias"]

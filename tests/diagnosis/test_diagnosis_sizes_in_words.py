@@ -68,3 +68,9 @@ def test_sizes_at_an_input_that_is_no_angle_are_in_its_unit() -> None:
     assert effect_in_words(limit, Glider(), (slow,)) == "0.00100 +- 5e-05 m/s"
     ordered = with_servos(Glider(), {"x_b": Order(rate_limit=0.004)})
     assert effect_in_words(limit, ordered, (slow,)) == "0.000800 +- 3.2e-05 m/s in place of 0.004 m/s"
+
+
+def test_one_size_of_each_trial_is_told_as_a_range() -> None:
+    current = available()["trial_current_along"].of_trials(("down", "up"))
+    own = [EffectParameter(q.name, "m/s", v, 0.002, v, v, 0.0, 0.3) for q, v in zip(current.parameters, (-0.18, 0.2))]
+    assert effect_in_words(current, load_model("diving_plane"), own) == "along -0.18 to 0.2 m/s"

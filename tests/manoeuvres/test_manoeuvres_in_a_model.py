@@ -19,7 +19,7 @@ class Glider(Model):
     name = "pitching"
     states = outputs = (Channel("u", "m/s"), Channel("q", "rad/s"), Channel("theta", "rad", angle=True))
     inputs = (Channel("x_b", "m"),)
-    actuators = (Rudder("battery", "x_b", turns="pitch"),)
+    actuators = (Rudder("battery", "x_b", turns="pitch", full=0.02),)
 
     @staticmethod
     def rhs(s, i, p):  # type: ignore[no-untyped-def]

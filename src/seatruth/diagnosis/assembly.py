@@ -46,7 +46,7 @@ from seatruth.diagnosis.withdrawals import (
 )
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
-from seatruth.effects.each_trial import are_one, follows_each_trial
+from seatruth.effects.each_trial import EachTrial, are_one, follows_each_trial
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.check.excitation import narrow_headings
@@ -200,9 +200,15 @@ class Assembly:
         """Each trial predicted from the others."""
         self._say = say  # the decision may ask for it first
         try:
-            return self._validated(self.decision.shown)
+            return self._reported(self.decision.shown)
         finally:
             self._say = _silent
+
+    def _reported(self, key: Key) -> Validation | None:
+        """What trials left out say of a set, where a size that an effect has in each trial alone is not left open."""
+        if any(isinstance(self.problem.effects[name], EachTrial) for name in key):
+            return validate(self.search, key, self._say, own=True)
+        return self._validated(key)
 
     def _validated(self, key: Key) -> Validation | None:
         if key not in self._validations:
@@ -227,7 +233,8 @@ class Assembly:
         outcome: dict[str, Any],
     ) -> Diagnosis:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
-        validation = validation or self._validations.get(self.decision.shown)
+        if validation is None and self.decision.shown in self._validations:
+            validation = self._reported(self.decision.shown)
         problem, points = self.problem, self.gap.points
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         findings = [*findings, *not_converged(fits, f"study {self.study.name!r}")]
@@ -303,10 +310,9 @@ class Assembly:
     def _effects(self, places: Mapping[str, tuple[str, ...]]) -> tuple[EffectResult, ...]:
         ranked = sorted(self.problem.effects, key=lambda name: (-self.inclusion[name], name))
         leading = [name for name in ranked if self.search.best((name,)) is not None][:_LEADING]
-        base = self.search.null.evidence
-        rows = []
+        base, key, rows = self.search.null.evidence, self.decision.shown, list[EffectResult]()
         for name in ranked:
-            effect, key = self.problem.effects[name], self.decision.shown
+            effect = self.problem.effects[name]
             own = self.information.noncentrality(name, key)
             near = {}
             if name in leading and own > _VISIBLE:

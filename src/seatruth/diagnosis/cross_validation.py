@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.special
@@ -143,8 +144,14 @@ def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) 
     return found
 
 
-def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -> Validation | None:
-    """Predicts each trial from the others, without effects and with those of the answer; None for a single trial."""
+def validate(
+    search: Search, shown: Key, say: Callable[[str, int, int], None], *, own: bool = False
+) -> Validation | None:
+    """Predicts each trial from the others, without effects and with those of the answer; None for a single trial.
+
+    What the others leave open of a trial is allowed to every model alike: also the size that an effect of the answer
+    has in that trial alone. With `own`, only models with the effects are allowed that, and what it closes is theirs.
+    """
     problem = search.problem
     if len(problem.trials) < 2:
         return None
@@ -166,7 +173,11 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
         title = trials[0].name if len(group) == 1 else whole_name(trials[0].name)
         say(f"trial {title} left out", number, len(groups))
         others = [k for k in range(len(problem.trials)) if k not in group]
-        errors = [_errors_left_out(search, deviation, left, others, [named, refit, control, both]) for left in group]
+        models = [named, refit, control, both]
+        errors = [_errors_left_out(search, deviation, left, others, models) for left in group]
+        if own:
+            bare = [_errors_left_out(search, deviation, left, others, [refit, control]) for left in group]
+            errors = [[now[0], *one[:2], *now[3:]] for now, one in zip(errors, bare)]
         of = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
         folds.append(
             Fold(
@@ -176,7 +187,7 @@ def validate(search: Search, shown: Key, say: Callable[[str, int, int], None]) -
                 predictive_gain=float(gains[number]),
             )
         )  # fmt: skip
-    return summary(folds, problem.count)
+    return replace(summary(folds, problem.count), own_sizes=own)
 
 
 def summary(folds: Sequence[Fold], samples: int) -> Validation:

@@ -138,6 +138,8 @@ class Validation:
     """Upper end of it."""
     control: float
     """The same for the control."""
+    own_sizes: bool = False
+    """Whether an effect has a size of its own in each trial, which is fitted to the trial that is left out."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, effects_by_name
 from seatruth.effects.carried_black_box import not_carried
+from seatruth.effects.dependence import depends_on
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
@@ -82,6 +83,8 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
         reason = "the model has it already" if effect.name in present else effect.missing(study.model)
         if not reason and not effect.dynamic:
             reason = "it is noise, which the noise model describes"
+        if not reason and effect.start and not depends_on(study.model, effect.start):
+            reason = f"no rate depends on {effect.start!r}, so that it is part of that at the start of a trial"
         if reason:
             reasons[effect.name] = reason
         else:

@@ -380,7 +380,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
         return no_share_in_words(validation)
     ends = ends_in_words(validation)
     if shrinks_surely(validation):
-        return f"On trials left out, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
+        own = ", its size in each fitted to that one" if validation.own_sizes else ""
+        return f"On trials left out{own}, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     share, said = whole_percent(validation.gap_explained), unproven_in_words(validation)
     return f"But the gap {said} on trials left out: {share} of it is explained ({ends})."
 

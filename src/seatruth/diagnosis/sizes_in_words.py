@@ -9,6 +9,7 @@ from dataclasses import replace
 from seatruth.diagnosis.sentences import size_in_words
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import Effect
+from seatruth.effects.each_trial import EachTrial
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
 from seatruth.models.actuators import radian_in
@@ -22,6 +23,8 @@ def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectPar
     A rate limit of a rudder or a plane is that at which it turns, with the servo that the study states: its slowness
     adds to the stated one. Where the input is no angle, sizes are in its unit: "angle 0.0021 +- 0.0003 m".
     """
+    if isinstance(effect, EachTrial) and len(effect.like().magnitudes) == 1 and parameters:
+        return _over_trials(effect.like().magnitudes[0], effect, parameters)
     found = {(target.full, _unit(model, target.input)) for target in targets(effect, model)} if _steers(effect) else {}
     if len(found) != 1:
         return size_in_words(parameters)
@@ -31,6 +34,15 @@ def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectPar
     if radian_in(unit) is None:
         parameters = [_in_unit(q, radian, unit) if q.unit == "rad" else q for q in parameters]
     return size_in_words(parameters)
+
+
+def _over_trials(name: str, effect: EachTrial, parameters: Sequence[EffectParameter]) -> str:
+    """The range of what one magnitude is in each trial: "along -0.18 to 0.20 m/s"."""
+    own = [q for q in parameters if q.name in effect.magnitudes]
+    angle = own[0].unit in ("rad", "rad/s")
+    factor, unit = (math.degrees(1.0), own[0].unit.replace("rad", "deg")) if angle else (1.0, own[0].unit)
+    low, high = (f"{factor * end:.2g}" for end in (min(q.value for q in own), max(q.value for q in own)))
+    return f"{name.replace('_', ' ')} {low} to {high}{'' if unit in ('', '1') else f' {unit}'}"
 
 
 def _steers(effect: Effect) -> bool:

@@ -116,10 +116,10 @@ class Effect:
     follows: ClassVar[Mapping[str, str]] = {}
     """Own states that start where a state of the model starts, and move with that start: {"first": "r"}. Others start
     from the first sample and its noise."""
-
+    start: ClassVar[str] = ""
+    """The state whose start takes it up wholly where no rate depends on that state; empty for most."""
     longest_step: float = math.inf
     """s: the longest integration step that its own states allow."""
-
     acts_on: tuple[str, ...] = ()
     """Where it acts: words of `EQUATIONS`, "actuator:<input>", "sensor:<output>"."""
     equivalent: tuple[str, ...] = ()

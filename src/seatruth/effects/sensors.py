@@ -219,6 +219,7 @@ class DepthBias(Effect):
     needs_outputs = ("z",)
     parameters = (Parameter("b", 0.2, "m", -5.0, 5.0, source="[S] chosen here", description="added to z"),)
     null: Mapping[str, float] = {"b": 0.0}
+    start: ClassVar[str] = "z"
 
     @staticmethod
     def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:

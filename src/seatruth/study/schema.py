@@ -225,7 +225,7 @@ class CostTable(Table):
     initial: Literal["fixed", "free"] = Field(
         default="fixed",
         description="Initial state of each trial: taken from its first samples, or estimated. An actuator behind a "
-        "servo begins at its first order, unless `initial_sd` has a value for it (`delta_acting`). A speed that no "
+        "servo begins at its first order, unless initial_sd has a value for it (delta_acting). A speed that no "
         "channel has is that of the first positions.",
     )
     initial_sd: dict[str, float | str] = Field(

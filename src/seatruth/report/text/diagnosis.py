@@ -228,8 +228,9 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
         return no_share_in_words(validation)
     ends = ends_in_words(validation)
     share = whole_percent(validation.gap_explained)
+    own = ", the size that one has of its own in each fitted to that trial" if validation.own_sizes else ""
     text = (
-        f"The effects explain {share} of the gap on trials left out ({ends})."
+        f"The effects explain {share} of the gap on trials left out{own} ({ends})."
         if shrinks_surely(validation)
         else f"The gap {unproven_in_words(validation)} on trials left out: the effects explain {share} of it ({ends})."
     )
