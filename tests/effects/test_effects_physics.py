@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from twin import Twin
 
-from seatruth.effects import available, dimensions_of, with_effects
+from seatruth.effects import available, dimensions_of, load_effects, with_effects
 from seatruth.effects.weather import FRONT, SIDE
 from seatruth.manoeuvres import Stepper, self_propulsion, thruster_layout
 from seatruth.models import Channel, Model, Observation, Parameter, load_model, observed, with_areas
@@ -369,3 +369,26 @@ def test_a_late_receiver_shows_all_it_gives_late() -> None:
         assert late[0, k] == pytest.approx(now[0, k] - 0.4 * (now[1, k] - now[0, k]) / 0.1, abs=0.02)
     bare = load_model("mmg")
     assert available()["receiver_delay"].missing(bare) == "the model has no output 'v_n'"
+
+
+@pytest.mark.parametrize("tau", [0.4, 4.0])
+def test_a_depth_sensor_is_late_already_where_a_trial_begins_under_way(tau: float) -> None:
+    """Of a glider that sinks at 0.3 m/s throughout, the depth is tau times that behind from the first sample on."""
+
+    class Sinking(Model):
+        name = "sinking"
+        kind = "glider"
+        states = outputs = (Channel("u", "m/s"), Channel("theta", "rad"), Channel("z", "m"))
+
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            return 0.0 * s.u, 0.0 * s.theta, -s.u * math.sin(s.theta)
+
+    u, theta = 0.6, -math.radians(30.0)
+    model = with_effects(Sinking(), load_effects(["depth_lag"]))
+    t = np.arange(0.0, 30.0, 0.5)
+    known = {"u": np.full_like(t, u), "theta": np.full_like(t, theta), "z": 5.0 + 0.3 * t}
+    trial = Trial("dive", t, {}, known, synthetic=True)
+    sim = simulator(model, [trial], values={**model.nominal(), "depth_lag_tau": tau})
+    z = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0][:, 2]
+    assert z == pytest.approx(5.0 + 0.3 * t - 0.3 * tau, abs=1e-4)

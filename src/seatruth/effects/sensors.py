@@ -248,7 +248,11 @@ class DepthScale(Effect):
 
 
 class DepthLag(Filtered):
-    """The depth sensor follows the depth with a first-order lag."""
+    """The depth sensor follows the depth with a first-order lag.
+
+    A trial that begins under way has a sensor that is late already: by the rate of the depth that its first samples of
+    speed and pitch tell. `begun` and `begun_too` are what filters that start at the depth itself lack of that.
+    """
 
     name = "depth_lag"
     title = "lag of the depth sensor"
@@ -262,15 +266,25 @@ class DepthLag(Filtered):
     needs_outputs = ("z",)
     parameters = (Parameter("tau", 0.5, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
-    states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
+    states = (
+        Channel("first", "m", "depth after one lag"),
+        Channel("second", "m", "depth after two"),
+        Channel("begun", "m/s", "how late the first lag began, over its time"),
+        Channel("begun_too", "m/s", "the same of the second"),
+    )
     follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(z=lagged(y.z, s.first, s.second, q.tau, self.filter_time))
+        T = math.sqrt(q.tau * q.tau + self.filter_time * self.filter_time)
+        return y._replace(z=lagged(y.z, s.first - T * s.begun, s.second - T * s.begun_too, q.tau, self.filter_time))
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.z, s.first, s.second, q.tau, self.filter_time)
+        T = math.sqrt(q.tau * q.tau + self.filter_time * self.filter_time)
+        fading = -s.begun / T, (s.begun - s.begun_too) / T
+        return (*filter_rates(y.z, s.first, s.second, q.tau, self.filter_time), *fading)
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return y.z, y.z
+        u, w, theta = (getattr(y, name, 0.0) for name in ("u", "w", "theta"))
+        sinking = w * math.cos(theta) - u * math.sin(theta)
+        return y.z, y.z, sinking, 2.0 * sinking
