@@ -332,7 +332,7 @@ def _steps(wrapped: Sequence[str]) -> list[str]:
     lines = ["# Preparation steps run in this order; each is on record in the result (docs/study-file.md)."]
     if wrapped:
         names = ", ".join(_text(name) for name in wrapped)
-        lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # jumps by a full turn", ""]
+        lines += ["[[prepare]]", 'step = "unwrap"', f"channels = [{names}]   # may jump by a full turn", ""]
     return [*lines, "# [[prepare]]", '# step = "hampel"             # removes outliers', ""]
 
 
