@@ -160,6 +160,25 @@ def test_a_term_of_the_hull_that_is_refused_takes_nothing_with_it() -> None:
     assert said("current").kind == "unknown"
 
 
+def test_what_breaks_the_symmetry_of_a_hull_is_no_form_of_its_damping() -> None:
+    """Beside missing forces a Munk moment may be their form; lift of a hull at no incidence may not."""
+
+    def said(name: str) -> Decision:
+        found = [Hypothesis(key, True, 30.0, 0.0, p, True) for key, p in (((name,), 0.96), ((), 0.04))]
+        return decide(
+            found,
+            available(),
+            SETTINGS,
+            near=lambda a, b: math.inf,
+            helps=lambda name, key: True,
+            underpowered=False,
+        )
+
+    assert said("munk").kind == "unknown"
+    left = said("asymmetry")
+    assert (left.kind, [cause.effects for cause in left.clusters]) == ("effects", [("asymmetry",)])
+
+
 def test_where_the_answer_does_not_predict_the_next_one_is_asked() -> None:
     """A current beside a delay leads and predicts nothing; the wind that comes after them does."""
     sets = [(("current", "rudder_delay"), 14.0, 0.9), (("wind",), 11.5, 0.08), ((), 0.0, 0.02)]
