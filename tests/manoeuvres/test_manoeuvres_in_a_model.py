@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from long_log import long_log
@@ -22,7 +23,7 @@ class Glider(Model):
     actuators = (Rudder("battery", "x_b", turns="pitch", full=0.02),)
 
     @staticmethod
-    def rhs(s, i, p):  # type: ignore[no-untyped-def]
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return -s.u, -i.x_b - s.q, s.q
 
 
@@ -31,7 +32,7 @@ class Elevator(Glider):
     actuators = (Rudder("tail", "tail", turns="pitch"),)
 
     @staticmethod
-    def rhs(s, i, p):  # type: ignore[no-untyped-def]
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return -s.u, -i.tail - s.q, s.q
 
 
