@@ -47,7 +47,18 @@ def test_what_is_not_recorded_is_said_with_what_it_hides() -> None:
 
 def test_a_weight_that_pitches_is_no_missing_rudder() -> None:
     log = Trial("yo", T, {}, {"x_b": 0.0 * T, "theta": 0.0 * T, "u": 0.0 * T + 0.4})
-    assert not_understood(log, Glider()) == ["'x_b' steers in m, which is no angle: zigzags cannot be told by it."]
+    assert not_understood(log, Glider()) == []  # 20 mm count as a plane hard over
+
+    class Unnamed(Glider):
+        inputs = (Channel("delta_s", "m"),)
+        actuators = ()
+
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+            return -s.u, -i.delta_s - s.q, s.q
+
+    told = not_understood(replace(log, inputs={"delta_s": 0.0 * T}), Unnamed())
+    assert told == ["'delta_s' steers in m, which is no angle: zigzags cannot be told by it."]
     assert not any("rudder" in line for line in not_recorded(log, Glider()))
     assert any("no rudder" in line for line in not_recorded(log))
 

@@ -15,13 +15,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from seatruth.effects.commands import FULL, FULL_RUDDER, NOT_COMPUTED
-from seatruth.effects.undeclared_actuators import bare, drive_inputs, resting_inputs, steering_inputs, unnamed_steering
-from seatruth.models.actuators import Thruster
+from seatruth.effects.commands import FULL, NOT_COMPUTED
+from seatruth.effects.undeclared_actuators import (
+    bare,
+    drive_inputs,
+    named_steering,
+    resting_inputs,
+    steering_inputs,
+    unnamed_steering,
+)
+from seatruth.models.actuators import Rudder, Thruster
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.trials.trial import Trial
-from seatruth.units import PULSES
 
 Kind = Literal["rudder", "plane"]
 _RATES: Mapping[Kind, tuple[str, float]] = MappingProxyType({"rudder": ("r", 1.0), "plane": ("q", -1.0)})
@@ -66,15 +72,15 @@ def steering_gear(model: Model, kind: Kind) -> dict[str, Gear]:
     """
     units = {channel.name: channel.unit for channel in model.inputs}
     commands = unnamed_steering(model) if kind == "rudder" else {}
+    named = {one.input: one for one in model.actuators if isinstance(one, Rudder)}
     found = {}
     for name in steering_inputs(model, kind):
         if name in commands:
             rest, radian = commands[name]
         elif units.get(name) == "rad":
             rest, radian = 0.0, 1.0
-        elif units.get(name) in ("1", *PULSES):
-            rest = 0.0 if units[name] == "1" else 1500.0
-            radian = FULL[rest] / FULL_RUDDER
+        elif name in named:
+            rest, radian = named_steering(model, named[name])
         else:
             continue
         found[name] = Gear(rest, _sense(model, name, kind, rest, _TRIED * radian) * radian)
