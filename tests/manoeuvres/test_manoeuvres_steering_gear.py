@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ class Tug(Model):
     actuators = (Rudder("port", "az_port"), Rudder("stbd", "az_stbd"))
 
     @staticmethod
-    def rhs(s, i, p):  # type: ignore[no-untyped-def]
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         port, stbd = (n * (n - 2.0 * s.u) for n in (i.n_p, i.n_s))  # turned by the water where it is slow
         ahead = port * math.cos(i.az_port) + stbd * math.cos(i.az_stbd)
         side = port * math.sin(i.az_port) + stbd * math.sin(i.az_stbd)
@@ -92,7 +93,7 @@ def test_a_command_counts_as_a_share_of_the_largest_rudder() -> None:
         inputs = (Channel("steer", "1"), Channel("throttle", "1"))
 
         @staticmethod
-        def rhs(s, i, p):  # type: ignore[no-untyped-def]
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
             return i.throttle - s.u, i.throttle * i.steer - s.r
 
     gear = steering_gear(Jet(), "rudder")["steer"]
@@ -108,7 +109,7 @@ def test_planes_of_other_names_become_one() -> None:
         actuators = (Rudder("bow", "bow", turns="pitch"), Rudder("stern", "stern", turns="pitch"))
 
         @staticmethod
-        def rhs(s, i, p):  # type: ignore[no-untyped-def]
+        def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
             return -s.u, s.u * (i.bow - i.stern) - s.q
 
     t = np.arange(3.0)
